@@ -1,11 +1,7 @@
 //! Estimation by the simulation error: Levenberg–Marquardt over the parameters and each segment's
-//! initial states, from several initial estimates.
-//!
-//! What is minimised is `Σ (y − ŷ)² + s²·Σ ((p − μ)/σ)²`: the squared simulation errors, and the priors
-//! of [`crate::bicycle::parameters`]. `s²` is the long-run variance of the errors (their spectral
-//! density at zero). For white errors it is their variance. For correlated errors it is larger by as
-//! much as neighbouring samples are redundant, and the drive has less weight against the priors. With
-//! that, the sum is twice the negative log posterior density up to the factor s².
+//! initial states, from several initial estimates, of `Σ (y − ŷ)² + s²·Σ ((p − μ)/σ)²` with the
+//! priors of [`crate::bicycle::parameters`] and the long-run variance `s²` of the errors (their
+//! spectral density at zero). That is twice the negative log posterior density up to the factor s².
 
 use crate::Error;
 use crate::bicycle::parameters::{

@@ -1,19 +1,10 @@
-//! The structure `bicycle`: the two-wheel model of eq 13 from a drive whose speed varies.
+//! The structure `bicycle`: the two-wheel model of eq 13 from a drive whose speed varies, in the
+//! body frame and with the speed of each sample (docs/methods/bicycle.md). The result is a
+//! `bicycle.json` for the BicyclePlant.
 //!
-//! ```text
-//! v̇_y = A1/v·v_y + (A2/v − v)·r + B1·δ        yaw rate = r + yaw-rate offset
-//! ṙ   = A3/v·v_y +  A4/v·r      + B2·δ
-//! δ̇   = (steering(t − τ)/ratio − offset − δ)/Tn
-//! ```
-//!
-//! The coefficients are those of eq 13, the speed v of each sample schedules them, and the result is a
-//! `bicycle.json` for the BicyclePlant. What yaw rate identifies and what it does not is derived in
-//! `parameters`, the simulation and its derivatives are in `simulate`, the estimation and its priors
-//! in `estimate`, the standard errors in `uncertainty`.
-//!
-//! The focus is simulation: the sum of squared simulation errors, unweighted. A model this small is
-//! wrong somewhere on every drive (tyres saturate, load shifts), and its errors are slow; whitening them would
-//! fit what remains at high frequency, at the expense of the turns.
+//! The focus is simulation, unweighted: a model this small is wrong somewhere on every drive (tyres
+//! saturate, load shifts), and its errors are slow; whitening them would fit what remains at high
+//! frequency, at the expense of the turns.
 
 mod dual;
 mod estimate;

@@ -1,30 +1,10 @@
-//! What the yaw rate determines of a bicycle, and the parameters made of it.
+//! What the yaw rate determines of a bicycle, and the parameters made of it: ln α, ln β, ln L, ln η
+//! and the offsets (docs/methods/bicycle.md, *What yaw rate identifies*).
 //!
-//! With f = Cf/m, g = Cr/m and ρ = J/m, eq 13 in its body-frame form (v_y, r) at the speed v has
-//!
-//! ```text
-//! r(s)/δ(s) = (p1·s + p2/v) / (s² + p3/v·s + p4/v² + p5)
-//! p1 = a·f/ρ           p2 = f·g·L/ρ        p3 = f + g + (a²f + b²g)/ρ
-//! p4 = f·g·L²/ρ        p5 = (b·g − a·f)/ρ
-//! ```
-//!
-//! The mass is in none of them, so the yaw rate does not determine it: it scales J, Cf and Cr alike.
-//! With
-//! α = a·f/ρ and β = b·g/ρ (the yaw acceleration by a front and a rear slip angle), the dynamic index
-//! η = J/(m·a·b) and the front axle's share λ = b/L of the weight,
-//!
-//! ```text
-//! p1 = α    p2 = α·β·η·L    p4 = α·β·η·L²    p5 = β − α
-//! p3 = L·((α·λ + β·(1 − λ))·η + α·(1 − λ) + β·λ)
-//! ```
-//!
-//! λ enters p3 alone, by L·(α − β)·(η − 1)·λ: both factors are near zero for a road car (η is 0.8 to
-//! 1.1, and for η = 1 front and rear axle do not interact at all), so λ is not identified but stated.
-//! The four that remain, (α, β, L, η), are the identifiable combinations; the steady turn has them as
-//! `r = v·δ/(L + K·v²)` with K = (β − α)/(α·β·η·L).
-//!
-//! Where the wheelbase is stated, a factor on the road-wheel angle takes its place: the steering ratio
-//! is then what comes out of it.
+//! α = a·f/ρ and β = b·g/ρ are the yaw acceleration by a front and a rear slip angle, η = J/(m·a·b)
+//! the dynamic index, with f = Cf/m, g = Cr/m and ρ = J/m. The mass and the front axle's share λ =
+//! b/L of the weight are stated. The steady turn is `r = v·δ/(L + K·v²)` with K = (β −
+//! α)/(α·β·η·L). Where the wheelbase is stated, a factor on the road-wheel angle takes its place.
 
 use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::options::BicycleOptions;

@@ -2,15 +2,9 @@
 //!
 //! The speed is that of each sample, held over it, as in the FMU; so is the steering angle, which
 //! acts τ later: within a sample it is first the older value, then the newer. Over each of the two
-//! parts the transition of (v_y, r, δ) is exact,
-//!
-//! ```text
-//!     | A  b  0 |
-//! exp | 0 −l  l | h     by scaling and squaring of its blocks (l = 1/Tn),
-//!     | 0  0  0 |
-//! ```
-//!
-//! and so are its derivatives, by h as well, from which the one by the delay follows.
+//! parts the transition of (v_y, r, δ) is exact, exp([A b 0; 0 −l l; 0 0 0]·h) by scaling and
+//! squaring of its blocks (l = 1/Tn), and so are its derivatives, by h as well, from which the one
+//! by the delay follows.
 
 use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::parameters::{ALL, Coefficients, PARAMETERS};

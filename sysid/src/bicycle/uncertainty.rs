@@ -1,13 +1,8 @@
-//! Standard errors that hold for errors of any autocorrelation.
-//!
-//! With H the information of the cost function (JᵀJ and the priors' s²/σ²) after each segment's initial
-//! states are eliminated, the estimate's covariance is the sandwich `H⁻¹·(M + s²·P)·H⁻¹`, P the
-//! priors' and M the long-run covariance of the scores J_t·e_t with Bartlett's weights (W. K. Newey,
-//! K. D. West, *A simple, positive semi-definite, heteroskedasticity and autocorrelation consistent
-//! covariance matrix*, Econometrica 55, 1987). For white errors M is σ²·JᵀJ. Bartlett's weights take
-//! off what lasts longer than their bandwidth, so M is the larger, direction by direction, of that and the
-//! scatter of the scores' sums over blocks of time ([`larger`]): a speed or a wind that changes over
-//! many seconds makes scores that last as long.
+//! Standard errors that hold for errors of any autocorrelation: the sandwich `H⁻¹·(M + s²·P)·H⁻¹`
+//! of docs/methods/bicycle.md, H the information after each segment's initial states are
+//! eliminated, M the long-run covariance of the scores J_t·e_t with Bartlett's weights (Newey and
+//! West 1987). These take off what lasts longer than their bandwidth, so M is the larger, direction
+//! by direction, of that and the scatter of the scores' sums over blocks of time ([`larger`]).
 
 use crate::Error;
 use crate::bicycle::estimate::{Estimate, Problem};

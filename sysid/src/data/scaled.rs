@@ -1,11 +1,8 @@
-//! Estimation and validation data, offsets and trends removed, scaled to unit spread.
-//!
-//! *One offset for all drives.* The operating point is the vehicle's, and the mean of a single drive
-//! depends on its bends as much as on the zeros of its sensors; so the means removed are those of the
-//! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
-//! drive, [`Detrend::Linear`] takes out a line of its own for each.
-//!
-//! *The split* is that of [`split`](crate::data::split): the end of the log where it is excited.
+//! Estimation and validation data, offsets and trends removed, scaled to unit spread. The means
+//! removed are those of the estimation data of all drives together, since the mean of a single
+//! drive depends on its bends as much as on the zeros of its sensors; where these drift or differ,
+//! [`Detrend::Linear`] takes out a line for each. The [`split`](crate::data::split) is at the end
+//! of the log where it is excited.
 
 use crate::Error;
 use crate::data::dataset::without;

@@ -1,12 +1,8 @@
-//! Which part of a log validates the model.
-//!
-//! By default the end does. Where the end is hardly excited, such as a straight after a slalom, its yaw
-//! rate is little more than noise, and no model reproduces noise; where the beginning is hardly
-//! excited, there is nothing to estimate from. Then the excited parts of the log are shared instead: of
-//! each run of [`PAIR_S`] excited seconds the first part is estimation data and the rest validation
-//! data, and what is not excited stays with the estimation data.
-//!
-//! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
+//! Which part of a log validates the model (docs/methods/validation.md). By default the end does.
+//! Where either part is hardly excited, the excited parts are shared instead: of each run of
+//! [`PAIR_S`] excited seconds the first part is estimation data and the rest validation data, and
+//! what is not excited stays with the estimation data. Excited are windows of [`WINDOW_S`] whose
+//! input has a share of the log's mean power about its mean.
 
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;

@@ -1,9 +1,6 @@
-//! Least squares with shared unknowns and some of each segment's own, such as its initial state.
-//!
-//! Each segment's rows are reduced to an R factor with its own unknowns first; the part below them has
-//! shared unknowns alone and joins that of the other segments (the elimination step of Golub
-//! and Van Loan, 5.2.8, by blocks). So neither the number of samples nor that of the segments
-//! makes the problem that is solved in the end larger.
+//! Least squares with shared unknowns and some of each segment's own, such as its initial state:
+//! each segment's rows are reduced to an R factor with its own unknowns first; the part below them
+//! joins that of the other segments (Golub and Van Loan, 5.2.8, by blocks).
 
 use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, least_squares, r_factor, vcat};

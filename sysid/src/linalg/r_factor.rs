@@ -1,11 +1,7 @@
-//! R of a tall matrix whose rows come block by block: `R ← R of (R; block)`, so that the rows are
-//! never together in memory.
-//!
-//! Householder's reflections leave the zeros below R's diagonal as they are, so that each is of one
-//! entry of R and a column of the block (G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th ed.
-//! 2013, 5.1 and 5.2). The block's columns lie one after the other and stay in the cache; along them
-//! the sums run in the widest vectors the processor has (chosen at run time by `pulp`). For many
-//! hundreds of columns, which no model reaches, blocks of columns would be quicker.
+//! R of a tall matrix whose rows come block by block: `R ← R of (R; block)` by Householder's
+//! reflections, each of one entry of R and a column of the block (G. H. Golub, C. F. Van Loan,
+//! *Matrix Computations*, 4th ed. 2013, 5.1 and 5.2). The block's columns stay in the cache; along
+//! them the sums run in the widest vectors the processor has (chosen at run time by `pulp`).
 
 use faer::{Mat, MatRef};
 use pulp::{Arch, Simd, WithSimd};

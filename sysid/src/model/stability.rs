@@ -1,12 +1,8 @@
-//! A stable state matrix from the shift structure of Γ or from state sequences, whatever the data.
-//!
-//! T. Van Gestel, J. Suykens, P. Van Dooren, B. De Moor, *Identification of stable models in
-//! subspace identification by using regularization*, IEEE Trans. Automatic Control 46 (2001): a
-//! quadratic penalty on A in its least-squares problem, `A(c) = (Γ↑ᵀΓ↑ + c·I)⁻¹ Γ↑ᵀ Γ↓`. A(c) → 0
-//! for growing c, so some c leads to every spectral radius between that of A(0) and 0. The paper
-//! computes the least such c from a generalised eigenvalue problem; here it is bisected, which finds
-//! *a* c with the radius sought, and the radius of the result is checked. Γ↑ and Γ↓ may as well be the
-//! transposes of the state sequences of eq 12, with Aᵀ in place of A.
+//! A stable state matrix from the shift structure of Γ or from state sequences, whatever the data
+//! (T. Van Gestel, J. Suykens, P. Van Dooren, B. De Moor, IEEE Trans. Automatic Control 46, 2001):
+//! `A(c) = (Γ↑ᵀΓ↑ + c·I)⁻¹ Γ↑ᵀ Γ↓` → 0 for growing c. The paper computes the least c from a
+//! generalised eigenvalue problem; here it is bisected, which finds *a* c with the radius sought.
+//! Γ↑ and Γ↓ may as well be the transposes of the state sequences of eq 12, with Aᵀ in place of A.
 
 use crate::linalg::dense::{solve, spectral_radius};
 use faer::{Mat, MatRef};

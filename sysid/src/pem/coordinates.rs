@@ -1,18 +1,11 @@
-//! Local coordinates of a model: its moves without those that only change the basis of the state.
+//! Local coordinates of a model: its moves without those that only change the basis of the state
+//! (McKelvey, Helmersson and Ribarits, Automatica 40, 2004; docs/methods/refinement.md). A change
+//! of basis moves (A, B, C) by (EA − AE, EB, −CE); a complement of these is `dA = X Vᵀ, dC = Y Vᵀ,
+//! dB = W`, with `AᵀX + CᵀY = 0` in a basis where `AᵀA + CᵀC = I`, (X; Y) orthonormal and (V, W)
+//! free. The outputs are weighted as their errors are, so that units do not matter.
 //!
-//! A change of the state's basis, `x → (I + E)x`, moves (A, B, C) by (EA − AE, EB, −CE) and leaves
-//! the model as it is. T. McKelvey, A. Helmersson, T. Ribarits, *Data driven local coordinates for
-//! multivariable linear systems and their application to system identification*, Automatica 40
-//! (2004), step orthogonally to these n² directions. Any other complement of them spans the same
-//! moves of the model. Here it is
-//!
-//! `dA = X Vᵀ, dC = Y Vᵀ, dB = W`, with `AᵀX + CᵀY = 0` in a basis where `AᵀA + CᵀC = I`,
-//!
-//! (X; Y) orthonormal and (V, W) free: n(ny + nu) parameters. The outputs are weighted as their errors
-//! are, so that units do not matter. No move of this form but zero is a
-//! change of basis: `EA − AE = XVᵀ` and `−CE = YVᵀ` give `AᵀEA = E` when multiplied by (Aᵀ, Cᵀ), so
-//! E = 0 where A is stable. `Y + C(zI − A)⁻¹X` is all-pass, which keeps the coordinates well
-//! scaled, and its entries are scalar filters, which makes the derivatives cheap (see `rows`).
+//! `Y + C(zI − A)⁻¹X` is all-pass, which keeps the coordinates well scaled, and its entries are
+//! scalar filters, which makes the derivatives cheap (see `rows`).
 
 use crate::Error;
 use crate::linalg::dense::{identity, is_finite, solve, spectral_radius, vcat};

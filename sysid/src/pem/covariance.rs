@@ -1,18 +1,11 @@
-//! The covariance of the estimated parameters (Ljung, *System Identification*, 2nd ed. 1999, ch. 9).
-//!
-//! In local coordinates θ, with ψ(t) = ∂ŷ(t)/∂θ and the errors' covariance Λ:
-//!
-//! - prediction focus: `P = (Σ ψᵀ Λ⁻¹ ψ)⁻¹`, for errors that are white;
-//! - simulation focus: the errors are coloured, with the autocovariance R(τ), and
-//!   `P = H⁻¹ (Σ_t Σ_s ψ(t)ᵀ Λ⁻¹ R(t−s) Λ⁻¹ ψ(s)) H⁻¹` with `H = Σ ψᵀ Λ⁻¹ ψ`.
+//! The covariance of the estimated parameters in local coordinates (Ljung, *System Identification*,
+//! 2nd ed. 1999, ch. 9; docs/methods/refinement.md).
 //!
 //! The initial states, and with the simulation focus where requested a constant on each output, are
-//! estimated too and eliminated from ψ. Λ and R are divided by the samples less the parameters. Both
-//! hold for a model of the right order; what the model cannot follow counts as noise.
-//!
+//! estimated too and eliminated from ψ. Λ and R are divided by the samples less the parameters.
 //! With the simulation focus K follows the model: it has the part that follows from the least
-//! prediction error as (A, B, C, D) move, and a part of its own, which in open loop is independent of
-//! theirs.
+//! prediction error as (A, B, C, D) move, and a part of its own, which in open loop is independent
+//! of theirs.
 
 use crate::Error;
 use crate::data::DataSet;

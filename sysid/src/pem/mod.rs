@@ -1,22 +1,12 @@
-//! Refinement of a model by its errors, and how uncertain what was reached is.
+//! Refinement of a model by its errors, and how uncertain what was reached is
+//! (docs/methods/refinement.md).
 //!
-//! Two errors can be made small (Ljung, *System Identification*, 2nd ed. 1999, ch. 7):
-//!
-//! - [`Focus::Simulation`]: the error of the simulation by the inputs alone (output error). The
-//!   estimate of (A, B, C, D) is right whatever the noise is, as long as the noise has nothing to do
-//!   with the input; so not where an output is fed back to the input.
-//! - [`Focus::Prediction`]: the one-step prediction error of the innovation form. Where the noise
-//!   has that form it is the best there is, and it is right under feedback too.
-//!
-//! Both are one problem. The predictor of the innovation form,
-//! `x⁺ = (A − KC)x + (B − KD)u + Ky, ŷ = Cx + Du`, is a model without noise with the inputs (u, y),
-//! whose D has no column for y; its output error is the prediction error, and (A, B, C, D, K) follow
-//! from its matrices. So the steps (`search`), the local coordinates (`coordinates`) and the
-//! derivatives (`rows`) are those of one kind of model only. What is kept stable is A for the
-//! simulation and A − KC for the prediction.
-//!
-//! The rows of the Jacobian are reduced to an R factor as they come, so the memory needed does not grow
-//! with the number of samples.
+//! Both errors are one problem. The predictor of the innovation form, `x⁺ = (A − KC)x + (B − KD)u +
+//! Ky, ŷ = Cx + Du`, is a model without noise with the inputs (u, y), whose D has no column for y;
+//! its output error is the prediction error. So the steps (`search`), the local coordinates
+//! (`coordinates`) and the derivatives (`rows`) are those of one kind of model only. What is kept
+//! stable is A for the simulation and A − KC for the prediction. The rows of the Jacobian are
+//! reduced to an R factor as they come.
 
 mod coordinates;
 mod covariance;

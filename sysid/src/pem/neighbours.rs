@@ -1,20 +1,12 @@
-//! Models near the estimate, and the uncertainty that they show.
+//! Models near the estimate, and the uncertainty that they show where first-order theory
+//! ([`crate::pem::covariance`]) falls short (docs/methods/refinement.md): *replicas*, estimates
+//! from the data less one block of time each (block jackknife: H. R. Künsch, Annals of Statistics
+//! 17, 1989), and *rivals*, models of another order or criterion with weights (Buckland, Burnham
+//! and Augustin, Biometrics 53, 1997).
 //!
-//! The sandwich of [`crate::pem::covariance`] is first-order theory: errors that are stationary and owe
-//! nothing to the input, a model of the right order, a surface that is flat over a standard error. A
-//! drive of a minute keeps none of these well. Two kinds of neighbours show by how much:
-//!
-//! - *replicas*: estimates from the data less one block of time each. Their scatter is the block
-//!   jackknife's covariance, `(B − 1)/B · Σ_b δ_b δ_bᵀ` (H. R. Künsch, *The jackknife and the bootstrap
-//!   for general stationary observations*, Annals of Statistics 17, 1989), whatever the errors depend
-//!   on. Where it exceeds the sandwich, it is taken in its place, direction by direction.
-//! - *rivals*: models of another order or of another criterion that the data allow. With weights w_i, the
-//!   variance about the estimate grows by `Σ w_i Δ_i²` (S. T. Buckland, K. P. Burnham, N. H. Augustin,
-//!   *Model selection: an integral part of inference*, Biometrics 53, 1997).
-//!
-//! A neighbour has a basis of its own, and a rival an order of its own, so each is compared by its
-//! response: δ is the step of the local coordinates that moves the estimate's response nearest to the
-//! neighbour's over the frequencies `omegas`, each weighted by the size of the response there.
+//! A neighbour is compared by its response: δ is the step of the local coordinates that moves the
+//! estimate's response nearest to the neighbour's over the frequencies `omegas`, each weighted by
+//! the size of the response there.
 
 use crate::Error;
 use crate::data::{DataSet, Segment};

@@ -1,11 +1,9 @@
-//! The autocovariance of errors as a filter: an autoregression of ny channels.
+//! The autocovariance of errors as a filter: an autoregression of ny channels, its order that of
+//! least AIC.
 //!
-//! For errors v with autocovariance `R(τ) = E v(t) v(t−τ)ᵀ` and regressors ψ(t), ny by q,
-//! `Σ_t Σ_s ψ(t)ᵀ R(t−s) ψ(s)` is wanted. With the autoregression of the time-reversed errors,
-//! `v(−t) = Σ A_k v(−t+k) + e'`, `E e'e'ᵀ = Λ'`, that is `Σ_t ψ̄(t)ᵀ Λ' ψ̄(t)` for
-//! `ψ̄(t) = ψ(t) + Σ A_kᵀ ψ̄(t−k)`: one causal filter over the rows, whatever the number of lags.
-//! (For one output reversal changes nothing, and this is the filtered regressor of Ljung 1999, eq 9.42.)
-//! The order is that of least AIC.
+//! `Σ_t Σ_s ψ(t)ᵀ R(t−s) ψ(s)` for errors v of autocovariance R(τ) is, with the autoregression
+//! `v(−t) = Σ A_k v(−t+k) + e'`, `E e'e'ᵀ = Λ'`, of the time-reversed errors, `Σ_t ψ̄(t)ᵀ Λ' ψ̄(t)`
+//! for `ψ̄(t) = ψ(t) + Σ A_kᵀ ψ̄(t−k)` (Ljung 1999, eq 9.42).
 
 use crate::Error;
 use crate::linalg::dense::{positive_part, solve};

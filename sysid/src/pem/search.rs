@@ -1,15 +1,9 @@
-//! Levenberg–Marquardt on the determinant of the error's covariance.
-//!
-//! The criterion is det Λ with `Λ = Σ e eᵀ/N`, the maximum-likelihood one for white Gaussian errors
-//! of unknown covariance (Ljung, *System Identification*, 2nd ed. 1999, eq 7.90–7.91); it does not
-//! depend on the units of the outputs. For one output it is the sum of squares. Its gradient is that
-//! of `Σ eᵀΛ⁻¹e` with Λ held, so each step is one of least squares with the rows weighted by the
-//! Cholesky factor of Λ at the present model.
-//!
-//! The initial state of each segment enters that segment's rows alone: these columns are eliminated
-//! there by the same QR factorisation, so any number of segments costs no more than one. Where the
-//! outputs have an offset to be found, a constant in all segments, it is a parameter in addition to the
-//! model's, in which the output is linear.
+//! Levenberg–Marquardt on det Λ with `Λ = Σ e eᵀ/N`, the maximum-likelihood criterion for white
+//! Gaussian errors of unknown covariance (Ljung, *System Identification*, 2nd ed. 1999, eq
+//! 7.90–7.91). Its gradient is that of `Σ eᵀΛ⁻¹e` with Λ held, so each step is one of least squares
+//! with the rows weighted by the Cholesky factor of Λ at the present model. The columns of a
+//! segment's initial state are eliminated by the same QR factorisation; an offset of the outputs is
+//! a parameter in addition to the model's.
 
 use crate::Error;
 use crate::data::{DataSet, Segment};

@@ -1,15 +1,11 @@
 //! The choice of a model from data in memory.
 //!
-//! Without feedback each order's initial estimate is the subspace model of any horizon and weighting
-//! that simulates the estimation data best ([`InitialEstimates`]), and the [search](ascend) runs once
-//! more with feedthrough where the criterion requires it ([`wants_feedthrough`]). Where the input
-//! depends on past outputs, by a driver or any other feedback, it is the best predictor-based one
-//! ([`Predicted`]); the input of the simulation is the
-//! [two-stage estimate](crate::selection::two_stage), unless the model that predicts best is the better
-//! simulator ([`finish`]).
-//!
-//! The validation data take no part, so the fit on them is that of the model on data that neither
-//! estimated nor chose it.
+//! Without feedback each order's initial estimate is the subspace model of any horizon and
+//! weighting that simulates the estimation data best ([`InitialEstimates`]), and the
+//! [search](ascend) runs once more with feedthrough where the criterion requires it
+//! ([`wants_feedthrough`]). Under feedback it is the best predictor-based one ([`Predicted`]); the
+//! input of the simulation is the [two-stage estimate](crate::selection::two_stage), unless the
+//! model that predicts best is the better simulator ([`finish`]). The validation data take no part.
 
 use crate::Error;
 use crate::data::DataSet;

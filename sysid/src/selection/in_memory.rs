@@ -1,16 +1,11 @@
-//! A data set in memory, as the [search](crate::selection::search) uses it: which of several models it
-//! makes the likeliest, whatever the spectrum of the noise.
+//! A data set in memory, as the [search](crate::selection::search) uses it: which of several models
+//! it makes the likeliest, whatever the spectrum of the noise (docs/methods/selection.md).
 //!
-//! A model is refined by its simulation error, since it is to simulate; under feedback by that for the
-//! [two-stage input estimate](crate::selection::two_stage). It is evaluated by the errors of one-step
-//! prediction that it makes along with a noise model of its own, an autoregression of its simulation
-//! errors ([`AutoregressiveNoise`]) of one order for all models: that of the noise as the largest model
-//! leaves it. These errors are white for the right model, so all N samples count, and BIC holds. A
-//! superfluous state would have to predict what the noise model does not, and under feedback such a
-//! direct prediction error is not biased (Ljung, *System Identification*, 2nd ed. 1999, section 13.4).
-//!
-//! Plant and noise model are estimated in turn, each for the other as it is, which lowers one sum of
-//! squares.
+//! A model is refined by its simulation error, under feedback by that for the [two-stage input
+//! estimate](crate::selection::two_stage). It is evaluated by the errors of one-step prediction
+//! that it makes along with an [`AutoregressiveNoise`] of one order for all models: that of the
+//! noise as the largest model leaves it. Plant and noise model are estimated in turn, each for the
+//! other as it is, which lowers one sum of squares.
 
 use crate::Error;
 use crate::data::DataSet;

@@ -2,12 +2,10 @@
 //! offset of the outputs.
 //!
 //! The means that are removed from the data leave a constant in the simulation errors
-//! ([`tapered_mean`](crate::data::scaled::tapered_mean)), of the size of what rings at the ends of the
-//! record. With the model fixed, that constant is a linear unknown along with the initial states, so
-//! all are found together wherever a model is evaluated by the errors of its simulation; it then counts
-//! as part of the output's mean, for the validation data too, which take no part in it. Where it is no
-//! more than what the noise would make of it, by BIC, it is left out: an output that drifts would else
-//! be followed.
+//! ([`tapered_mean`](crate::data::scaled::tapered_mean)), found along with the initial states
+//! wherever a model is evaluated by the errors of its simulation; it then counts as part of the
+//! output's mean, for the validation data too. Where it is no more than what the noise would make
+//! of it, by BIC, it is left out: an output that drifts would else be followed.
 
 use crate::Error;
 use crate::data::DataSet;

@@ -1,10 +1,7 @@
-//! Subspace models of one order from every horizon and weighting: the initial estimates of the
-//! refinement.
-//!
-//! A and C come from the shift structure of Γ and from eq 12, each stabilised where it is unstable;
-//! B, D and the initial states by least squares on the simulated output. All models of one order have
-//! equally many parameters, so the one that simulates the estimation data best is taken; their rows
-//! of data differ by horizon, their simulations are over the same samples.
+//! Subspace models of one order from every horizon, weighting and realization, stabilised where
+//! they are unstable, with B, D and the initial states by least squares on the simulated output:
+//! the initial estimates of the refinement. All have equally many parameters, so the one that
+//! simulates the estimation data best is taken.
 
 use crate::Error;
 use crate::data::DataSet;

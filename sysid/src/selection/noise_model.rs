@@ -1,18 +1,9 @@
-//! The autoregressive noise model of simulation errors, and the data filtered by it.
+//! The autoregressive noise model `v(t) = Σ_{k=1..p} a_k v(t−k) + e(t)` of simulation errors v = y
+//! − G u, and the data filtered by it (docs/methods/selection.md).
 //!
-//! The simulation error v = y − G u is taken for an autoregression driven by white noise,
-//!
-//! ```text
-//! v(t) = Σ_{k=1..p} a_k v(t−k) + e(t)
-//! ```
-//!
-//! which makes plant and noise a model of Box and Jenkins' kind (L. Ljung, *System Identification*,
-//! 2nd ed. 1999, section 4.2) whose two parts share no pole. Given a, the prediction error of that
-//! model is the simulation error of the same plant for the signals `u − Σ a_k u(t−k)` and
-//! `y − Σ a_k y(t−k)`, since scalar filters commute: so all that works on simulation errors works on
-//! prediction errors too, on [whitened](AutoregressiveNoise::whitened) data.
-//!
-//! One autoregression serves all outputs, each in the unit of its errors. It is found by Durbin and
+//! Given a, the prediction error of plant and noise together is the simulation error of the same
+//! plant for [whitened](AutoregressiveNoise::whitened) data, since scalar filters commute. One
+//! autoregression serves all outputs, each in the unit of its errors. It is found by Durbin and
 //! Levinson's recursion from the autocovariance, which makes it stable.
 
 use crate::Error;

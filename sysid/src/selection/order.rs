@@ -1,16 +1,8 @@
-//! How many states the data require.
-//!
-//! Adding a state always lowers the errors on the estimation data. Whether by more than chance is
-//! decided by BIC, Schwarz's criterion (G. Schwarz, *Estimating the dimension of a model*, Annals of
-//! Statistics 6, 1978),
-//!
-//! ```text
-//! N·Σ_i ln V_i + d·ln(N·ny)
-//! ```
-//!
-//! with V_i the mean squared error of output i and d the number of parameters. It takes the errors for
-//! independent over time. Simulation errors are not, so it is applied to the errors of one-step
-//! prediction by plant and noise model together ([`search`](crate::selection::search)).
+//! How many states the data require: by BIC (G. Schwarz, *Estimating the dimension of a model*,
+//! Annals of Statistics 6, 1978), `N·Σ_i ln V_i + d·ln(N·ny)` with V_i the mean squared error of
+//! output i and d the number of parameters. It takes the errors for independent over time, so it is
+//! applied to the errors of one-step prediction by plant and noise model together
+//! ([`search`](crate::selection::search)).
 
 use crate::data::{DataSet, Signals};
 use crate::linalg::dense::dot;

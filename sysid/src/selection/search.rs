@@ -1,15 +1,10 @@
-//! The search for a model: models of growing order, each estimated, refined and scored, and the choice
-//! among them. It is one search over an [`Estimator`]: [data in memory](crate::selection::in_memory) or
-//! the R factor of [accumulated drives](crate::identify::accumulated).
-//!
-//! 1. Each order's [initial estimates](Estimator::initial_estimates) are refined, and the one of least
-//!    errors is taken.
-//! 2. It is scored by the one-step prediction errors that it makes along with a model of the noise
-//!    ([`Estimator::predict`]), for which BIC holds whatever the spectrum of the noise.
-//! 3. The order is the one of least criterion; orders are tried in turn until [`LOOK_AHEAD`] in a row
-//!    have not lowered it.
-//! 4. Of orders that are about as likely, one whose A has a real logarithm (eq 9) goes before one
-//!    without; the chosen model is given one where that costs nearly nothing ([`with_logarithm`]).
+//! The search for a model over an [`Estimator`]: [data in memory](crate::selection::in_memory) or
+//! the R factor of [accumulated drives](crate::identify::accumulated). Each order's [initial
+//! estimates](Estimator::initial_estimates) are refined, and the one of least errors is scored by
+//! one-step prediction errors along with a model of the noise ([`Estimator::predict`]). Orders are
+//! tried in turn until [`LOOK_AHEAD`] in a row have not lowered the criterion; of orders about as
+//! likely, one whose A has a real logarithm (eq 9) goes before one without, and the chosen model is
+//! given one where that costs nearly nothing ([`with_logarithm`]).
 
 use crate::Error;
 use crate::model::StateSpace;

@@ -1,28 +1,15 @@
-//! What of the input owes nothing to the noise: identification under feedback by two stages.
+//! What of the input owes nothing to the noise: identification under feedback by two stages (P. M.
+//! J. Van den Hof and R. J. P. Schrama, Automatica 29, 1993; with estimated innovations: S. J. Qin,
+//! L. Ljung, IFAC SYSID 2003).
 //!
-//! Under feedback the input answers to past noise, so simulation errors are correlated with it and
-//! whatever makes them small is biased. The part of the input that past and present innovations do not
-//! determine is not correlated: with e the innovations of a VARX model ([`Predictor`]), which is
-//! consistent in a loop,
+//! With e the innovations of a VARX model ([`Predictor`]), which is consistent in a loop, u_r of
+//! `u(t) = Σ_{k=1..L} Q_k e(t−k) + u_r(t)` by least squares is the input that the loop would have
+//! without noise, and `y = G u_r + (G Q + H) e` is open-loop data: the simulation error for u_r
+//! needs no right noise model.
 //!
-//! ```text
-//! u(t) = Σ_{k=1..L} Q_k e(t−k) + u_r(t)
-//! ```
-//!
-//! by least squares, u_r is the input that the loop would have without noise, and `y = G u_r + (G Q +
-//! H) e` has noise that is independent of u_r: open-loop data. This is the two-stage
-//! method of P. M. J. Van den Hof and R. J. P. Schrama (*An indirect method for transfer function
-//! estimation from closed loop data*, Automatica 29, 1993), who measure the external signal; here it is
-//! what estimated innovations leave (for these as signals in a loop: S. J. Qin, L. Ljung, *Closed-loop
-//! subspace identification with innovation estimation*, IFAC SYSID 2003). Unlike a direct one-step
-//! prediction error, the simulation error for u_r needs no right noise model, and a model too small for
-//! the vehicle comes out as the one that simulates best for what the driver meant to do.
-//!
-//! As in the test for [feedback](crate::subspace::closed_loop::feedback), the input of the same sample
-//! is among the regressors of the VARX model: a loop has a delay somewhere, and a direct gain that the
-//! model left out would make the unpredicted part of the input look like innovations.
-//!
-//! Samples whose past is not known, the first of each segment, keep their input.
+//! The input of the same sample is among the regressors of the VARX model: a direct gain that the
+//! model left out would make the unpredicted part of the input look like innovations. Samples whose
+//! past is not known, the first of each segment, keep their input.
 
 use crate::Error;
 use crate::data::{DataSet, Segment, Signals};

@@ -1,21 +1,10 @@
-//! The age of a receiver's fixes, from where the speed changes.
+//! The age of a receiver's fixes, from where the speed changes: `led − D = ε·D − τ·Δv` on segments
+//! that hardly turn (docs/methods/sideslip.md), by least squares over blocks with an offset and a
+//! drift of the speed of their own. The fixes are moved by τ until no more is found.
 //!
-//! Fixes that are τ old at the time that the log states lead by less while the vehicle gains speed, and
-//! by more while it loses it: with D the distance by the speed over the same time and Δv the change of
-//! the speed,
-//!
-//! ```text
-//! led − D = ε·D − τ·Δv
-//! ```
-//!
-//! with ε the speed's error of scale. In a turn the direction has sideslip in it, but the length has
-//! none to first order; segments that turn much are left out all the same. τ and ε are found by least
-//! squares over blocks with an offset and a drift of the speed of their own, and the fixes are moved by
-//! τ until no more is found. At a constant speed τ is not determined: then the age must be stated.
-//!
-//! The age is one against the speed's clock. A speed that is late itself makes the fixes look as much
-//! younger: its own lag is unknown by [`SPEED_ERROR_S`], which goes into the standard error. The rest of
-//! that is a jackknife over the blocks, since few of them may hold most of the speed's changes.
+//! The speed's own lag is unknown by [`SPEED_ERROR_S`], which goes into the standard error; the
+//! rest of that is a jackknife over the blocks, since few of them may hold most of the speed's
+//! changes.
 
 use crate::sideslip::displacements::{AGE, DisplacementSegment, Piece, SCALE, advances};
 use crate::sideslip::regression::robust;

@@ -1,45 +1,12 @@
-//! The sideslip in a drive, from where a receiver's fixes lead.
+//! The sideslip in a drive, `β = (S + Q·a²)·r + C·ṙ` with `a = v·r`, from where a receiver's fixes
+//! lead (docs/methods/sideslip.md).
 //!
-//! Course is yaw plus sideslip,
-//!
-//! ```text
-//! β = (S + Q·a²)·r + C·ṙ,   a = v·r
-//! ```
-//!
-//! with r the yaw rate, S the sideslip per yaw rate in gentle turns, Q what that grows by as the tyres
-//! saturate, C what β leads or lags by. With the gyro integrated, the direction χ in which the fixes
-//! lead and the direction χ̂ in which speed and gyro alone lead over the same segment differ by
-//!
-//! ```text
-//! χ − χ̂ = ψ0 + b·t + β̄
-//! ```
-//!
-//! ψ0 the yaw at the beginning, b the gyro's bias, β̄ the segment's mean sideslip, in which
-//! `displacements` separates the three terms. ψ0 and b are those of 10 s each, so that the drift of a
-//! gyro matters little; S, Q and C are one number each, by least squares (Frisch and Waugh: ψ0 and b
-//! taken out of both sides). Their standard errors are those of clusters, one of 10 s (Liang and Zeger
-//! 1986), since segments that overlap share fixes.
-//!
-//! **What is looked for.** Q and C are taken where the drive determines them: Q where it is two and a
-//! half standard errors from 0, C where it is as far from 0 or from S²/2, which a plant and a path
-//! follower use where neither is stated; and only if the error is small in a turn of 4 m/s², however
-//! gentle those of the drive. The least certain is left out first, and the others are found again
-//! (backward elimination). Of a term that is nothing, ten clusters take one in thirty for something
-//! (Student's t of nine degrees of freedom; Cameron and Miller 2015), and then it is small; for the
-//! best prediction Akaike's criterion would take more, from √2 standard errors. A drive that determines
-//! neither has S alone, as a mean over its turns.
-//!
-//! **Length of a segment.** S alone is a mean anyway: it is of segments of a second, which are long
-//! against the noise of a fix and short against a turn. They also decide which terms there are. Their
-//! values are of half a second, if the fixes come as often: longer segments average away what
-//! determines C, and S and Q with it; shorter ones are of noise.
-//!
-//! **Latency.** A fix that is stated to be τ younger than it is turns S into S − τ: in a steady turn the
-//! two cannot be separated. So the age of a fix is stated, or comes from where the speed changes (`age`),
-//! never from turns. Its standard error is one of S (and τ²/2 − τ·S of C); of an age that is neither stated
-//! nor found it is that of any age up to 0.3 s, which is too large to state a sideslip.
-//! **Antenna.** One that is `a` ahead of the centre of gravity moves by a·r to the side: with it comes
-//! S + a/v.
+//! Yaw and bias of each 10 s are taken out of both sides (Frisch and Waugh), and standard errors
+//! are those of clusters of 10 s (Liang and Zeger 1986), since segments that overlap share fixes.
+//! Of a term that is nothing, ten clusters take one in thirty for something (Student's t of nine
+//! degrees of freedom; Cameron and Miller 2015), and then it is small; Akaike's criterion would
+//! take more, from √2 standard errors. The standard error of a fix's age is one of S (and τ²/2 −
+//! τ·S of C).
 
 mod age;
 mod displacements;

@@ -1,10 +1,9 @@
 //! How well the data determine the factor, and which way it was computed for that.
 //!
-//! Two conditions count, both of variables scaled to equal size (which comes near the best that scaling
-//! can do: A. van der Sluis, Numerische Mathematik 14, 1969) and about their mean. That of all windows
-//! together decides how the factor can be computed: a Gram matrix squares it. Data without noise make
-//! it infinite, and are no worse for that. That of the input alone determines what the input excites;
-//! where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
+//! Conditions are of variables scaled to equal size (A. van der Sluis, Numerische Mathematik 14,
+//! 1969) and about their mean. That of all windows decides how the factor can be computed; data
+//! without noise make it infinite. That of the input alone determines what the input excites:
+//! beyond [`MOST_OF_INPUT`] shorter windows are used.
 
 use crate::linalg::dense::short_dot;
 use faer::MatRef;

@@ -1,19 +1,14 @@
 //! The Gram matrix of the windows, from sums that need one pass and little memory.
 //!
-//! With windows h(t) = \[z(t); z(t+1); …; z(t+w−1)\] of the samples z = \[u; y\], t = 0 … j−1, the matrix
-//! Σ h hᵀ has blocks G(a, b) = Σ z(t+a) z(t+b)ᵀ, and displacement structure (T. Kailath and
-//! A. H. Sayed, *Displacement structure: theory and applications*, SIAM Review 37, 1995):
+//! With windows h(t) = \[z(t); …; z(t+w−1)\] of the samples z = \[u; y\], Σ h hᵀ has displacement
+//! structure (T. Kailath and A. H. Sayed, *Displacement structure: theory and applications*, SIAM
+//! Review 37, 1995): `G(a+1, b+1) = G(a, b) + z(j+a) z(j+b)ᵀ − z(a) z(b)ᵀ`. So it follows from the
+//! w lag sums of the first block row and the first and last w−1 samples of each segment, which add
+//! up over segments in any order.
 //!
-//! ```text
-//! G(a+1, b+1) = G(a, b) + z(j+a) z(j+b)ᵀ − z(a) z(b)ᵀ
-//! ```
-//!
-//! so that all of it follows from the w lag sums of the first block row, of w·c² numbers, and the first
-//! and last w−1 samples of each segment. All of that adds up over segments, in any order.
-//!
-//! The condition is squared in a Gram matrix, so the samples come with a constant taken off, the
-//! rest of the mean is taken off at the end, and sums of blocks are added with their rounding
-//! errors kept (Knuth's two-sum).
+//! The samples come with a constant taken off, the rest of the mean is taken off at the end, and
+//! sums of blocks are added with their rounding errors kept (Knuth's two-sum), since the condition
+//! is squared.
 
 use crate::subspace::lags::{Block, lag_sums, padded};
 use faer::Mat;

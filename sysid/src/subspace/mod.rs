@@ -1,17 +1,8 @@
-//! Subspace identification: block Hankel matrices → LQ → weighted SVD → A, C (shift structure or
-//! eq 12) → B, D → K.
-//!
-//! P. Van Overschee and B. De Moor, *A unifying theorem for three subspace system identification
-//! algorithms*, Automatica 31 (1995), and *Subspace Identification for Linear Systems* (1996).
-//! With s block rows of past and future, the row space of the data is factored once,
-//!
-//! ```text
-//! ⎡U_f⎤   ⎡L11          ⎤ ⎡Q1⎤
-//! ⎢W_p⎥ = ⎢L21 L22      ⎥ ⎢Q2⎥      W_p = ⎡U_p⎤
-//! ⎣Y_f⎦   ⎣L31 L32 L33  ⎦ ⎣Q3⎦            ⎣Y_p⎦
-//! ```
-//!
-//! and everything after works on the small matrix L. Shapes: U_f is s·nu by j, Y_f s·ny by j.
+//! Subspace identification: block Hankel matrices → LQ → weighted SVD → A, C (shift structure or eq
+//! 12) → B, D → K (P. Van Overschee and B. De Moor, *A unifying theorem for three subspace system
+//! identification algorithms*, Automatica 31, 1995; docs/methods/subspace.md). Everything after the
+//! LQ factorisation works on the small matrix L. Shapes: U_f is s·nu by j, Y_f s·ny by j, for s
+//! block rows of past and of future.
 
 mod accumulator;
 pub mod closed_loop;

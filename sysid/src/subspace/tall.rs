@@ -1,10 +1,7 @@
 //! The R factor of the windows by a blocked tall-skinny QR: each block's rows are factored together
-//! with the R factor of those before (Golub and Van Loan, *Matrix Computations*, 5.2.8; J. Demmel, L.
-//! Grigori, M. Hoemmen and J. Langou, *Communication-optimal parallel and sequential QR and LU
-//! factorizations*, SIAM J. Sci. Comput. 34, 2012). Backward stable, and of bounded memory.
-//!
-//! A first column of ones is carried along, so that the rest of R is that of the windows about their
-//! mean: offsets cost no digits.
+//! with the R factor of those before (J. Demmel, L. Grigori, M. Hoemmen and J. Langou, SIAM J. Sci.
+//! Comput. 34, 2012). A first column of ones is carried along, so that the rest of R is that of the
+//! windows about their mean: offsets cost no digits.
 
 use crate::linalg::dense::{r_factor, vcat};
 use faer::{Mat, MatRef};

@@ -1,9 +1,5 @@
-//! How certain a fit is: the block jackknife over segments of time.
-//!
-//! A fit is a ratio of sums over the validation data, Σ(y − ŷ)² over Σ(y − ȳ)². Leaving out one block
-//! of time after the other shows how much it depends on which minutes were driven: with B blocks, `se²
-//! = (B − 1)/B · Σ_b (θ_b − θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks of
-//! dependent data). No random number is needed.
+//! How certain a fit is: the block jackknife over segments of time, `se² = (B − 1)/B · Σ_b (θ_b −
+//! θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks of dependent data).
 
 /// A fit and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]

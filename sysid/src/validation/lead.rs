@@ -1,10 +1,7 @@
 //! A yaw rate that comes before the steering that causes it: clocks of channels that are apart.
-//!
-//! The yaw rate is regressed on the steering moved ahead in time. No vehicle answers before it is
-//! steered, so that where a later steering explains much more, the clocks are wrong. A driver who
-//! answers to gusts steers after the yaw rate too, but that explains a percent at most.
-//!
-//! The other way round, an earlier steering explains as much as long as the yaw rate is late by more.
+//! Where a later steering explains much more, the clocks are wrong; a driver who answers to gusts
+//! explains a percent at most. The other way round, an earlier steering explains as much as long as
+//! the yaw rate is late by more.
 
 use crate::validation::regression::{BLOCKS, Pair, Sums};
 

@@ -1,19 +1,11 @@
-//! The model error against the measured response, band by band.
+//! The model error against the measured response, band by band: `ρ = Σ S_u G* Ĝ / Σ S_u |G|²`
+//! (docs/methods/validation.md) brings the model's response G to the measured Ĝ. Its real and
+//! imaginary part scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² ·
+//! κ/(2 n_d)` each (as in [`crate::validation::bands`]).
 //!
-//! Over a band, the measured response is regressed on the model's, weighted by the power of the
-//! model's output: with Ĝ measured, G the model's and S_u the power of the input,
-//!
-//! `ρ = Σ S_u G* Ĝ / Σ S_u |G|²`
-//!
-//! is the complex factor that brings the model to the measurement, whose real and imaginary part
-//! scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² · κ/(2 n_d)` each (as in
-//! [`crate::validation::bands`]). Many frequencies together distinguish small model errors from chance,
-//! and one outlier does not make one.
-//!
-//! How much is too much: with the complementary sensitivity T of a loop, the controller that stabilises
-//! the model stabilises every plant within a relative model error of 1/|T| (Skogestad and Postlethwaite
-//! 2005, section 7.5); |T| is at most about 1.3 in a loop with little overshoot, and below half of that
-//! share its margins remain ones.
+//! A controller that stabilises the model stabilises every plant within a relative model error of
+//! 1/|T| (Skogestad and Postlethwaite 2005, section 7.5); |T| is at most about 1.3 in a loop with
+//! little overshoot, and below half of that share its margins remain ones.
 
 use crate::validation::bands::{ENDS, coupling, inside};
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};

@@ -1,20 +1,12 @@
-//! Play (lash) of the steering, from the data, and the limit cycle that it causes.
+//! Play (lash) of the steering, from the data, and the limit cycle that it causes
+//! (docs/methods/validation.md).
 //!
-//! *Detection.* With play of width w the road wheels follow the recorded angle δ by
-//!
-//! `δ_w(t) = min(max(δ_w(t−1), δ(t) − w/2), δ(t) + w/2)`,
-//!
-//! a hysteresis at every reversal that no linear response has. The yaw rate is regressed on δ_w by
-//! orthonormal functions for a row of widths; the width that leaves the least is the estimate, with a
-//! jackknife over blocks of time for its standard error.
-//!
-//! *Limit cycle.* The describing function of play of half-width b at amplitude A is (Slotine and Li,
-//! *Applied Nonlinear Control*, 1991, section 5.2.3)
-//!
-//! `N = ¹⁄_π (π/2 − asin c − c √(1 − c²)) + j (4b/πA)(b/A − 1),   c = 2b/A − 1`,
-//!
-//! and a loop L oscillates where N(A) L(jω) = −1. The loop is a typical one: a PI controller on the yaw
-//! angle with its crossover at [`CROSSOVER_RADPS`], which settles in about a second.
+//! With play of width w the road wheels follow the recorded angle δ by `δ_w(t) = min(max(δ_w(t−1),
+//! δ(t) − w/2), δ(t) + w/2)`; the width that leaves the least of the yaw rate is the estimate, with
+//! a jackknife over blocks of time. A loop L, a PI controller on the yaw angle with its crossover
+//! at [`CROSSOVER_RADPS`], oscillates where N(A) L(jω) = −1 with the describing function N of play
+//! of half-width b (Slotine and Li, *Applied Nonlinear Control*, 1991, section 5.2.3), `N = ¹⁄_π
+//! (π/2 − asin c − c √(1 − c²)) + j (4b/πA)(b/A − 1)`, `c = 2b/A − 1`.
 
 use crate::validation::regression::{BLOCKS, Pair, Sums, jackknife};
 use std::f64::consts::{FRAC_PI_2, PI};

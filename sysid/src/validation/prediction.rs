@@ -1,16 +1,7 @@
-//! Prediction of the validation data, k steps ahead.
-//!
-//! With the one-step residuals e, the error of the prediction from outputs up to t − k is
-//!
-//! `y(t) − ŷ(t|t−k) = e(t) + Σ_{j=1}^{k−1} C A^{j−1} K e(t−j) = e(t) + C z(t) − C A^{k−1} z(t−k+1)`,
-//! `z(t+1) = A z(t) + K e(t)`,
-//!
-//! which costs two products with A a sample, however large k is. k = 1 gives the residuals. The
-//! first k − 1 samples of a segment are predicted from its estimated initial state.
-//!
-//! *Bound of the fit.* The error of the simulation of the true model is the noise v = H e, H monic, so
-//! that var v ≥ var e (Ljung 1999, section 3.2): no simulation fits better than `1 − σ_e/σ_y`, with
-//! the spread σ_y of the validation data.
+//! Prediction of the validation data, k steps ahead. With the one-step residuals e, the error of
+//! the prediction from outputs up to t − k is `e(t) + C z(t) − C A^{k−1} z(t−k+1)` with `z(t+1) = A
+//! z(t) + K e(t)`, which costs two products with A a sample, however large k is. The first k − 1
+//! samples of a segment are predicted from its estimated initial state.
 
 use crate::data::statistics::{fit_percent, variance_accounted_for};
 use crate::linalg::dense::{rows, short_dot};

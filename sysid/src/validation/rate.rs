@@ -1,9 +1,6 @@
-//! Whether the log is fast enough for the vehicle.
-//!
-//! A filter before the sampling, if there was one, hides what is above half the log's rate, and without one
-//! it is folded back; what a measured angle did between two samples is interpolated. Both are small where
-//! the rate is many times the bandwidth of the vehicle. Of simulated cars of 2 to 4 Hz bandwidth the
-//! identified response from 0.1 to 2 Hz is wrong by 2 % at 20 Hz and by 4 % at 10 Hz (`cargo xtask evaluate
+//! Whether the log is fast enough for the vehicle. Folded and interpolated content is small where
+//! the rate is many times the bandwidth: of simulated cars of 2 to 4 Hz bandwidth the identified
+//! response from 0.1 to 2 Hz is wrong by 2 % at 20 Hz and by 4 % at 10 Hz (`cargo xtask evaluate
 //! response`).
 
 use steerwright_formats::{ChannelSummary, Grade, Intersample, Reason, ReasonCode};

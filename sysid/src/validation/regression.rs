@@ -1,11 +1,8 @@
-//! Yaw rate regressed on the steering by orthonormal functions, block by block.
-//!
-//! The steering passes a bank of Laguerre filters (B. Wahlberg, *System identification using Laguerre
-//! models*, IEEE Transactions on Automatic Control 36, 1991), whose outputs span the responses of a
-//! vehicle: no structure, order or delay is chosen, and a change of the steering (play taken out, or
-//! moved in time) is compared by what a least-squares fit leaves. Sums are kept for each of [`BLOCKS`]
-//! blocks of time, so that leaving one out costs nothing: the jackknife shows how certain a comparison
-//! is (Efron and Tibshirani 1993, chapter 11).
+//! Yaw rate regressed on the steering by a bank of Laguerre filters (B. Wahlberg, IEEE Transactions
+//! on Automatic Control 36, 1991), block by block: no structure, order or delay is chosen, and a
+//! change of the steering (play taken out, or moved in time) is compared by what a least-squares
+//! fit leaves. Sums are kept for each of [`BLOCKS`] blocks of time, so that leaving one out for the
+//! jackknife costs nothing.
 
 use crate::linalg::dense::solve;
 use faer::Mat;

@@ -1,13 +1,7 @@
 //! Auto and cross spectra of an input and an output by Welch's method, and what follows from them:
-//! coherence, the frequency response H1, and their confidence.
-//!
-//! Windows are von Hann's with half overlap, each with its mean removed; none of them straddles two
-//! segments of a recording. With K windows of one segment their averages scatter as those of
-//!
-//! `n_d = K² / (K + 2(K − 1)ρ²)`, ρ = 1/6 for this window and overlap (Welch 1967),
-//!
-//! independent ones do, and n_d is what enters the confidence bounds of Bendat and Piersol (2010,
-//! chapter 9).
+//! coherence, the frequency response H1, and their confidence (docs/methods/validation.md). Windows
+//! average as `n_d = K² / (K + 2(K − 1)ρ²)`, ρ = 1/6, independent ones do (Welch 1967), and n_d
+//! enters the bounds of Bendat and Piersol (2010, chapter 9).
 
 use std::f64::consts::PI;
 use steerwright_drivelog::signal::mean;

@@ -1,9 +1,7 @@
-//! What to drive next, computed from what the log shows.
-//!
-//! With the noise as it was, the standard error of a band's gain falls as one over the steering's
-//! amplitude in that band, and as one over the square root of the time driven (see [`crate::validation::bands`]). A
-//! sweep of amplitude A with equal time for each octave puts `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering
-//! power into the band from f₁ to f₂.
+//! What to drive next: with the noise as it was, the standard error of a band's gain falls as one
+//! over the steering's amplitude in that band and the square root of the time driven. A sweep of
+//! amplitude A with equal time for each octave puts `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power
+//! into the band from f₁ to f₂.
 
 use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
 

@@ -1,11 +1,8 @@
-//! Drives accumulated into a state of a few hundred kilobytes, however long and many they are, and the
-//! plant identified from it.
-//!
-//! The state is the R factor of all windows of 2·horizon samples with a column of ones next to them
-//! ([`Accumulator`](crate::subspace::Accumulator) of kind [`Decomposition::Qr`]): data of any condition
-//! are possible, and offsets are part of what is merged. Every fourth block of samples goes to a state
-//! of its own, which is validation data. Next to them are the sums of Welch's spectra of all samples.
-//! Merging states is the same as accumulating all logs in one pass.
+//! Drives accumulated into a state of a few hundred kilobytes, however long and many they are, and
+//! the plant identified from it (docs/methods/accumulate.md): the R factor of all windows of
+//! 2·horizon samples with a column of ones ([`Accumulator`](crate::subspace::Accumulator) of kind
+//! [`Decomposition::Qr`]), the same of every fourth block of samples as validation data, and the
+//! sums of Welch's spectra of all samples.
 
 mod evidence;
 mod file;

@@ -1,31 +1,20 @@
-//! One-step prediction errors of plant and noise together, from the R factor of the windows alone.
+//! One-step prediction errors of plant and noise together, from the R factor of the windows alone:
+//! the model α(q) (y − G u) = e of docs/methods/accumulate.md, by which orders are compared on a
+//! [log in memory](crate::selection::in_memory) too.
 //!
-//! The model is the one by which orders are compared on a
-//! [log in memory](crate::selection::in_memory): the
-//! simulation error v = y − G u is an autoregression driven by white noise (Box and Jenkins' kind; L.
-//! Ljung, *System Identification*, 2nd ed. 1999, section 4.2),
-//!
-//! ```text
-//! α(q) (y − G u) = e,    α(q) = 1 − a_1 q⁻¹ − … − a_p q⁻ᵖ
-//! ```
-//!
-//! so that e is the simulation error of G for the signals filtered by α. Of a window of L samples t = 0
-//! … L−1, these are known from t = p on. The state x(p) follows from the errors at p … L−2, and what is
-//! evaluated is the error at the window's last sample, which had no part in it:
+//! e is the simulation error of G for the signals filtered by α. Of a window of L samples these are
+//! known from t = p on. The state x(p) follows from the errors at p … L−2, and what is evaluated is
+//! the error at the window's last sample:
 //!
 //! ```text
 //! ε = ỹ(L−1) − (H ũ)(L−1) − φ (ΦᵀΦ + σ²Π⁻¹)⁻¹ Φᵀ [ỹ − H ũ](p … L−2)
 //! ```
 //!
 //! with Φ the rows C Aᵗ, φ the one after them, σ² the variance of e, and Π that of the state which
-//! follows from the input before the window, `Π = AΠAᵀ + A z Bᵀ + B zᵀAᵀ + r(0) B Bᵀ` with `z = Σ Aʲ B
-//! r(j+1)` and r the autocovariance of ũ: a mode that the input does not drive has no state, and cannot
-//! take up what the noise model leaves. Every sample is the last of one window, so ε is the prediction
-//! error of every sample of the drives from the L−1 before it, an initial state cannot take up the
-//! error by which it is evaluated, and under feedback ε is no more biased than any direct prediction
-//! error (section 13.4 there). It is a linear combination cᵀh of the window's samples h, of variance ‖R
-//! c‖²: no look at the data is needed, and a step of Levenberg and Marquardt's method over (A, B, C, a)
-//! costs some hundred thousand operations.
+//! follows from the input before the window, `Π = AΠAᵀ + A z Bᵀ + B zᵀAᵀ + r(0) B Bᵀ` with `z = Σ
+//! Aʲ B r(j+1)` and r the autocovariance of ũ: a mode that the input does not drive cannot take up
+//! what the noise model leaves. Under feedback ε is no more biased than any direct prediction
+//! error. It is a linear combination cᵀh of the window's samples h, of variance ‖R c‖².
 
 use crate::Error;
 use crate::identify::accumulated::windows::Windows;

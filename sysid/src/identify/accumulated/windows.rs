@@ -1,11 +1,7 @@
-//! The R factor of the windows, read as data.
-//!
-//! With W the matrix of all windows, a row for each, and W = Q R, sums of squares of any linear
-//! combination of the windows' samples are those of the rows of R. Simulation and prediction errors of
-//! a model are such combinations, of input and output and an initial state for each window, so that R's
-//! rows, each a segment of 2·horizon samples, represent all windows: what is fitted to them by least
-//! squares is what would be fitted to every window of the drives, each from an initial state of its
-//! own.
+//! The R factor of the windows, read as data: simulation and prediction errors of a model are
+//! linear combinations of a window's samples and its initial state, so that R's rows, each a
+//! segment of 2·horizon samples, represent all windows in least squares
+//! (docs/methods/accumulate.md).
 
 use crate::Error;
 use crate::data::{DataSet, Segment, Signals};

@@ -1,9 +1,7 @@
-//! The nearest model off the branch cut of the logarithm.
-//!
-//! A mode that dies out within a sample, such as the rest of an actuator's lag, shows in one sample of
-//! the impulse response alone. Noise takes its eigenvalue of A to either side of zero, and on the
-//! negative side A has no real logarithm (eq 9): the model could neither be run at another step size
-//! nor delayed by a part of a sample, though the data hardly require it.
+//! The nearest model off the branch cut of the logarithm: a mode that dies out within a sample
+//! shows in one sample of the impulse response alone, and noise takes its eigenvalue of A to either
+//! side of zero. On the negative side A has no real logarithm (eq 9), though the data hardly
+//! require it.
 
 use crate::Error;
 use crate::linalg::dense::{eigenvalues, solve};

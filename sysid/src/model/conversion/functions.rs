@@ -1,9 +1,7 @@
-//! Exponential and logarithm of a matrix.
-//!
-//! The exponential is nalgebra's (Higham 2009). No kept crate has the logarithm: it is by inverse scaling
-//! and squaring, square roots by the product form of the Denman–Beavers iteration with determinantal scaling
-//! (Cheng, Higham, Kenney and Laub 2001) until the matrix is near I, then the diagonal Padé approximant of
-//! degree 7 as partial fractions on Gauss–Legendre nodes (Higham, *Functions of Matrices*, 2008, ch. 11).
+//! Exponential and logarithm of a matrix. The exponential is nalgebra's (Higham 2009). The
+//! logarithm is by inverse scaling and squaring: square roots by the product form of the
+//! Denman–Beavers iteration with determinantal scaling (Cheng, Higham, Kenney and Laub 2001), then
+//! the Padé approximant of degree 7 (Higham, *Functions of Matrices*, 2008, ch. 11).
 
 use crate::linalg::dense::{identity, is_finite, solve};
 use faer::{Mat, MatRef};

@@ -1,19 +1,13 @@
-//! The pure delay between steering and yaw rate, in seconds.
+//! The pure delay between steering and yaw rate, in seconds (docs/methods/selection.md).
 //!
-//! A long ARX model whitens the noise; then models of order 1 to 5 in continuous time are fitted, each
-//! without a delay and with one of its own, exactly for an input that is held over the samples (so
-//! fractions of a sample count as they are). All of it works on lag sums, so the cost beyond one
-//! pass over the data does not depend on their number.
-//!
-//! *Delay or lag.* A delay, an actuator's lag and further poles look alike where the log has little
-//! information about high frequencies. The models are those of a vehicle: two poles and a zero, and
-//! lags without a zero on top, which cannot take the shape of a delay as a Padé approximant does. The
-//! delay competes with the lags by the Bayesian information criterion (Schwarz 1978) and is taken only
-//! where it wins
-//! clearly; and it must do better than models without a delay whose zeros are free, since it is such
-//! a model that is identified after it. What it replaces is reported: the fastest time constant of the best model without a delay.
-//! Where a lag and a delay are both there and the noise hides which is which, a model of lower order
-//! has a longer delay in place of the lag: the phase is right, the split is not.
+//! A long ARX model whitens the noise; then models of order 1 to 5 in continuous time are fitted,
+//! each without a delay and with one of its own, exactly for an input that is held over the
+//! samples, all on lag sums. The models are those of a vehicle: two poles and a zero, and lags
+//! without a zero on top, which cannot take the shape of a delay as a Padé approximant does. The
+//! delay competes with the lags by BIC; and it must do better than models without a delay whose
+//! zeros are free, since it is such a model that is identified after it. Where a lag and a delay
+//! are both there and the noise hides which is which, a model of lower order has a longer delay in
+//! place of the lag.
 
 mod fit;
 mod lags;

@@ -1,26 +1,16 @@
 //! Errors in variables: white noise on the sensors of input and output, the loop closed around the
-//! true signals.
+//! true signals (C. T. Chou and M. Verhaegen, *Subspace algorithms for the identification of
+//! multivariable dynamic errors-in-variables models*, Automatica 33, 1997).
 //!
-//! C. T. Chou and M. Verhaegen, *Subspace algorithms for the identification of multivariable dynamic
-//! errors-in-variables models*, Automatica 33 (1997). The future noises of both sensors, and of the
-//! process where it is white, are uncorrelated with everything in the past, in a loop too, so the past
-//! z_p is an instrument: projected on it,
+//! The past z_p is an instrument: `Y_f/Z_p = Γ X/Z_p + H U_f/Z_p` holds with the true Γ and H but
+//! for what vanishes as N grows, and the rows of the past lags of the R factor in order of time are
+//! these projections. An LQ factorisation takes U_f/Z_p out, the singular vectors of the rest span
+//! Γ, and Γ^⊥ᵀ Y_f/Z_p = Γ^⊥ᵀ H(B, D) U_f/Z_p is linear in B and D.
 //!
-//! ```text
-//! Y_f/Z_p = Γ X/Z_p + H U_f/Z_p
-//! ```
-//!
-//! holds with the true Γ and H but for what vanishes as N grows. The R factor of the data in order of
-//! time has these projections ready: the rows of the past lags. An LQ factorisation takes U_f/Z_p out,
-//! the singular vectors of the rest span Γ, and Γ^⊥ᵀ Y_f/Z_p = Γ^⊥ᵀ H(B, D) U_f/Z_p is linear in B and
-//! D.
-//!
-//! **Where it applies.** The sensors' noises must be white; an external excitation must move the loop,
-//! and the input over the `future` samples must be predictable from the past: a slalom or another sum
-//! of at least `future`/2 sines is; white excitation is not, nor is one of a low-order spectrum. The
-//! result's `excitation` measures how far that holds. Process noise within the loop is allowed where it
-//! is white, but the predictor's methods make better use of data with noise-free inputs. The method has
-//! no Kalman gain: in the innovation form u is known.
+//! An external excitation must move the loop, and the input over the `future` samples must be
+//! predictable from the past: a sum of at least `future`/2 sines is; white excitation is not. The
+//! result's `excitation` measures how far that holds. Process noise is allowed where it is white.
+//! The method has no Kalman gain: in the innovation form u is known.
 
 use crate::Error;
 use crate::data::DataSet;

@@ -1,26 +1,13 @@
-//! Does the input depend on past outputs? A test for feedback.
+//! Does the input depend on past outputs? A test for feedback (Sims 1972; Geweke, Meese and Dent
+//! 1983; docs/methods/selection.md): whether u(t+1) … u(t+k) help to predict y(t) beside its past
+//! and present regressors.
 //!
-//! C. A. Sims (*Money, income, and causality*, American Economic Review 62, 1972): y does not cause
-//! u, in Granger's sense, exactly where future inputs have no part in the regression of y on past,
-//! present and future u. With past y among the regressors (J. Geweke, R. Meese and W. Dent, *Comparing
-//! alternative tests of causality in temporal systems*, J. Econometrics 21, 1983) the error is white,
-//! so the usual theory of the linear model holds whatever the spectrum of u, which need not be
-//! modelled: a slalom is as good as noise. The hypothesis "no feedback" is that all coefficients of
-//! u(t+1) … u(t+k) are zero in
-//!
-//! ```text
-//! y(t) = Σ_{j=1..p} Ξ_j z(t−j) + D u(t) + Σ_{j=1..k} F_j u(t+j) + e(t)
-//! ```
-//!
-//! that is, past innovations do not correlate with what the past does not predict of u. The statistic
-//! is the likelihood ratio `−(ν − (ny − d + 1)/2) ln(det Σ₁/det Σ₀)` with Bartlett's correction (T. W.
-//! Anderson, *An Introduction to Multivariate Statistical Analysis*, 8.5), ν the degrees of freedom of
-//! the residuals and d the number of independent future inputs; it is χ² with
-//! d·ny degrees of freedom where there is no feedback.
-//!
-//! Present u is among the regressors, so feedback without any delay shows only through the samples
-//! after it. White noise on the sensor of u looks like feedback: future inputs then help to determine
-//! the true input of the past.
+//! The statistic is the likelihood ratio `−(ν − (ny − d + 1)/2) ln(det Σ₁/det Σ₀)` with Bartlett's
+//! correction (T. W. Anderson, *An Introduction to Multivariate Statistical Analysis*, 8.5), ν the
+//! degrees of freedom of the residuals and d the number of independent future inputs; it is χ² with
+//! d·ny degrees of freedom where there is no feedback. Feedback without any delay shows only
+//! through the samples after it, since present u is among the regressors. White noise on the sensor
+//! of u looks like feedback.
 
 use crate::Error;
 use crate::data::DataSet;

@@ -1,39 +1,19 @@
-//! Identification from closed-loop data: a driver or a controller steers by what the vehicle does.
+//! Identification from closed-loop data: a driver or a controller steers by what the vehicle does
+//! (docs/methods/subspace.md).
 //!
-//! Under feedback the input of the future depends on the noise of the past, so the projections of
-//! the open-loop methods ([`subspace`](crate::subspace)), which treat the future input as given,
-//! are biased however long the record is (L. Ljung and T. McKelvey, *Subspace identification from
-//! closed loop data*, Signal Processing 52, 1996). What stays consistent is one-step prediction:
-//! with the innovation form
+//! Both methods begin with the VARX model ([`Predictor`]) `y(t) = D u(t) + Σ_{j=1..p} C Ã^{j−1} B̃
+//! z(t−j) + e(t)`, Ã = A − K C, B̃ = [B − K D, K], z = [u; y], and differ in how they get the state
+//! x = T·z_p of the p last samples. Their bias is what Ãᵖ leaves out, so it goes with a growing
+//! past horizon p, which [`past_horizon`] picks; the variance grows with p.
 //!
-//! ```text
-//! x⁺ = A x + B u + K e      x⁺ = Ã x + B̃ z,  Ã = A − K C,  B̃ = [B − K D, K],  z = [u; y]
-//! y  = C x + D u + e        y  = C x + D u + e
-//! ```
+//! The feedback must use the *recorded* output. With feedthrough the loop must have a delay of a
+//! sample somewhere, or D is biased; so D is off unless it is requested. Where the loop closes
+//! around the true signals and both recordings have white sensor noise, [`errors_in_variables`]
+//! holds and these two do not.
 //!
-//! and Ã stable, `y(t) = D u(t) + Σ_{j=1..p} C Ã^{j−1} B̃ z(t−j) + e(t)` but for Ãᵖ: a vector
-//! autoregression with exogenous input (VARX, [`Predictor`]) whose error is white and, with a delay in
-//! the loop, uncorrelated with all regressors, feedback or not. Both methods begin with it and differ
-//! in how they get the state x = T·z_p, z_p being the p last samples:
-//!
-//! * [`ClosedLoopMethod::Pbsid`], PBSID-opt: A. Chiuso, *The role of vector autoregressive modeling in
-//!   predictor-based subspace identification*, Automatica 43 (2007);
-//! * [`ClosedLoopMethod::Ssarx`]: M. Jansson, *Subspace identification and ARX modeling*, IFAC SYSID 2003.
-//!
-//! Asymptotically they are the same where the weighting is (Chiuso 2007). Their bias is what Ãᵖ
-//! leaves out, so it goes with a growing past horizon p, which [`past_horizon`] picks; the variance
-//! grows with p.
-//!
-//! **Assumptions.** The feedback uses the *recorded* output, noise included, besides external signals
-//! independent of it. With feedthrough (D ≠ 0) the loop must have a delay of a sample somewhere, or
-//! u(t) is correlated with e(t) and D is biased; so D is off unless it is requested.
-//! Where the loop closes around the true signals and both recordings have white sensor noise,
-//! [`errors_in_variables`] holds and these two do not. [`feedback`] tests for feedback at all.
-//!
-//! Everything is computed from the R factor of the data in order of time ([`Factor`]): its columns
-//! represent the signals at each lag, and a regression among them is the one among the data. The cost
-//! after the factor does not depend on the number of samples. Means are the caller's to remove, as for
-//! the factor.
+//! Everything is computed from the R factor of the data in order of time ([`Factor`]), at a cost
+//! that does not depend on the number of samples. Means are the caller's to remove, as for the
+//! factor.
 
 pub mod errors_in_variables;
 mod feedback;

@@ -1,16 +1,7 @@
-//! PBSID-opt: the state from the predictor Markov parameters (Chiuso 2007).
-//!
-//! The product of the extended observability matrix of (Ã, C) and the extended controllability
-//! matrix of (Ã, B̃) is built of the Markov parameters of one VARX model; row i is the first row
-//! shifted by i, with zeros for Ãᵖ ≈ 0:
-//!
-//! ```text
-//!       ⎡Ξ_p  Ξ_{p−1}  …        Ξ_1      ⎤
-//! ΓK =  ⎢ 0   Ξ_p      …        Ξ_2      ⎥     f block rows, z_p from the earliest sample on
-//!       ⎣ 0   …  0  Ξ_p  …      Ξ_f      ⎦
-//! ```
-//!
-//! ΓK Z_p = U S Vᵀ over the data, and the state is S^{1/2} Vᵀ = S^{−1/2} Uᵀ ΓK Z_p.
+//! PBSID-opt: the state from the predictor Markov parameters (A. Chiuso, *The role of vector
+//! autoregressive modeling in predictor-based subspace identification*, Automatica 43, 2007). Block
+//! row i of ΓK is (Ξ_p … Ξ_1) shifted by i, with zeros for Ãᵖ ≈ 0; ΓK Z_p = U S Vᵀ over the data,
+//! and the state is S^{1/2} Vᵀ = S^{−1/2} Uᵀ ΓK Z_p.
 
 use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, svd};

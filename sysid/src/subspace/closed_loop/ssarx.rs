@@ -1,10 +1,8 @@
-//! SSARX: the state from canonical correlations after what is known of the future is taken out
-//! (Jansson 2003).
+//! SSARX: the state from canonical correlations after what is known of the future is taken out (M.
+//! Jansson, *Subspace identification and ARX modeling*, IFAC SYSID 2003).
 //!
-//! In predictor form the future outputs are `y_f = Γ̃ x + Φ̃ u_f + Ψ̃ y_f + e_f` with Φ̃ and Ψ̃ block
-//! Toeplitz of D and the predictor Markov parameters, Ψ̃ strictly lower triangular. Φ̃ and Ψ̃ follow
-//! from a VARX model; then `ỹ_f = y_f − Φ̃ u_f − Ψ̃ y_f = Γ̃ T z_p + e_f` is a regression of low rank
-//! on the past, solved by the canonical correlations of ỹ_f and z_p: the state is S^{1/2} Vᵀ of `(Ỹ
+//! With Φ̃ and Ψ̃ block Toeplitz of D and the predictor Markov parameters, `ỹ_f = y_f − Φ̃ u_f − Ψ̃
+//! y_f = Γ̃ T z_p + e_f` is a regression of low rank on the past: the state is S^{1/2} Vᵀ of `(Ỹ
 //! Ỹᵀ)^{−1/2} Ỹ Zᵀ (Z Zᵀ)^{−1/2} = U S Vᵀ`, times (Z Zᵀ)^{−1/2} Z.
 
 use crate::Error;
