@@ -33,6 +33,26 @@ pub enum Error {
 }
 
 impl Error {
+    pub(crate) fn no_model(problem: impl Into<String>) -> Self {
+        Self::NoModel { problem: problem.into() }
+    }
+
+    pub(crate) fn data(problem: impl Into<String>) -> Self {
+        Self::Data { problem: problem.into() }
+    }
+
+    pub(crate) fn too_few(got: usize, need: usize, sample_time_s: f64) -> Self {
+        Self::TooFewSamples { got, need, sample_time_s }
+    }
+
+    pub(crate) fn option(
+        option: &'static str,
+        value: impl ToString,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self::Option { option, value: value.to_string(), expected: expected.into() }
+    }
+
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {

@@ -109,26 +109,16 @@ impl<'a> Problem<'a> {
             .candidates()
             .into_iter()
             .filter_map(|parameters| {
-                let initial_states: Vec<InitialState> = self
-                    .segments
-                    .iter()
-                    .map(|s| [0.0, s.yaw_rate.first().copied().unwrap_or(0.0)])
-                    .collect();
+                let initial_states: Vec<InitialState> =
+                    self.segments.iter().map(SpeedSegment::measured).collect();
                 let cost = self.cost(&parameters, &initial_states, s2)?;
                 Some(Estimate { parameters, initial_states, long_run_variance: s2, cost })
             })
             .collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best: Option<Estimate> = None;
-        for start in tried.into_iter().take(REFINED) {
-            let found = self.refine(start)?;
-            if best.as_ref().is_none_or(|b| found.cost < b.cost) {
-                best = Some(found);
-            }
-        }
-        let mut best = best.ok_or(Error::NoModel {
-            problem: "no bicycle follows this drive, not even roughly".into(),
-        })?;
+        let mut best = self
+            .best(tried.into_iter().take(REFINED))?
+            .ok_or(Error::no_model("no bicycle follows this drive, not even roughly"))?;
         // The weight of the priors follows from the errors; they hardly depend on it in turn.
         for _ in 0..2 {
             let Some(errors) = self.errors(&best.parameters, &best.initial_states) else { break };
@@ -144,23 +134,22 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// As [`Problem::solve`].
     pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
-        let s2 = without.long_run_variance;
-        let mut best: Option<Estimate> = None;
         // A long lag without a delay may be a delay: it is shared out in two ways.
-        for part in [0.0, 0.7] {
+        let shared = [0.0, 0.7].into_iter().filter_map(|part| {
             let mut from = without.clone();
             let lag = from.parameters[LAG].exp();
             from.parameters[DELAY] = part * lag;
             from.parameters[LAG] = ((1.0 - part) * lag).ln();
-            let Some(cost) = self.cost(&from.parameters, &from.initial_states, s2) else {
-                continue;
-            };
-            let found = self.refine(Estimate { cost, ..from })?;
-            if best.as_ref().is_none_or(|b| found.cost < b.cost) {
-                best = Some(found);
-            }
-        }
-        best.ok_or(Error::NoModel { problem: "the bicycle with a delay diverges".into() })
+            let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance)?;
+            Some(Estimate { cost, ..from })
+        });
+        self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))
+    }
+
+    /// The refined estimate of least cost.
+    fn best(&self, starts: impl Iterator<Item = Estimate>) -> Result<Option<Estimate>, Error> {
+        let refined = starts.map(|s| self.refine(s)).collect::<Result<Vec<_>, _>>()?;
+        Ok(refined.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)))
     }
 
     /// Starting points: the steady turn's wheelbase and understeer gradient by regression, with weak,
@@ -302,7 +291,7 @@ impl<'a> Problem<'a> {
     ) -> Result<Option<Vec<InitialState>>, Error> {
         let mut all = Vec::new();
         for segment in &self.segments {
-            let from = [0.0, segment.yaw_rate.first().copied().unwrap_or(0.0)];
+            let from = segment.measured();
             let Some(found) = sensitivities(p, self.share, segment, &from, false) else {
                 return Ok(None);
             };

@@ -36,11 +36,11 @@ impl Known<'_> {
         let speed = self.speed();
         let identified = combinations(p, self.options.front_share(), speed.mean_mps)
             .into_iter()
-            .map(|c| Estimated {
-                name: c.name.into(),
-                value: c.value.value,
-                standard_error: deviation(&c.value.by, self.covariance),
-                unit: c.unit.into(),
+            .map(|(name, unit, c)| Estimated {
+                name: name.into(),
+                value: c.value,
+                standard_error: deviation(&c.by, self.covariance),
+                unit: unit.into(),
             })
             .collect();
         let (log, simulation) = (self.log, self.simulation);
@@ -127,12 +127,10 @@ impl Known<'_> {
                 "; yaw rate hardly depends on it, lateral velocity does",
             ),
         ];
-        match o.wheelbase_m {
-            Some(wheelbase) => {
-                all.push(of("wheelbase_m", wheelbase, true, "; the steering ratio is identified"));
-            }
-            None => all.push(of("steering_ratio", self.log.steering_ratio, true, "")),
-        }
+        all.push(match o.wheelbase_m {
+            Some(l) => of("wheelbase_m", l, true, "; the steering ratio is identified"),
+            None => of("steering_ratio", self.log.steering_ratio, true, ""),
+        });
         all
     }
 

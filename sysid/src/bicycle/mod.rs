@@ -113,7 +113,7 @@ pub fn identify_bicycle(
         options: used,
     };
     let bicycle = document(vehicle, evidence, quality, provenance);
-    bicycle.checked("bicycle.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+    bicycle.checked("bicycle.json").map_err(|e| Error::no_model(e.to_string()))?;
     let traces = Traces::new(log, simulation.simulated, &recording.split.validation);
     Ok(IdentifiedBicycle { bicycle, traces })
 }

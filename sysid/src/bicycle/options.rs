@@ -45,7 +45,7 @@ impl BicycleOptions {
                 return Ok(());
             }
             let expected = format!("{low} to {high}{unit}");
-            Err(Error::Option { option, value: format!("{value}{unit}"), expected })
+            Err(Error::option(option, format!("{value}{unit}"), expected))
         };
         within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;

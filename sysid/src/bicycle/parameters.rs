@@ -129,12 +129,8 @@ impl<S: Scalar> Coefficients<S> {
     }
 }
 
-/// A combination that yaw rate identifies, with its derivatives.
-pub(super) struct Combination {
-    pub(super) name: &'static str,
-    pub(super) unit: &'static str,
-    pub(super) value: Dual<PARAMETERS>,
-}
+/// A combination that yaw rate identifies: name, unit, and value with its derivatives.
+pub(super) type Combination = (&'static str, &'static str, Dual<PARAMETERS>);
 
 /// The identified combinations, some of them at a speed. Angles are those of the road wheel by the
 /// log's steering ratio.
@@ -170,7 +166,7 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
     all.push(("actuator_time_constant", "s", d[LAG].exp()));
     all.push(("steering_offset_road_wheel", "rad", d[STEERING_OFFSET]));
     all.push(("yaw_rate_offset", "rad/s", d[YAW_RATE_OFFSET]));
-    all.into_iter().map(|(name, unit, value)| Combination { name, unit, value }).collect()
+    all
 }
 
 /// The parameters of a vehicle on a log of another steering ratio: the reverse of [`vehicle`], with

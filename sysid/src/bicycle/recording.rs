@@ -25,7 +25,7 @@ impl Recording {
     pub(super) fn new(log: &DriveLog, split: &dyn Fn(&[f64]) -> Split) -> Result<Self, Error> {
         let speed = log.speed.clone().ok_or(Error::SpeedNeeded)?;
         let n = log.len();
-        let no_model = |problem: &str| Err(Error::NoModel { problem: problem.into() });
+        let no_model = |problem: &str| Err(Error::no_model(problem));
         if log.output.len() != n || speed.len() != n {
             return no_model("steering, yaw rate and speed are not equally long");
         }
@@ -33,13 +33,8 @@ impl Recording {
         let split = split(&turned);
         let least = count(&split.estimation).min(count(&split.validation));
         if least < LEAST_SAMPLES {
-            let (got, need) = (n, (n * LEAST_SAMPLES).div_ceil(least.max(1)));
-            let sample_time_s = log.sample_time_s;
-            return Err(Error::TooFewSamples {
-                got,
-                need: need.max(2 * LEAST_SAMPLES),
-                sample_time_s,
-            });
+            let need = (n * LEAST_SAMPLES).div_ceil(least.max(1)).max(2 * LEAST_SAMPLES);
+            return Err(Error::too_few(n, need, log.sample_time_s));
         }
         if !log.input.iter().chain(&log.output).chain(&speed).all(|x| x.is_finite()) {
             return no_model("the recording is not finite");
@@ -48,14 +43,13 @@ impl Recording {
             return no_model("sample time and steering ratio must be positive");
         }
         if let Some(v) = speed.iter().find(|v| **v < 0.0) {
-            return Err(Error::NoModel { problem: format!("the speed is {v} m/s somewhere") });
+            return no_model(&format!("the speed is {v} m/s somewhere"));
         }
         for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
             let estimation = of(signal, &split.estimation);
             let size = estimation.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
             if standard_deviation(&estimation) <= 1e-12 * size {
-                let problem = format!("the {role} does not move in the estimation data");
-                return Err(Error::NoModel { problem });
+                return no_model(&format!("the {role} does not move in the estimation data"));
             }
         }
         let steering = log.input.iter().map(|u| u / log.steering_ratio).collect();

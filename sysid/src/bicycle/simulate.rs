@@ -26,6 +26,11 @@ impl SpeedSegment<'_> {
     pub(super) fn len(&self) -> usize {
         self.yaw_rate.len()
     }
+
+    /// No v_y, and the first yaw rate.
+    pub(super) fn measured(&self) -> InitialState {
+        [0.0, self.yaw_rate.first().copied().unwrap_or(0.0)]
+    }
 }
 
 /// Initial v_y and r.

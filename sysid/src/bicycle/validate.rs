@@ -8,7 +8,7 @@
 use crate::Error;
 use crate::bicycle::estimate::Problem;
 use crate::bicycle::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
-use crate::bicycle::recording::Recording;
+use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::{sensitivities, within};
 use crate::data::split::Split;
 use crate::linalg::dense::least_squares;
@@ -54,12 +54,7 @@ pub fn validate_bicycle(
     let errors = |part: &Problem<'_>| -> Result<Option<Vec<Vec<f64>>>, Error> {
         Ok(part.initial_states(&p)?.and_then(|initial_states| part.errors(&p, &initial_states)))
     };
-    let simulation = crate::bicycle::recording::Simulation::new(
-        log,
-        &recording,
-        errors(&estimation)?,
-        errors(&validation)?,
-    );
+    let simulation = Simulation::new(log, &recording, errors(&estimation)?, errors(&validation)?);
     Ok(Validated {
         estimation_fit: simulation.estimation_fit,
         validation_fit: simulation.validation_fit.fit,
@@ -74,7 +69,7 @@ pub fn validate_bicycle(
 fn offsets(problem: &Problem<'_>, p: &mut [f64; PARAMETERS]) -> Result<(), Error> {
     let mut rows: Vec<[f64; 3]> = Vec::with_capacity(problem.samples());
     for segment in &problem.segments {
-        let from = [0.0, segment.yaw_rate.first().copied().unwrap_or(0.0)];
+        let from = segment.measured();
         let Some(found) = sensitivities(p, problem.share, segment, &from, false) else {
             return Ok(());
         };

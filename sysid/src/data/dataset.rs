@@ -50,7 +50,7 @@ impl DataSet {
     /// [`Error::Data`] where there is none, where their numbers of inputs, outputs or samples differ
     /// or are zero, and where a sample is not finite.
     pub fn new(sample_time_s: f64, segments: Vec<Segment>) -> Result<Self, Error> {
-        let wrong = |problem: String| Err(Error::Data { problem });
+        let wrong = |problem: String| Err(Error::data(problem));
         let Some(first) = segments.first() else {
             return wrong("there is no segment".into());
         };

@@ -69,18 +69,16 @@ pub fn automatic(
     options.check()?;
     let shape = |d: &DataSet| (d.inputs(), d.outputs());
     if shape(estimation) != shape(validation) {
-        return Err(Error::Data {
-            problem: format!(
-                "{} inputs and {} outputs of estimation data, {} and {} of validation data",
-                estimation.inputs(),
-                estimation.outputs(),
-                validation.inputs(),
-                validation.outputs()
-            ),
-        });
+        return Err(Error::data(format!(
+            "{} inputs and {} outputs of estimation data, {} and {} of validation data",
+            estimation.inputs(),
+            estimation.outputs(),
+            validation.inputs(),
+            validation.outputs()
+        )));
     }
     if estimation.inputs() == 0 {
-        return Err(Error::Data { problem: "there is no input".into() });
+        return Err(Error::data("there is no input"));
     }
     let units = Units::of(estimation, options.detrend != Detrend::None)?;
     let (data, validated) = (units.scaled(estimation)?, units.scaled(validation)?);
@@ -151,18 +149,11 @@ impl Units {
                 let largest = all.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                 let unit = if largest > 0.0 { largest } else { 1.0 };
                 let n = all.len() as f64;
-                let mut rest = all.as_slice();
-                let segments = data.segments().iter().map(|s| {
-                    let (now, later) = rest.split_at(s.len());
-                    rest = later;
-                    now
-                });
-                let mean = tapered_mean(segments) / unit;
+                let mean = tapered_mean(data.segments().iter().map(|s| signal(s).row(i))) / unit;
                 let spread = all.iter().map(|x| (x / unit - mean).powi(2)).sum::<f64>() / n;
                 if spread.sqrt() < 1e-13 {
-                    return Err(Error::NoModel {
-                        problem: format!("{what} {i} does not move in the estimation data"),
-                    });
+                    let problem = format!("{what} {i} does not move in the estimation data");
+                    return Err(Error::no_model(problem));
                 }
                 means.push(if remove_means { unit * mean } else { 0.0 });
                 scales.push(unit * spread.sqrt());
@@ -179,10 +170,7 @@ impl Units {
         let apply = |m: &Signals, by: &Unit| {
             Signals::from_fn(m.nrows(), m.ncols(), |i, t| (m[(i, t)] - by.means[i]) / by.scales[i])
         };
-        let segments = data
-            .segments()
-            .iter()
-            .map(|s| Segment::new(apply(&s.u, &self.input), apply(&s.y, &self.output)));
-        DataSet::new(data.sample_time_s(), segments.collect())
+        let of = |s: &Segment| Segment::new(apply(&s.u, &self.input), apply(&s.y, &self.output));
+        DataSet::new(data.sample_time_s(), data.segments().iter().map(of).collect())
     }
 }

@@ -215,7 +215,7 @@ impl Outcome<'_> {
                 options: self.used,
             },
         };
-        plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+        plant.checked("plant.json").map_err(|e| Error::no_model(e.to_string()))?;
         Ok(plant)
     }
 

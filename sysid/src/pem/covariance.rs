@@ -146,9 +146,7 @@ impl Local {
         let singular = svd(scaled.as_ref())?.s;
         let least = singular.last().copied().unwrap_or(1.0);
         if !least.is_finite() || least <= WORST * singular.first().copied().unwrap_or(1.0) {
-            return Err(Error::NoModel {
-                problem: "the data do not determine all parameters of the model".into(),
-            });
+            return Err(Error::no_model("the data do not determine all parameters of the model"));
         }
         let inverse = inverse(scaled.as_ref());
         let root = self.inflation.sqrt();
@@ -307,7 +305,7 @@ fn with_gain(
     if is_finite(factor.as_ref()) {
         Ok(factor)
     } else {
-        Err(Error::NoModel { problem: "the data do not determine the Kalman gain".into() })
+        Err(Error::no_model("the data do not determine the Kalman gain"))
     }
 }
 

@@ -35,11 +35,9 @@ impl Uncertain {
             } else {
                 refused += 1;
                 if refused > MOST_REFUSED {
-                    return Err(Error::NoModel {
-                        problem: format!(
-                            "none of {MOST_REFUSED} models drawn from the estimate's distribution is stable"
-                        ),
-                    });
+                    return Err(Error::no_model(format!(
+                        "none of {MOST_REFUSED} models drawn from the estimate's distribution is stable"
+                    )));
                 }
             }
         }

@@ -38,7 +38,7 @@ impl Uncertain {
             .collect();
         let finite = |p: &UncertainPole| (p.variance_re + p.variance_im + p.covariance).is_finite();
         if !(poles.iter().all(finite) && crate::linalg::dense::is_finite(self.factor.as_ref())) {
-            return Err(Error::NoModel { problem: "a pole's variance is not finite".into() });
+            return Err(Error::no_model("a pole's variance is not finite"));
         }
         let directions =
             Matrix::from_fn(self.factor.ncols(), self.factor.nrows(), |i, j| self.factor[(j, i)]);

@@ -184,11 +184,9 @@ fn require_stable(radius: f64) -> Result<(), Error> {
     if radius < 1.0 {
         return Ok(());
     }
-    Err(Error::NoModel {
-        problem: format!(
-            "a model that is not stable (spectral radius {radius:.4}) cannot be refined"
-        ),
-    })
+    Err(Error::no_model(format!(
+        "a model that is not stable (spectral radius {radius:.4}) cannot be refined"
+    )))
 }
 
 /// (A, B, C, D, K) of a predictor with the inputs (u, y).

@@ -251,11 +251,7 @@ fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Err
         HORIZONS.into_iter().filter(|s| (least..=most).contains(s)).collect();
     if fitting.is_empty() {
         if least > most {
-            return Err(Error::TooFewSamples {
-                got: n,
-                need: (4 * channels + 2) * least,
-                sample_time_s: data.sample_time_s(),
-            });
+            return Err(Error::too_few(n, (4 * channels + 2) * least, data.sample_time_s()));
         }
         fitting.push(least.max(most.min(10)));
     }

@@ -67,9 +67,8 @@ impl Default for IdentifyOptions {
 
 impl IdentifyOptions {
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let out_of_range = |option, value: String, expected: &str| {
-            Err(Error::Option { option, value, expected: expected.into() })
-        };
+        let out_of_range =
+            |option, value: String, expected: &str| Err(Error::option(option, value, expected));
         if !(0.1..=0.9).contains(&self.validation_fraction) {
             let value = format!("{}%", 100.0 * self.validation_fraction);
             return out_of_range("validation fraction", value, "10% to 90%");
@@ -123,23 +122,19 @@ impl IdentifyOptions {
 
     /// The options in force by name, for the provenance.
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
-        let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        fn or(x: Option<impl ToString>, none: &str) -> String {
+            x.map_or_else(|| none.into(), |x| x.to_string())
+        }
         BTreeMap::from([
             ("method".into(), self.method.map_or("auto", Method::name).into()),
-            ("order".into(), number(self.order)),
+            ("order".into(), or(self.order, "auto")),
             ("max_order".into(), self.max_order.to_string()),
-            (
-                "max_samples".into(),
-                self.max_samples.map_or_else(|| "all".into(), |most| most.to_string()),
-            ),
-            ("horizon".into(), number(self.horizon)),
-            (
-                "feedthrough".into(),
-                self.feedthrough.map_or_else(|| "auto".into(), |on| on.to_string()),
-            ),
+            ("max_samples".into(), or(self.max_samples, "all")),
+            ("horizon".into(), or(self.horizon, "auto")),
+            ("feedthrough".into(), or(self.feedthrough, "auto")),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
             ("detrend".into(), self.detrend.name().into()),
-            ("delay_s".into(), self.delay_s.map_or_else(|| "auto".into(), |x| x.to_string())),
+            ("delay_s".into(), or(self.delay_s, "auto")),
             ("refine".into(), self.refine.to_string()),
         ])
     }

@@ -17,7 +17,7 @@ use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::selection::two_stage::two_stage_input;
 use crate::subspace::Factor;
 use crate::subspace::closed_loop::{
-    ClosedLoopMethod, Criterion, Decomposition, decompose, factor, past_horizon,
+    ClosedLoopMethod, Decomposition, decompose, factor, past_horizon,
 };
 
 /// Longest past that is tried, s: the memory of lateral dynamics and of what disturbs them.
@@ -58,7 +58,7 @@ impl Predicted {
             Some(horizon) => horizon,
             // Twice Akaike's order, as its criterion balances the bias that is to vanish here.
             None => {
-                let order = past_horizon(&factor, most, Criterion::Aic, feedthrough)?;
+                let order = past_horizon(&factor, most, feedthrough)?;
                 (2 * order).clamp(states.min(most), most)
             }
         };

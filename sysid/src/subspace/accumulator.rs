@@ -82,10 +82,9 @@ impl Accumulator {
         let channels = inputs + outputs;
         let rows = horizon.saturating_mul(2).saturating_mul(channels);
         if horizon == 0 || outputs == 0 || rows > MOST_ROWS {
-            let problem = format!(
+            return Err(Error::data(format!(
                 "a horizon of {horizon} with {inputs} inputs and {outputs} outputs: 1 output or more is needed, and 1 to {MOST_ROWS} rows in 2·horizon·(inputs + outputs)"
-            );
-            return Err(Error::Data { problem });
+            )));
         }
         let window = 2 * horizon;
         let stride = BLOCK.max(2 * rows) + window + 8;
@@ -132,7 +131,7 @@ impl Accumulator {
     /// [`Error::Data`] where the shapes are not those announced, and where a sample is not finite or
     /// beyond 1e100; the samples before it have been accumulated.
     pub fn push(&mut self, u: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Result<(), Error> {
-        let wrong = |problem: String| Err(Error::Data { problem });
+        let wrong = |problem: String| Err(Error::data(problem));
         if (u.nrows(), y.nrows()) != (self.inputs, self.outputs) {
             return wrong(format!(
                 "a chunk has {} inputs and {} outputs, the state {} and {}",
@@ -241,11 +240,8 @@ impl Accumulator {
         done.end_segment();
         let size = 2 * self.horizon * (self.inputs + self.outputs);
         if done.columns < size {
-            return Err(Error::TooFewSamples {
-                got: self.samples,
-                need: size + 2 * self.horizon - 1,
-                sample_time_s: self.sample_time_s,
-            });
+            let need = size + 2 * self.horizon - 1;
+            return Err(Error::too_few(self.samples, need, self.sample_time_s));
         }
         let shift = done.shift.unwrap_or_default();
         let (decomposed, mut mean, cancellation) = match &done.state {

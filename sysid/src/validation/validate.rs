@@ -60,22 +60,16 @@ pub fn validate_plant(
         _ if own => sampled([&discrete.a, &discrete.b, &discrete.c, &discrete.d], None)?,
         Some(m) => sampled([&m.f, &m.g, &m.h, &discrete.d], Some(log.sample_time_s))?,
         None => {
-            return Err(Error::NoModel {
-                problem: format!(
-                    "{} steps every {} s and has no continuous form, the log is read every {} s",
-                    plant.name, discrete.sample_time_s, log.sample_time_s
-                ),
-            });
+            return Err(Error::no_model(format!(
+                "{} steps every {} s and has no continuous form, the log is read every {} s",
+                plant.name, discrete.sample_time_s, log.sample_time_s
+            )));
         }
     };
     let model = StateSpace { a, b, c, d };
     if plant.input_delay_s > 0.0 {
-        return validated(
-            &log.with_input_delayed(plant.input_delay_s),
-            options,
-            plant.input,
-            model,
-        );
+        let late = log.with_input_delayed(plant.input_delay_s);
+        return validated(&late, options, plant.input, model);
     }
     validated(log, options, plant.input, model)
 }
@@ -85,8 +79,8 @@ fn sampled(matrices: [&Matrix; 4], step: Option<f64>) -> Result<[Mat<f64>; 4], E
     let n = matrices[0].rows();
     let shapes = [(n, n), (n, 1), (1, n), (1, 1)];
     if matrices.iter().zip(shapes).any(|(m, (r, c))| m.rows() != r || m.columns() != Some(c)) {
-        let problem = "the matrices from steering angle to yaw rate do not fit each other".into();
-        return Err(Error::NoModel { problem });
+        let problem = "the matrices from steering angle to yaw rate do not fit each other";
+        return Err(Error::no_model(problem));
     }
     let dense = |i: usize| {
         let (rows, columns) = shapes[i];

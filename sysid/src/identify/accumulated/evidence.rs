@@ -148,26 +148,22 @@ impl Accumulated {
 
     /// Options that need the samples themselves are refused.
     fn check(&self, options: &IdentifyOptions) -> Result<(), Error> {
-        let refused = |option, value: String, expected: String| {
-            Err(Error::Option { option, value, expected })
-        };
         if let Some(delay) = options.delay_s.filter(|d| *d != 0.0) {
-            let expected = "none for an identification from an R factor".into();
-            return refused("delay", format!("{delay} s"), expected);
+            let expected = "none for an identification from an R factor";
+            return Err(Error::option("delay", format!("{delay} s"), expected));
         }
         if options.detrend != Detrend::Mean {
-            let expected = "mean for an identification from an R factor".into();
-            return refused("detrend", options.detrend.name().into(), expected);
+            let expected = "mean for an identification from an R factor";
+            return Err(Error::option("detrend", options.detrend.name(), expected));
         }
         if options.input_kind != InputKind::Steering && options.input_kind != self.input_kind {
-            let value = input_name(options.input_kind).into();
             let expected = format!("{}, which was accumulated", input_name(self.input_kind));
-            return refused("model input", value, expected);
+            return Err(Error::option("model input", input_name(options.input_kind), expected));
         }
         match options.horizon {
             Some(s) if s > self.horizon => {
                 let expected = format!("{} at most, which was accumulated", self.horizon);
-                refused("horizon", s.to_string(), expected)
+                Err(Error::option("horizon", s, expected))
             }
             _ => Ok(()),
         }

@@ -97,8 +97,7 @@ impl InWindows<'_> {
         let [u, y] = self.windows.scales;
         let radius = largest_radius(self.samples);
         let mut best: Option<Candidate> = None;
-        let mut last_error =
-            Error::NoModel { problem: format!("no horizon allows an order of {order}") };
+        let mut last_error = Error::no_model(format!("no horizon allows an order of {order}"));
         for (method, states) in states.iter().filter(|(_, d)| d.largest_order() >= order) {
             let found = states.stable_model(order, radius).and_then(|found| {
                 let model = found.model.scaled(&[1.0 / u], &[1.0 / y]);

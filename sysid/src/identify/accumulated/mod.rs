@@ -72,18 +72,12 @@ impl Accumulated {
     /// is not within 2 to 200.
     pub fn of_log(file: LogFile<'_>, options: &AccumulateOptions) -> Result<Self, Error> {
         if !(2..=200).contains(&options.horizon) {
-            let value = options.horizon.to_string();
-            let expected = "2 to 200".into();
-            return Err(Error::Option { option: "horizon", value, expected });
+            return Err(Error::option("horizon", options.horizon, "2 to 200"));
         }
         let mut taking = Taking::new(options);
         let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
         let Some(([estimation, validation], mut spectra)) = taking.states else {
-            return Err(Error::TooFewSamples {
-                got: 0,
-                need: 2 * options.horizon,
-                sample_time_s: 0.0,
-            });
+            return Err(Error::too_few(0, 2 * options.horizon, 0.0));
         };
         spectra.end_segment();
         let mut used = options.log.to_map();

@@ -67,19 +67,17 @@ pub struct Delay {
 /// short for the models, and [`Error::Numerical`] where a decomposition fails.
 pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     if (data.inputs(), data.outputs()) != (1, 1) {
-        let problem = format!(
+        return Err(Error::data(format!(
             "a delay is estimated from one input to one output, there are {} and {}",
             data.inputs(),
             data.outputs()
-        );
-        return Err(Error::Data { problem });
+        )));
     }
     let sample = data.sample_time_s();
     let longest = data.segments().iter().map(crate::data::Segment::len).max().unwrap_or(0);
     let lags = ((RESPONSE_S / sample).round().clamp(24.0, 160.0) as usize).min(longest / 12);
-    let need = 12 * 12;
     if lags < 12 {
-        return Err(Error::TooFewSamples { got: longest, need, sample_time_s: sample });
+        return Err(Error::too_few(longest, 12 * 12, sample));
     }
     let most = (LONGEST_S / sample).min(lags as f64 / 3.0);
     let q = Quadratic::new(data, lags)?;
@@ -109,20 +107,14 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let error = spread(&search, &models, best, |fit| bayes(fit, 1.0) - j1);
     let split = if error.is_finite() { split(&search, best, sample, &deviance) } else { 0.0 };
     let evidence = j0 - j1;
-    let standard_error_s = error.max(split) * sample;
+    let (estimate_s, standard_error_s) = (best.delay * sample, error.max(split) * sample);
+    let is_taken = taken([evidence, other], best.delay, error, sample);
+    // Wider than what was searched, it is no statement about the delay.
+    let is_known = standard_error_s < LONGEST_S;
     Ok(Delay {
-        seconds: if taken([evidence, other], best.delay, error, sample) {
-            best.delay * sample
-        } else {
-            0.0
-        },
-        estimate_s: best.delay * sample,
-        // Wider than what was searched, it is no statement about the delay.
-        standard_error_s: if standard_error_s < LONGEST_S {
-            standard_error_s
-        } else {
-            f64::INFINITY
-        },
+        seconds: if is_taken { estimate_s } else { 0.0 },
+        estimate_s,
+        standard_error_s: if is_known { standard_error_s } else { f64::INFINITY },
         order: best.order(),
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
@@ -254,14 +246,10 @@ fn grown(parameters: &[f64]) -> Vec<Vec<f64>> {
 fn fastest(parameters: &[f64]) -> f64 {
     let a = polynomial(parameters);
     let n = a.len();
-    let companion = faer::Mat::from_fn(n, n, |i, j| {
-        if j == 0 {
-            -a[i]
-        } else if j == i + 1 {
-            1.0
-        } else {
-            0.0
-        }
+    let companion = faer::Mat::from_fn(n, n, |i, j| match j {
+        0 => -a[i],
+        _ if j == i + 1 => 1.0,
+        _ => 0.0,
     });
     let poles = crate::linalg::dense::eigenvalues(companion.as_ref()).unwrap_or_default();
     let most = poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);

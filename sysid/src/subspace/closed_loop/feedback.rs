@@ -14,7 +14,7 @@ use crate::data::DataSet;
 use crate::data::statistics::{Z99, chi_squared_quantile};
 use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, svd};
 use crate::subspace::Factor;
-use crate::subspace::closed_loop::predictor::{Criterion, order_in};
+use crate::subspace::closed_loop::predictor::order_in;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::Mat;
 
@@ -75,15 +75,12 @@ pub(crate) fn feedback_lags(
 /// is not finite.
 pub fn feedback_in(factor: &Factor, past: usize, ahead: usize) -> Result<Feedback, Error> {
     if past == 0 || ahead == 0 {
-        return Err(Error::Option {
-            option: "lags of the feedback test",
-            value: format!("{past} and {ahead}"),
-            expected: "1 or more".into(),
-        });
+        let value = format!("{past} and {ahead}");
+        return Err(Error::option("lags of the feedback test", value, "1 or more"));
     }
     let windows = Windows::new(factor)?;
     windows.holds(past + ahead + 1)?;
-    let order = order_in(&windows, past, Criterion::Aic, true)?;
+    let order = order_in(&windows, past, true)?;
     let known = hcat(&[
         windows.take(past - order..past, Signals::Z).as_ref(),
         windows.take(past..past + 1, Signals::U).as_ref(),

@@ -25,7 +25,7 @@ mod windows;
 
 pub(crate) use crate::subspace::closed_loop::feedback::feedback_lags;
 pub use crate::subspace::closed_loop::feedback::{Feedback, feedback, feedback_in};
-pub use crate::subspace::closed_loop::predictor::{Criterion, Predictor, past_horizon};
+pub use crate::subspace::closed_loop::predictor::{Predictor, past_horizon};
 pub use crate::subspace::closed_loop::states::Decomposition;
 
 use crate::Error;
@@ -111,16 +111,14 @@ pub fn decompose(
 }
 
 fn horizons(past: usize, future: usize) -> Result<(), Error> {
-    let out = |option, value: usize, expected: String| {
-        Err(Error::Option { option, value: value.to_string(), expected })
-    };
     // Beyond this a window of the data alone would fill the memory.
     const MOST: usize = 10_000;
     if past == 0 || past > MOST {
-        return out("past horizon", past, format!("1 to {MOST}"));
+        return Err(Error::option("past horizon", past, format!("1 to {MOST}")));
     }
     if future == 0 || future > past {
-        return out("future horizon", future, format!("1 to the past horizon, {past}"));
+        let expected = format!("1 to the past horizon, {past}");
+        return Err(Error::option("future horizon", future, expected));
     }
     Ok(())
 }

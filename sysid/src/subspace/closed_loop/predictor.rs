@@ -72,17 +72,8 @@ impl Predictor {
     }
 }
 
-/// How the order of the VARX model is penalised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Criterion {
-    /// Akaike: 2 for each parameter. The order grows with the data, so the bias goes.
-    Aic,
-    /// BIC: ln N for each parameter.
-    Bic,
-}
-
-/// The past horizon for a factor: the order of the VARX model that minimises
-/// `N ln det Σ_p + c·p·ny·(nu + ny)`, c = 2 or ln N, among 1 to `most`, all on the same samples.
+/// The past horizon for a factor: the order of the VARX model of least AIC, `N ln det Σ_p +
+/// 2·p·ny·(nu + ny)`, among 1 to `most`, all on the same samples.
 ///
 /// All orders follow from one R factor: with the regressors from the latest to the earliest sample, the
 /// residual of order p is what the rows after the first p blocks hold.
@@ -93,30 +84,16 @@ pub enum Criterion {
 ///
 /// # Errors
 /// As [`decompose`](crate::subspace::closed_loop::decompose), for `most + 1` lags.
-pub fn past_horizon(
-    factor: &Factor,
-    most: usize,
-    criterion: Criterion,
-    feedthrough: bool,
-) -> Result<usize, Error> {
+pub fn past_horizon(factor: &Factor, most: usize, feedthrough: bool) -> Result<usize, Error> {
     if most == 0 {
-        return Err(Error::Option {
-            option: "past horizon",
-            value: "0".into(),
-            expected: "1 or more".into(),
-        });
+        return Err(Error::option("past horizon", 0, "1 or more"));
     }
     let windows = Windows::new(factor)?;
     windows.holds(most + 1)?;
-    order_in(&windows, most, criterion, feedthrough)
+    order_in(&windows, most, feedthrough)
 }
 
-pub(crate) fn order_in(
-    windows: &Windows,
-    most: usize,
-    criterion: Criterion,
-    feedthrough: bool,
-) -> Result<usize, Error> {
+pub(crate) fn order_in(windows: &Windows, most: usize, feedthrough: bool) -> Result<usize, Error> {
     let (p, width) = (windows.outputs, windows.channels());
     let now = windows.take(most..most + 1, Signals::U);
     let blocks: Vec<Mat<f64>> =
@@ -132,10 +109,6 @@ pub(crate) fn order_in(
     let r = r_factor(hcat(&parts).as_ref());
     let of_y = r.get(.., start + most * width..);
     let n = windows.count as f64;
-    let penalty = match criterion {
-        Criterion::Aic => 2.0,
-        Criterion::Bic => n.ln(),
-    };
     let mut best = (f64::INFINITY, 1);
     for order in 1..=most {
         let rest = of_y.get((start + order * width).min(of_y.nrows()).., ..);
@@ -145,7 +118,7 @@ pub(crate) fn order_in(
             floor + (rest.col(i).transpose() * rest.col(j))
         });
         let parameters = (order * p * width) as f64;
-        let value = n * covariance.determinant().max(f64::MIN_POSITIVE).ln() + penalty * parameters;
+        let value = n * covariance.determinant().max(f64::MIN_POSITIVE).ln() + 2.0 * parameters;
         if value < best.0 {
             best = (value, order);
         }

@@ -204,9 +204,7 @@ impl<'a> Regression<'a> {
         match filter {
             Some(filter) => Ok(filter.gain),
             None if spectral_radius(a.as_ref()) < 1.0 => Ok(Mat::zeros(n, p)),
-            None => Err(Error::NoModel {
-                problem: format!("no filter makes the model of order {n} stable"),
-            }),
+            None => Err(Error::no_model(format!("no filter makes the model of order {n} stable"))),
         }
     }
 }

@@ -43,7 +43,7 @@ impl Windows {
             return Err(Error::Numerical { what: "R factor of the data" });
         }
         if m == 0 {
-            return Err(Error::NoModel { problem: "there is no input".into() });
+            return Err(Error::no_model("there is no input"));
         }
         let mut scale = Vec::with_capacity(width);
         for channel in 0..width {
@@ -54,7 +54,7 @@ impl Windows {
             if !(rms > 0.0 && rms.is_finite() && moves) {
                 let (name, k) =
                     if channel < m { ("input", channel) } else { ("output", channel - m) };
-                return Err(Error::NoModel { problem: format!("{name} {k} does not move") });
+                return Err(Error::no_model(format!("{name} {k} does not move")));
             }
             scale.push(rms);
         }
@@ -69,10 +69,8 @@ impl Windows {
     /// Refuses what needs more lags than there are.
     pub(crate) fn holds(&self, lags: usize) -> Result<(), Error> {
         if lags > self.lags {
-            return Err(Error::OrderAboveHorizon {
-                order: lags.div_ceil(2),
-                horizon: self.lags / 2,
-            });
+            let (order, horizon) = (lags.div_ceil(2), self.lags / 2);
+            return Err(Error::OrderAboveHorizon { order, horizon });
         }
         Ok(())
     }
