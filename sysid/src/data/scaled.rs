@@ -153,11 +153,15 @@ impl Part {
 }
 
 /// The signal that drives the model: steering, or steering times speed.
-pub(crate) fn driving_input(log: &DriveLog, kind: InputKind) -> Result<Vec<f64>, Error> {
-    match (kind, &log.speed) {
-        (InputKind::Steering, _) => Ok(log.input.clone()),
+pub(crate) fn driving_input(
+    steering: &[f64],
+    speed: Option<&[f64]>,
+    kind: InputKind,
+) -> Result<Vec<f64>, Error> {
+    match (kind, speed) {
+        (InputKind::Steering, _) => Ok(steering.to_vec()),
         (InputKind::SteeringTimesSpeed, Some(speed)) => {
-            Ok(log.input.iter().zip(speed).map(|(u, v)| u * v).collect())
+            Ok(steering.iter().zip(speed).map(|(u, v)| u * v).collect())
         }
         (InputKind::SteeringTimesSpeed, None) => Err(Error::NoSpeed),
     }
@@ -190,70 +194,56 @@ impl Data {
         split: &dyn Fn(&[f64]) -> Split,
     ) -> Result<Self, Error> {
         const LEAST: usize = 100;
-        let input = driving_input(log, options.input_kind)?;
+        let input = driving_input(&log.input, log.speed.as_deref(), options.input_kind)?;
         let n = input.len().min(log.output.len());
         if n < LEAST {
-            return Err(Error::TooFewSamples {
-                got: n,
-                need: LEAST,
-                sample_time_s: log.sample_time_s,
-            });
+            return Err(Error::too_few(n, LEAST, log.sample_time_s));
         }
         if input.iter().chain(&log.output).any(|x| !x.is_finite()) {
-            return Err(Error::NoModel { problem: "the recording is not finite".into() });
+            return Err(Error::no_model("the recording is not finite"));
         }
         let Split { estimation, validation, selection } = split(&input[..n]);
-        let of = |x: &[f64]| tapered_mean(estimation.iter().map(|r| &x[r.clone()]));
-        let means = match options.detrend {
-            Detrend::None => (0.0, 0.0),
-            Detrend::Mean | Detrend::Linear => (of(&input), of(&log.output)),
+        let mean = |x: &[f64]| match options.detrend {
+            Detrend::None => 0.0,
+            _ => tapered_mean(estimation.iter().map(|r| &x[r.clone()])),
         };
+        let (input_mean, output_mean) = (mean(&input), mean(&log.output));
         let time = log.time_s();
         let first_validation = validation.first().map_or(n, |r| r.start);
         let lines = |x: &[f64], mean: f64| -> Vec<(Range<usize>, Line)> {
-            match options.detrend {
-                Detrend::Linear => clock_runs(&time, first_validation)
-                    .into_iter()
-                    .map(|run| (run.clone(), Line::through(&time[run.clone()], &x[run])))
-                    .collect(),
-                Detrend::Mean | Detrend::None => vec![(0..n, Line::flat(mean))],
+            if options.detrend != Detrend::Linear {
+                return vec![(0..n, Line::flat(mean))];
             }
+            let line = |run: Range<usize>| Line::through(&time[run.clone()], &x[run]);
+            let runs = clock_runs(&time, first_validation).into_iter();
+            runs.map(|run| (run.clone(), line(run))).collect()
         };
-        let input_lines = lines(&input, means.0);
-        let output_lines = lines(&log.output, means.1);
         // A drift is no motion: the spread is that about the lines.
-        let spread = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
+        let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
             let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
-            let all: Vec<f64> = runs.map(|(k, line)| x[k] - line.at(time[k])).collect();
+            let mut all: Vec<f64> = runs.map(|(k, line)| x[k] - line.at(time[k])).collect();
             let part = || estimation.iter().flat_map(|r| r.clone());
             let scale = standard_deviation(&part().map(|k| all[k]).collect::<Vec<_>>());
             let size = part().map(|k| x[k].abs()).fold(0.0, f64::max);
             if scale <= 1e-13 * size {
-                return Err(Error::NoModel {
-                    problem: format!("the {role} does not move in the estimation data"),
-                });
+                let problem = format!("the {role} does not move in the estimation data");
+                return Err(Error::no_model(problem));
             }
-            Ok(scale)
+            all.iter_mut().for_each(|x| *x /= scale);
+            Ok((all, scale))
         };
-        let scales = (
-            spread(&input, &input_lines, "steering")?,
-            spread(&log.output, &output_lines, "yaw rate")?,
-        );
-        let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], scale: f64| -> Vec<f64> {
-            let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
-            runs.map(|(k, line)| (x[k] - line.at(time[k])) / scale).collect()
-        };
-        let u = scaled(&input, &input_lines, scales.0);
-        let y = scaled(&log.output, &output_lines, scales.1);
+        let output_lines = lines(&log.output, output_mean);
+        let (u, input_scale) = scaled(&input, &lines(&input, input_mean), "steering")?;
+        let (y, output_scale) = scaled(&log.output, &output_lines, "yaw rate")?;
         Ok(Self {
             sample_time: log.sample_time_s,
             estimation: Part::new(log.sample_time_s, estimation, &u, &y)?,
             validation: Part::new(log.sample_time_s, validation, &u, &y)?,
             selection,
-            input_mean: means.0,
-            output_mean: means.1,
-            input_scale: scales.0,
-            output_scale: scales.1,
+            input_mean,
+            output_mean,
+            input_scale,
+            output_scale,
             output_lines,
         })
     }
@@ -272,7 +262,8 @@ impl Data {
         let scaled = |x: &[f64], mean: f64, scale: f64| -> Vec<f64> {
             x.iter().map(|x| (x - mean) / scale).collect()
         };
-        let u = scaled(&driving_input(log, options.input_kind)?, self.input_mean, self.input_scale);
+        let u = driving_input(&log.input, log.speed.as_deref(), options.input_kind)?;
+        let u = scaled(&u, self.input_mean, self.input_scale);
         let y = scaled(&log.output, self.output_mean, self.output_scale);
         Part::new(self.sample_time, ranges, &u, &y).map(Some)
     }

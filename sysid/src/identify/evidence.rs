@@ -40,7 +40,7 @@ impl Found<'_> {
         let &Self { measured, log, delay, data, choice, filter } = self;
         let &Outcome { model, residual, .. } = outcome;
         let chosen = &choice.candidates[choice.chosen];
-        let input = driving_input(log, outcome.input_kind)?;
+        let input = driving_input(&log.input, log.speed.as_deref(), outcome.input_kind)?;
         let part = &data.validation;
         let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
         let residuals = part.segments_of(&filter.validation_residuals);

@@ -32,13 +32,7 @@ pub(crate) struct Coordinates {
 }
 
 /// A move of (A, B, C, D).
-#[derive(Debug, Clone)]
-pub(super) struct Move {
-    pub(super) a: Mat<f64>,
-    pub(super) b: Mat<f64>,
-    pub(super) c: Mat<f64>,
-    pub(super) d: Mat<f64>,
-}
+pub(super) type Move = StateSpace;
 
 impl Coordinates {
     /// The local coordinates about `model`, its outputs weighted by `weight`; D moves for the inputs

@@ -43,10 +43,8 @@ pub fn uncertain(
             let local =
                 Local::new(&predictor_of(innovation), x0s, data, feedthrough, focus, false)?;
             let root = local.inverse()?;
-            let moves: Vec<Vec<f64>> = columns(&root)
-                .map(|step| of_innovation(innovation, &local.direction(&step)))
-                .collect();
-            let factor = from_columns(&moves);
+            let of = |step: Vec<f64>| of_innovation(innovation, &back(&local.coordinates, &step));
+            let factor = from_columns(&columns(&root).map(of).collect::<Vec<_>>());
             Ok(Uncertain { innovation: innovation.clone(), factor, focus })
         }
         Focus::Simulation => {
@@ -80,7 +78,7 @@ pub(crate) fn uncertain_simulation(
         let deviations = steps(&local.coordinates, &replicas, neighbours.omegas)?;
         root = larger(&root, &deviations)?;
     }
-    let moves: Vec<Move> = columns(&root).map(|step| local.direction(&step)).collect();
+    let moves: Vec<Move> = columns(&root).map(|step| back(&local.coordinates, &step)).collect();
     let mut factor = with_gain(innovation, predicted.0, predicted.1, feedthrough, &moves)?;
     if !neighbours.rivals.is_empty() {
         let rivals = local.rivals(&innovation.model, neighbours)?;
@@ -180,7 +178,7 @@ impl Local {
                 Sensitivities::new(&self.coordinates, self.drive, segment, x0, offsets);
             let mut filter = noise.filter(q)?;
             for t in 0..segment.len() {
-                let free = sensitivities.is_free();
+                let free = sensitivities.free;
                 sensitivities.sample(t, &mut rows);
                 weigh(&self.weight, &mut rows);
                 for (row, psi) in rows.chunks_exact(width).zip(psi.chunks_exact_mut(q)) {
@@ -230,19 +228,11 @@ impl Local {
         }
         r_factor(root.get(self.linear.offsets.., ..).transpose()).transpose().to_owned()
     }
-
-    /// The move along `step` in the basis of the model that was given.
-    fn direction(&self, step: &[f64]) -> Move {
-        back(&self.coordinates, step)
-    }
 }
 
 /// The move along `step` in the basis of the model that the coordinates were made of.
 fn back(coordinates: &Coordinates, step: &[f64]) -> Move {
-    let delta = coordinates.direction(step);
-    let as_model = StateSpace { a: delta.a, b: delta.b, c: delta.c, d: delta.d };
-    let back = in_basis(&as_model, inverse(coordinates.basis.as_ref()).as_ref());
-    Move { a: back.a, b: back.b, c: back.c, d: back.d }
+    in_basis(&coordinates.direction(step), inverse(coordinates.basis.as_ref()).as_ref())
 }
 
 /// The moves of (A, B, C, D) with what K does, and K's own.
@@ -256,22 +246,17 @@ fn with_gain(
     let (n, p) = (innovation.model.order(), innovation.model.outputs());
     let still = Mat::zeros(n, p);
     if innovation.gain.norm_max() == 0.0 {
-        return Ok(from_columns(
-            &moves.iter().map(|delta| entries(delta, &still)).collect::<Vec<_>>(),
-        ));
+        let all: Vec<_> = moves.iter().map(|delta| entries(delta, &still)).collect();
+        return Ok(from_columns(&all));
     }
     let predictor = predictor_of(innovation);
     let local = Local::new(&predictor, x0s, data, feedthrough, Focus::Prediction, false)?;
     // What moves the predictor: its local coordinates, and for nothing changes of basis.
     let q = local.r.ncols();
-    let unit = |k: usize, of: usize| -> Vec<f64> {
-        (0..of).map(|j| f64::from(u8::from(j == k))).collect()
-    };
-    let mut spanning: Vec<Vec<f64>> = (0..q).map(|k| flat(&local.direction(&unit(k, q)))).collect();
-    for e in 0..n * n {
-        spanning.push(flat(&change_of_basis(&predictor, e / n, e % n)));
-    }
-    let spanning = from_columns(&spanning);
+    let unit = |k: usize| (0..q).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+    let local_moves = (0..q).map(|k| back(&local.coordinates, &unit(k)));
+    let changes = (0..n * n).map(|e| change_of_basis(&predictor, e / n, e % n));
+    let spanning = from_columns(&local_moves.chain(changes).map(|m| flat(&m)).collect::<Vec<_>>());
     let unit_gain = |k: usize| Mat::from_fn(n, p, |i, j| f64::from(u8::from(i * p + j == k)));
     let nothing = Move {
         a: Mat::zeros(n, n),

@@ -1,11 +1,8 @@
 //! The uncertainty as it is written in `plant.json`: one input, one output.
 
 use crate::Error;
-use crate::pem::Focus;
 use crate::pem::uncertain::Uncertain;
-use steerwright_formats::{
-    Estimate, EstimationFocus, FrequencyBand, Matrix, StepBand, UncertainPole, Uncertainty,
-};
+use steerwright_formats::{Estimate, FrequencyBand, Matrix, StepBand, UncertainPole, Uncertainty};
 
 /// Frequencies of the band, evenly spaced on a logarithmic axis up to just below half the sample rate.
 const FREQUENCIES: usize = 30;
@@ -25,17 +22,7 @@ impl Uncertain {
     /// [`Error::NoModel`] where the poles' variances are not finite, [`Error::Numerical`] where the
     /// poles cannot be had.
     pub fn to_file(&self, sample_time_s: f64) -> Result<Uncertainty, Error> {
-        let poles: Vec<UncertainPole> = self
-            .poles()?
-            .into_iter()
-            .map(|p| UncertainPole {
-                re: p.re,
-                im: p.im,
-                variance_re: p.variance_re,
-                variance_im: p.variance_im,
-                covariance: p.covariance,
-            })
-            .collect();
+        let poles = self.poles()?;
         let finite = |p: &UncertainPole| (p.variance_re + p.variance_im + p.covariance).is_finite();
         if !(poles.iter().all(finite) && crate::linalg::dense::is_finite(self.factor.as_ref())) {
             return Err(Error::no_model("a pole's variance is not finite"));
@@ -43,10 +30,7 @@ impl Uncertain {
         let directions =
             Matrix::from_fn(self.factor.ncols(), self.factor.nrows(), |i, j| self.factor[(j, i)]);
         Ok(Uncertainty {
-            focus: match self.focus {
-                Focus::Prediction => EstimationFocus::Prediction,
-                Focus::Simulation => EstimationFocus::Simulation,
-            },
+            focus: self.focus,
             poles,
             steady_state_gain: self
                 .steady_state_gain(0, 0)

@@ -36,20 +36,15 @@ pub use crate::pem::gain::refine_gain;
 pub(crate) use crate::pem::neighbours::{Neighbours, larger, without_blocks};
 pub use crate::pem::search::Stop;
 pub(crate) use crate::pem::search::damped_step;
-pub use crate::pem::uncertain::{PoleEstimate, ResponseEstimate, Uncertain};
+pub use crate::pem::uncertain::{ResponseEstimate, Uncertain};
 
 /// A model with the initial state of each segment.
 pub type WithStates = (StateSpace, Vec<Vec<f64>>);
 
-/// Which errors are made small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Focus {
-    /// The one-step prediction errors, over (A, B, C, D, K).
-    Prediction,
-    /// The errors of the simulation, over (A, B, C, D); K is then that of the least one-step
-    /// prediction errors with this model.
-    Simulation,
-}
+/// Which errors are made small: the one-step prediction errors, over (A, B, C, D, K), or those of the
+/// simulation, over (A, B, C, D); K is then that of the least prediction errors with this model.
+pub use steerwright_formats::EstimationFocus as Focus;
+pub use steerwright_formats::UncertainPole as PoleEstimate;
 
 /// The result of a refinement.
 #[derive(Debug, Clone, PartialEq)]

@@ -55,7 +55,7 @@ pub(super) fn steps(
                 to[(at + 1, column)] = weight * im;
             };
             for (k, delta) in moves.iter().enumerate() {
-                let moved = here.along([&delta.a, &delta.b, &delta.c, &delta.d]);
+                let moved = here.along(delta);
                 set(&mut by, k, (moved.re, moved.im));
             }
             for (k, other) in others.iter().enumerate() {

@@ -66,8 +66,8 @@ pub(super) struct Sensitivities<'a> {
     xv: Vec<f64>,
     w: Vec<f64>,
     f: Vec<f64>,
-    /// Whether the free responses are still above rounding.
-    free: bool,
+    /// Whether the initial state still shows in the output.
+    pub(super) free: bool,
     next: Vec<f64>,
     s: Vec<f64>,
 }
@@ -112,11 +112,6 @@ impl<'a> Sensitivities<'a> {
             x0,
             offsets,
         }
-    }
-
-    /// Whether the initial state still shows in the output.
-    pub(super) fn is_free(&self) -> bool {
-        self.free
     }
 
     /// The rows of sample t, one for each output: derivatives by x(0), by the offsets where these are

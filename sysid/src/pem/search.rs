@@ -152,7 +152,7 @@ pub(super) fn linearise(
             }
         };
         for t in 0..segment.len() {
-            if !filters.is_free() {
+            if !filters.free {
                 close(&mut head, &mut all);
             }
             filters.sample(t, &mut rows);

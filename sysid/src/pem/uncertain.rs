@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::linalg::dense::{eigenvalues, rows, short_dot};
 use crate::model::{Innovation, StateSpace};
-use crate::pem::Focus;
+use crate::pem::{Focus, PoleEstimate};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
@@ -24,21 +24,6 @@ pub struct Uncertain {
     pub factor: Mat<f64>,
     /// Whose errors the estimate made small.
     pub focus: Focus,
-}
-
-/// A pole with the covariance of its real and imaginary part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoleEstimate {
-    /// Real part.
-    pub re: f64,
-    /// Imaginary part.
-    pub im: f64,
-    /// Variance of the real part.
-    pub variance_re: f64,
-    /// Variance of the imaginary part.
-    pub variance_im: f64,
-    /// Covariance of the two.
-    pub covariance: f64,
 }
 
 /// The frequency response at one frequency with its standard errors.
@@ -188,8 +173,7 @@ impl Uncertain {
         let size = response.re.hypot(response.im).max(1e-300);
         let mut squares = [0.0; 4];
         for delta in self.moves() {
-            let delta = &delta.model;
-            let by = at.along([&delta.a, &delta.b, &delta.c, &delta.d]);
+            let by = at.along(&delta.model);
             // Along the response and across it.
             let along = (by.re * response.re + by.im * response.im) / size;
             let across = (by.im * response.re - by.re * response.im) / size;
@@ -299,7 +283,7 @@ impl Response {
     }
 
     /// dG along a move of (A, B, C, D).
-    pub(super) fn along(&self, [a, b, c, d]: [&Mat<f64>; 4]) -> c64 {
+    pub(super) fn along(&self, StateSpace { a, b, c, d }: &StateSpace) -> c64 {
         let mut by = real(d[(self.output, self.input)]);
         for i in 0..a.nrows() {
             let mut inner = real(b[(i, self.input)]);

@@ -70,14 +70,21 @@ pub(crate) fn faults(of: &Recorded<'_>) -> Vec<(Reason, String)> {
         let message = format!(
             "driving straight reads {degrees:.2} °/s of yaw rate, or needs {wheel:.2}° at the road wheel"
         );
-        let reason = Reason::new(ReasonCode::Offset, Grade::Warn, message);
-        out.push((
-            reason.compared(degrees.abs(), MOST_OFFSET_DEGPS, "deg/s"),
-            "a bias of the gyro and a wrong zero of the steering angle look alike: record the gyro at standstill, subtract its mean there, and zero the steering on a straight; an integrated yaw drifts by the bias"
-                .to_owned(),
-        ));
+        let advice = "a bias of the gyro and a wrong zero of the steering angle look alike: record the gyro at standstill, subtract its mean there, and zero the steering on a straight; an integrated yaw drifts by the bias";
+        let compared = (degrees.abs(), MOST_OFFSET_DEGPS, "deg/s");
+        out.push(fault((ReasonCode::Offset, Grade::Warn), message, compared, advice));
     }
     out
+}
+
+/// A reason with its number, limit and unit, and what to do about it.
+fn fault(
+    (code, grade): (ReasonCode, Grade),
+    message: String,
+    (value, limit, unit): (f64, f64, &str),
+    advice: impl Into<String>,
+) -> (Reason, String) {
+    (Reason::new(code, grade, message).compared(value, limit, unit), advice.into())
 }
 
 /// Whether the yaw rate was differenced from a yaw, which no bias of a gyro is in: what is left is the zero of
@@ -95,12 +102,9 @@ fn spikes(channel: &ChannelSummary, out: &mut Vec<(Reason, String)>) {
             channel.spikes_s.len(),
             channel.spikes_s[0]
         );
-        let reason = Reason::new(ReasonCode::Spikes, Grade::Warn, message);
-        let limit = MOST_SPIKES * channel.rows as f64;
-        out.push((
-            reason.compared(channel.spikes_s.len() as f64, limit, ""),
-            "check the sensor, its plug and the bus for lost or corrupted messages".to_owned(),
-        ));
+        let compared = (channel.spikes_s.len() as f64, MOST_SPIKES * channel.rows as f64, "");
+        let advice = "check the sensor, its plug and the bus for lost or corrupted messages";
+        out.push(fault((ReasonCode::Spikes, Grade::Warn), message, compared, advice));
     }
 }
 
@@ -114,12 +118,8 @@ fn frozen(channel: &ChannelSummary, of: &Recorded<'_>, out: &mut Vec<(Reason, St
         "the yaw rate (column {}) is frozen for {lost:.1} s in all while the vehicle is steered, first from {:.2} to {:.2} s",
         channel.column, first[0], first[1]
     );
-    let reason = Reason::new(ReasonCode::FrozenYawRate, grade, message);
-    out.push((
-        reason.compared(lost, limit, "s"),
-        "check the gyro, its plug and the bus; the frozen samples were left out, shorter dropouts may remain"
-            .to_owned(),
-    ));
+    let advice = "check the gyro, its plug and the bus; the frozen samples were left out, shorter dropouts may remain";
+    out.push(fault((ReasonCode::FrozenYawRate, grade), message, (lost, limit, "s"), advice));
 }
 
 fn coarse(channel: &ChannelSummary, of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
@@ -144,14 +144,12 @@ fn coarse(channel: &ChannelSummary, of: &Recorded<'_>, out: &mut Vec<(Reason, St
             step.to_degrees(),
             100.0 * share
         );
-        let reason = Reason::new(ReasonCode::CoarseResolution, Grade::Warn, message);
-        out.push((
-            reason.compared(100.0 * share, 100.0 * limit, "%"),
-            format!(
-                "log {} with a finer resolution (quantisation dominates its noise), or steer more strongly",
-                channel.column
-            ),
-        ));
+        let advice = format!(
+            "log {} with a finer resolution (quantisation dominates its noise), or steer more strongly",
+            channel.column
+        );
+        let compared = (100.0 * share, 100.0 * limit, "%");
+        out.push(fault((ReasonCode::CoarseResolution, Grade::Warn), message, compared, advice));
     }
 }
 
@@ -180,13 +178,10 @@ fn play(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
             )
         },
     );
-    let reason = Reason::new(ReasonCode::SteeringPlay, grade, message);
-    out.push((
-        reason.compared(degrees, limit, "deg"),
-        format!(
-            "play (lash) between the recorded steering angle and the road wheels: {cycle}; take the play out, or measure the angle behind it"
-        ),
-    ));
+    let advice = format!(
+        "play (lash) between the recorded steering angle and the road wheels: {cycle}; take the play out, or measure the angle behind it"
+    );
+    out.push(fault((ReasonCode::SteeringPlay, grade), message, (degrees, limit, "deg"), advice));
 }
 
 fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
@@ -195,11 +190,8 @@ fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
         let message =
             format!("the yaw rate comes {:.0} ms before the steering that causes it", 1e3 * lead);
         let limit = if grade == Grade::Fail { LARGEST_LEAD_S } else { 0.0 };
-        out.push((
-            Reason::new(ReasonCode::EarlyYawRate, grade, message).compared(lead, limit, "s"),
-            "the clocks of the channels are apart: the steering is stamped late, or the yaw rate early; align them, or record both with one clock"
-                .to_owned(),
-        ));
+        let advice = "the clocks of the channels are apart: the steering is stamped late, or the yaw rate early; align them, or record both with one clock";
+        out.push(fault((ReasonCode::EarlyYawRate, grade), message, (lead, limit, "s"), advice));
     }
     let taken = of.delay_s.map(|delay| (delay, LARGEST_DELAY_S));
     let lag = of.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
@@ -209,11 +201,8 @@ fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
             "the yaw rate follows the steering {:.0} ms late, later than a vehicle's",
             1e3 * late
         );
-        let reason = Reason::new(ReasonCode::LateYawRate, Grade::Warn, message);
-        out.push((
-            reason.compared(late, limit, "s"),
-            "the clocks of the channels may be apart (yaw rate stamped late), the gyro filtered, or the steering a command to a slow actuator: record both channels with one clock, or log the angle that was reached"
-                .to_owned(),
-        ));
+        let advice = "the clocks of the channels may be apart (yaw rate stamped late), the gyro filtered, or the steering a command to a slow actuator: record both channels with one clock, or log the angle that was reached";
+        let compared = (late, limit, "s");
+        out.push(fault((ReasonCode::LateYawRate, Grade::Warn), message, compared, advice));
     }
 }

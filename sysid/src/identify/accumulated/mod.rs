@@ -12,6 +12,7 @@ mod windows;
 
 use crate::Error;
 use crate::data::Signals;
+use crate::data::scaled::driving_input;
 use crate::subspace::{Accumulator, Decomposition};
 use crate::validation::spectra::Sums;
 use std::collections::BTreeMap;
@@ -74,7 +75,13 @@ impl Accumulated {
         if !(2..=200).contains(&options.horizon) {
             return Err(Error::option("horizon", options.horizon, "2 to 200"));
         }
-        let mut taking = Taking::new(options);
+        let mut taking = Taking {
+            horizon: options.horizon,
+            input_kind: options.input_kind,
+            states: None,
+            taken: 0,
+            speed: Some((0.0, 0.0, 0.0)),
+        };
         let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
         let Some(([estimation, validation], mut spectra)) = taking.states else {
             return Err(Error::too_few(0, 2 * options.horizon, 0.0));
@@ -239,16 +246,6 @@ struct Taking {
 }
 
 impl Taking {
-    fn new(options: &AccumulateOptions) -> Self {
-        Self {
-            horizon: options.horizon,
-            input_kind: options.input_kind,
-            states: None,
-            taken: 0,
-            speed: Some((0.0, 0.0, 0.0)),
-        }
-    }
-
     fn take(&mut self, sample_time_s: f64, piece: Piece<'_>) -> Result<(), Error> {
         if self.states.is_none() {
             let new = || Accumulator::new(Decomposition::Qr, self.horizon, (1, 1), sample_time_s);
@@ -268,13 +265,7 @@ impl Taking {
             }
             _ => None,
         };
-        let input: Vec<f64> = match (self.input_kind, speed) {
-            (InputKind::Steering, _) => steering.to_vec(),
-            (InputKind::SteeringTimesSpeed, Some(speed)) => {
-                steering.iter().zip(speed).map(|(u, v)| u * v).collect()
-            }
-            (InputKind::SteeringTimesSpeed, None) => return Err(Error::NoSpeed),
-        };
+        let input = driving_input(steering, speed, self.input_kind)?;
         spectra.push(&input, yaw_rate);
         let input = Signals::from(input);
         let output = Signals::from(yaw_rate.to_vec());
