@@ -232,18 +232,10 @@ impl Outcome<'_> {
         };
         let least = LEAST_RELATIVE_GAIN * output_scale / input_scale;
         let gain = self.model.steady_state_gain(0, 0).filter(|g| g.abs() > least);
-        match gain.map(|g| y / g) {
-            Some(shift) if shift.abs() < 5.0 * input_scale => OperatingPoint {
-                speed_mps,
-                steering_offset_rad: (u - shift) / per_steering,
-                yaw_rate_offset_radps: 0.0,
-            },
-            _ => OperatingPoint {
-                speed_mps,
-                steering_offset_rad: u / per_steering,
-                yaw_rate_offset_radps: y,
-            },
-        }
+        let shift = gain.map(|g| y / g).filter(|shift| shift.abs() < 5.0 * input_scale);
+        let (steering, yaw_rate_offset_radps) = shift.map_or((u, y), |shift| (u - shift, 0.0));
+        let steering_offset_rad = steering / per_steering;
+        OperatingPoint { speed_mps, steering_offset_rad, yaw_rate_offset_radps }
     }
 }
 

@@ -94,24 +94,21 @@ impl<'a> InitialEstimates<'a> {
 
     /// The model of an order that simulates the estimation data best.
     pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
-        let mut initial_estimates = Vec::new();
-        let longest = self.largest_order();
-        let mut last_error = Error::NotExciting {
-            problem: format!(
-                "it allows an order of {longest} at most with the horizons tried, not {order}"
-            ),
-        };
+        let mut all = Vec::new();
         for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
             for (method, sub) in &horizon.subspaces {
-                for &realization in &self.realizations {
-                    match self.estimate(horizon, (*method, sub), realization, order, feedthrough) {
-                        Ok(start) => initial_estimates.push(start),
-                        Err(error) => last_error = error,
-                    }
-                }
+                let of = |r: &Realization| {
+                    self.estimate(horizon, (*method, sub), *r, order, feedthrough)
+                };
+                all.extend(self.realizations.iter().map(of));
             }
         }
-        self.least(initial_estimates).ok_or(last_error)
+        self.least(at_least_one(all.into_iter())?).ok_or_else(|| Error::NotExciting {
+            problem: format!(
+                "it allows an order of {} at most with the horizons tried, not {order}",
+                self.largest_order()
+            ),
+        })
     }
 
     /// The one that simulates best. No simulation does better than the least squares that it comes of,
@@ -226,6 +223,14 @@ pub(crate) fn at_least_one(
         Some(error) if initial_estimates.is_empty() => Err(error),
         _ => Ok(initial_estimates),
     }
+}
+
+/// The one of least cost, or the last error; `none` where nothing was tried.
+pub(crate) fn least_cost(
+    all: impl Iterator<Item = Result<Candidate, Error>>,
+    none: Error,
+) -> Result<Candidate, Error> {
+    at_least_one(all)?.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or(none)
 }
 
 /// The horizons that are tried of a factor that is there.

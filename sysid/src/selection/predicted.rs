@@ -11,7 +11,7 @@ use crate::model::{Innovation, StateSpace, predictor, predictor_state};
 use crate::pem::{Focus, refine_prediction};
 use crate::selection::candidate::{Candidate, ROUGH, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::refit_about;
+use crate::selection::initial_estimates::{least_cost, refit_about};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::selection::two_stage::two_stage_input;
@@ -90,8 +90,7 @@ impl Predicted {
         order: usize,
         feedthrough: bool,
     ) -> Result<Candidate, Error> {
-        let mut best: Option<Candidate> = None;
-        let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
+        let mut all = Vec::new();
         let radius = largest_radius(data.samples());
         for (method, decomposition) in &self.decompositions {
             let found = decomposition.stable_model(order, radius);
@@ -109,18 +108,9 @@ impl Predicted {
                 Ok(start)
             };
             let refined = self.refined.then(|| of(refined));
-            for start in std::iter::once(of(found)).chain(refined) {
-                match start {
-                    Ok(start) => {
-                        if best.as_ref().is_none_or(|best| start.cost < best.cost) {
-                            best = Some(start);
-                        }
-                    }
-                    Err(error) => last_error = error,
-                }
-            }
+            all.extend(std::iter::once(of(found)).chain(refined));
         }
-        best.ok_or(last_error)
+        least_cost(all.into_iter(), Error::no_model("no method could be tried"))
     }
 
     /// A and C of a model with the rest for the simulation of the two-stage input estimate.
@@ -136,7 +126,7 @@ impl Predicted {
             refit_about(&model.a, &model.c, data, feedthrough, self.offset)?;
         let cost = sum_of_squares(&initial_conditions.errors(&model, data));
         if !cost.is_finite() {
-            return Err(Error::NoModel { problem: "the simulation overflows".into() });
+            return Err(Error::no_model("the simulation overflows"));
         }
         let found = (model, initial_conditions);
         Ok(Candidate::new(method, self.past, singular_values, found, feedthrough, cost))
@@ -171,6 +161,6 @@ fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<I
     if found.model.spectral_radius() < 1.0 {
         Ok(found)
     } else {
-        Err(Error::NoModel { problem: "the model of least prediction errors is unstable".into() })
+        Err(Error::no_model("the model of least prediction errors is unstable"))
     }
 }

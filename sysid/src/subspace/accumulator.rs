@@ -330,7 +330,9 @@ impl Factor {
     /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
     /// - [`Error::Data`] where a value is too large to be squared.
     pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        Self::of_signals(&signals(data), horizon, data.sample_time_s())
+        let signals: Vec<_> =
+            data.segments().iter().map(|s| (s.u.as_ref(), s.y.as_ref())).collect();
+        Self::of_signals(&signals, horizon, data.sample_time_s())
     }
 
     /// As [`Factor::new`], of segments (u, y) that are someone else's, nu by N and ny by N each. Signals
@@ -343,25 +345,12 @@ impl Factor {
         horizon: usize,
         sample_time_s: f64,
     ) -> Result<Self, Error> {
-        match accumulated(Decomposition::Gram, segments, horizon, sample_time_s) {
-            Err(Error::IllConditioned { .. }) => {
-                accumulated(Decomposition::Qr, segments, horizon, sample_time_s)
-            }
+        let by = |kind| accumulated(kind, segments, horizon, sample_time_s);
+        match by(Decomposition::Gram) {
+            Err(Error::IllConditioned { .. }) => by(Decomposition::Qr),
             done => done,
         }
     }
-
-    /// Factors the data in the given way.
-    ///
-    /// # Errors
-    /// As [`Accumulator::factor`].
-    pub fn by(kind: Decomposition, data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        accumulated(kind, &signals(data), horizon, data.sample_time_s())
-    }
-}
-
-fn signals(data: &DataSet) -> Vec<(MatRef<'_, f64>, MatRef<'_, f64>)> {
-    data.segments().iter().map(|s| (s.u.as_ref(), s.y.as_ref())).collect()
 }
 
 fn accumulated(

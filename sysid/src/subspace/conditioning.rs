@@ -8,14 +8,9 @@
 use crate::linalg::dense::short_dot;
 use faer::MatRef;
 
-/// What an [`Accumulator`](crate::subspace::Accumulator) keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decomposition {
-    /// Sums of the Gram matrix: fast, for data of a condition up to 1e6.
-    Gram,
-    /// The R factor of a QR factorisation: for any data, at about twenty times the work.
-    Qr,
-}
+/// What an [`Accumulator`](crate::subspace::Accumulator) keeps: sums of the Gram matrix (fast, for data
+/// of a condition up to 1e6), or R of a QR factorisation (any data, at about twenty times the work).
+pub use steerwright_formats::FactorMethod as Decomposition;
 
 /// Condition of all windows up to which the Gram matrix is trusted.
 pub(crate) const MOST_FOR_GRAM: f64 = 1e6;

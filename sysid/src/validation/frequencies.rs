@@ -1,6 +1,6 @@
 //! The data by frequency: excitation, coherence, and the measured response compared with the model's.
 
-use crate::subspace::{Conditioning, Decomposition};
+use crate::subspace::Conditioning;
 use crate::validation::bands::{bands, persistence};
 use crate::validation::correlation::{autocorrelation, cross_correlation, feedback};
 use crate::validation::modelled::{DRIFT, HIGHEST_SHOWN, INFORMATIVE, LAGS, Modelled, rounded};
@@ -9,7 +9,7 @@ use crate::validation::spectra::Spectra;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_formats::{
-    CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
+    CoherencePoint, DataFactor, Excitation, FrequencyResponse, ResidualCorrelation,
 };
 
 /// Excitation and frequency response of the whole log, with the model's response.
@@ -102,10 +102,7 @@ pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCo
 pub(crate) fn data_factor(c: &Conditioning) -> DataFactor {
     let finite = |condition: f64| condition.is_finite().then(|| rounded(condition));
     DataFactor {
-        method: match c.method {
-            Decomposition::Gram => FactorMethod::Gram,
-            Decomposition::Qr => FactorMethod::Qr,
-        },
+        method: c.method,
         condition: finite(c.condition),
         input_condition: finite(c.input_condition),
         asked_horizon: c.requested_horizon,

@@ -64,7 +64,7 @@ fn both_decompositions_lead_to_the_factor_of_the_definition() {
         let reference = written_out(&segments, s);
         let data = DataSet::new(1.0, segments).unwrap();
         for kind in [Decomposition::Gram, Decomposition::Qr] {
-            let factor = Factor::by(kind, &data, s).unwrap();
+            let factor = by(kind, &data, s);
             let error = distance(&factor.l, &reference);
             assert!(error < 1e-12, "{kind:?} {channels:?}: {error:e}");
             assert_eq!(factor.columns, count + 1 - 2 * s);
@@ -101,7 +101,7 @@ fn a_smaller_horizon_is_cut_from_the_same_windows() {
     let data = DataSet::new(1.0, vec![drive(&mut random, (1, 2), 900, 0.1)]).unwrap();
     let segment = &data.segments()[0];
     for kind in [Decomposition::Gram, Decomposition::Qr] {
-        let cut = Factor::by(kind, &data, 9).unwrap().with_horizon(5).unwrap();
+        let cut = by(kind, &data, 9).with_horizon(5).unwrap();
         // The windows of 18 samples leave out 4 samples on both sides of those of 10.
         let inner = Segment::new(segment.u.columns(4..896), segment.y.columns(4..896));
         let error = distance(&cut.l, &written_out(&[inner], 5));
@@ -120,13 +120,22 @@ fn accumulate(kind: Decomposition, s: usize, segment: &Segment, chunk: usize) ->
     sums
 }
 
+fn by(kind: Decomposition, data: &DataSet, s: usize) -> Factor {
+    let mut sums = Accumulator::new(kind, s, (data.inputs(), data.outputs()), 1.0).unwrap();
+    for segment in data.segments() {
+        sums.push(segment.u.as_ref(), segment.y.as_ref()).unwrap();
+        sums.end_segment();
+    }
+    sums.factor().unwrap()
+}
+
 #[test]
 fn chunks_do_not_matter_to_the_last_bit() {
     let mut random = Random(14);
     let segment = drive(&mut random, (1, 2), 2600, 0.1);
     let data = DataSet::new(1.0, vec![segment.clone()]).unwrap();
     for kind in [Decomposition::Gram, Decomposition::Qr] {
-        let whole = Factor::by(kind, &data, 7).unwrap();
+        let whole = by(kind, &data, 7);
         for chunk in [1, 7, 1000, 1024, 1037, 2599, 2600] {
             let parts = accumulate(kind, 7, &segment, chunk).factor().unwrap();
             assert_eq!(parts.l, whole.l, "{kind:?} {chunk}");
@@ -150,7 +159,7 @@ fn merged_states_are_one_pass() {
     let reference = written_out(&segments, s);
     let data = DataSet::new(1.0, segments.clone()).unwrap();
     for kind in [Decomposition::Gram, Decomposition::Qr] {
-        let whole = Factor::by(kind, &data, s).unwrap();
+        let whole = by(kind, &data, s);
         assert!(distance(&whole.l, &reference) < 1e-12, "{kind:?}");
         // The second is shorter than a window, and first in this order.
         let mut merged = accumulate(kind, s, &segments[1], 5);
@@ -246,7 +255,7 @@ fn offsets_and_units_cost_no_digits() {
         let lost = 1e-15 * offset.abs() / scale;
         let data = DataSet::new(1.0, vec![other.clone()]).unwrap();
         for kind in [Decomposition::Gram, Decomposition::Qr] {
-            let factor = Factor::by(kind, &data, 12).unwrap();
+            let factor = by(kind, &data, 12);
             let l = factor.about_mean().unwrap().l;
             let error = distance(
                 &Mat::from_fn(l.nrows(), l.ncols(), |i, j| l[(i, j)] / scale),

@@ -13,7 +13,9 @@ use crate::model::stability::largest_radius;
 use crate::pem::{Stop, refine_gain};
 use crate::selection::candidate::{Candidate, Choice, FINE, ROUGH, refine_within};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::{Fitted, InitialEstimates, horizons_of, refit_about};
+use crate::selection::initial_estimates::{
+    Fitted, InitialEstimates, horizons_of, least_cost, refit_about,
+};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::sum_of_squares;
 use crate::selection::search::{
@@ -96,25 +98,18 @@ impl InWindows<'_> {
         };
         let [u, y] = self.windows.scales;
         let radius = largest_radius(self.samples);
-        let mut best: Option<Candidate> = None;
-        let mut last_error = Error::no_model(format!("no horizon allows an order of {order}"));
-        for (method, states) in states.iter().filter(|(_, d)| d.largest_order() >= order) {
-            let found = states.stable_model(order, radius).and_then(|found| {
-                let model = found.model.scaled(&[1.0 / u], &[1.0 / y]);
+        let of =
+            |(method, states): &(ClosedLoopMethod, Decomposition)| -> Result<Candidate, Error> {
+                let model =
+                    states.stable_model(order, radius)?.model.scaled(&[1.0 / u], &[1.0 / y]);
                 let cost = self.plant_and_noise(&model)?.variance(self.windows);
                 let found = (model, InitialConditions { x0: Vec::new(), offsets: None });
                 let values = &states.singular_values;
                 Ok(Candidate::new(*method, past, values, found, feedthrough, cost))
-            });
-            match found {
-                Ok(found) if best.as_ref().is_none_or(|b| found.cost < b.cost) => {
-                    best = Some(found);
-                }
-                Ok(_) => {}
-                Err(error) => last_error = error,
-            }
-        }
-        best.ok_or(last_error)
+            };
+        let long = states.iter().filter(|(_, d)| d.largest_order() >= order);
+        let none = Error::no_model(format!("no horizon allows an order of {order}"));
+        least_cost(long.map(of), none)
     }
 
     fn plant_and_noise(&self, model: &StateSpace) -> Result<PlantAndNoise, Error> {
