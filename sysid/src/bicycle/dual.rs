@@ -7,17 +7,12 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub(super) trait Scalar:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// A number that depends on nothing.
     fn constant(value: f64) -> Self;
-    /// The number itself.
     fn value(self) -> f64;
     /// `factor·self`.
     fn times(self, factor: f64) -> Self;
-    /// eˣ.
     fn exp(self) -> Self;
-    /// 1/x.
     fn inverse(self) -> Self;
-    /// √x.
     fn sqrt(self) -> Self;
 }
 

@@ -24,7 +24,6 @@ const LARGEST_STEP: f64 = 1.0;
 /// Initial estimates that are refined, of those that are tried.
 const REFINED: usize = 2;
 
-/// The data and settings of the estimation.
 pub(super) struct Problem<'a> {
     pub(super) segments: Vec<SpeedSegment<'a>>,
     /// Share λ of the weight on the front axle.
@@ -40,11 +39,9 @@ pub(super) struct Problem<'a> {
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub(super) parameters: [f64; PARAMETERS],
-    /// Initial v_y and r of each segment.
     pub(super) initial_states: Vec<InitialState>,
     /// Long-run variance s² of the errors, per sample.
     pub(super) long_run_variance: f64,
-    /// The cost function's value.
     cost: f64,
 }
 
@@ -146,7 +143,6 @@ impl<'a> Problem<'a> {
         self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))
     }
 
-    /// The refined estimate of least cost.
     fn best(&self, starts: impl Iterator<Item = Estimate>) -> Result<Option<Estimate>, Error> {
         let refined = starts.map(|s| self.refine(s)).collect::<Result<Vec<_>, _>>()?;
         Ok(refined.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)))
@@ -196,7 +192,6 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Levenberg–Marquardt until nothing is gained.
     fn refine(&self, from: Estimate) -> Result<Estimate, Error> {
         let cost = from.cost;
         let reached = lower::<_, _, Error>(
@@ -242,7 +237,6 @@ impl<'a> Problem<'a> {
         if largest > LARGEST_STEP { LARGEST_STEP / largest } else { 1.0 }
     }
 
-    /// The least-squares problem of a step.
     fn linearised(&self, at: &Estimate) -> Option<Elimination> {
         const OWN: usize = ALL - PARAMETERS;
         let free = self.free.len();

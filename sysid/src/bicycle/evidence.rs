@@ -19,7 +19,6 @@ pub(super) const LEAST_SPREAD: f64 = 0.05;
 /// A delay matters where it is beyond this, s, and beyond two of its standard deviations.
 const LEAST_DELAY: f64 = 0.01;
 
-/// The sources of the evidence.
 pub(super) struct Known<'a> {
     pub(super) log: &'a DriveLog,
     pub(super) options: &'a BicycleOptions,

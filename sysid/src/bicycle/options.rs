@@ -53,7 +53,6 @@ impl BicycleOptions {
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
     }
 
-    /// The options in force by name, for the provenance.
     pub(super) fn to_map(&self) -> BTreeMap<String, String> {
         let wheelbase = self.wheelbase_m.map_or_else(|| "identified".into(), |l| l.to_string());
         BTreeMap::from([

@@ -99,7 +99,6 @@ impl Known<'_> {
         })
     }
 
-    /// The recording's faults, each with its likely cause.
     fn faults(
         &self,
         e: &BicycleEvidence,

@@ -12,7 +12,6 @@ use steerwright_drivelog::signal::standard_deviation;
 /// Fewest samples of the recording, and of each part of it.
 const LEAST_SAMPLES: usize = 100;
 
-/// The recording as the model sees it.
 pub(super) struct Recording {
     pub(super) steering: Vec<f64>,
     pub(super) speed: Vec<f64>,
@@ -81,7 +80,6 @@ pub(super) fn of(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
     ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
 }
 
-/// A model compared with the drive.
 pub(super) struct Simulation {
     pub(super) estimation_fit: f64,
     pub(super) validation_fit: FitWithError,

@@ -33,7 +33,6 @@ impl SpeedSegment<'_> {
     }
 }
 
-/// Initial v_y and r.
 pub(super) type InitialState = [f64; 2];
 
 /// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that, and a diverging model

@@ -62,7 +62,6 @@ pub(crate) struct Data {
     pub(crate) output_mean: f64,
     pub(crate) input_scale: f64,
     pub(crate) output_scale: f64,
-    /// How the validation data were chosen.
     pub(crate) selection: Selection,
     /// What was taken from the output, for each run of samples.
     output_lines: Vec<(Range<usize>, Line)>,
@@ -84,7 +83,6 @@ impl Line {
         Self { offset, slope: 0.0, middle: 0.0 }
     }
 
-    /// The least-squares line.
     fn through(time: &[f64], x: &[f64]) -> Self {
         let (middle, offset) = (mean(time), mean(x));
         let square: f64 = time.iter().map(|t| (t - middle).powi(2)).sum();
@@ -107,7 +105,6 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// The samples of `ranges`.
     fn new(
         sample_time_s: f64,
         ranges: Vec<Range<usize>>,
@@ -268,7 +265,6 @@ impl Data {
         Part::new(self.sample_time, ranges, &u, &y).map(Some)
     }
 
-    /// The same about another output offset, in scaled units.
     pub(crate) fn about(mut self, offset: f64) -> Result<Self, Error> {
         for part in [&mut self.estimation, &mut self.validation] {
             part.data = without(&part.data, &[offset])?;

@@ -23,17 +23,13 @@ const BLOCK_S: f64 = 60.0;
 /// Excited time of which one part estimates and the other validates, s.
 const PAIR_S: f64 = 40.0;
 
-/// How the validation data were chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Selection {
-    /// The end of the log.
     End,
-    /// Parts that are excited.
     ExcitedBlocks,
 }
 
 impl Selection {
-    /// The word in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::End => "end",
@@ -125,7 +121,6 @@ impl Split {
         self
     }
 
-    /// What neither part holds.
     pub(crate) fn unused(log: &DriveLog, parts: [&[Range<usize>]; 2]) -> Vec<Range<usize>> {
         let mut used: Vec<&Range<usize>> = parts.into_iter().flatten().collect();
         used.sort_by_key(|r| r.start);
@@ -143,7 +138,6 @@ impl Split {
         unused
     }
 
-    /// Shares what is excited; `None` where too little is.
     fn blocks(log: &DriveLog, excited: &[bool], fraction: f64) -> Option<Self> {
         let total = excited.iter().filter(|e| **e).count();
         let pairs = ((total as f64 * log.sample_time_s / PAIR_S).floor() as usize).max(1);
@@ -179,7 +173,6 @@ impl Split {
     }
 }
 
-/// Of each sample whether its window is excited.
 fn excited(log: &DriveLog, input: &[f64], mean: f64, mean_power: f64) -> Vec<bool> {
     let window = ((WINDOW_S / log.sample_time_s).round() as usize).max(1);
     let mut excited = vec![false; input.len()];

@@ -17,9 +17,7 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Evidence, Fits};
 
-/// All that a model was found from.
 pub(super) struct Found<'a> {
-    /// The drive as it was recorded.
     pub(super) measured: &'a DriveLog,
     /// The drive with its steering delayed as the model takes it.
     pub(super) log: &'a DriveLog,

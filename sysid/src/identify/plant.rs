@@ -100,13 +100,9 @@ pub(crate) struct Outcome<'a> {
     pub(crate) options: &'a IdentifyOptions,
     pub(crate) name: &'a str,
     pub(crate) input_kind: InputKind,
-    /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,
-    /// Delay of the input, s.
     pub(crate) delay_s: f64,
-    /// Sample time T, s.
     pub(crate) sample_time_s: f64,
-    /// The model in SI units.
     pub(crate) model: &'a StateSpace,
     pub(crate) continuous: Option<&'a ContinuousModel>,
     /// K, per rad/s.
@@ -126,7 +122,6 @@ pub(crate) struct Outcome<'a> {
     pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) sideslip: Option<Sideslip>,
     pub(crate) sources: &'a [SourceFile],
-    /// The options in force by name.
     pub(crate) used: BTreeMap<String, String>,
 }
 

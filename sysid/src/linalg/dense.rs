@@ -29,7 +29,6 @@ pub(crate) fn pseudo_inverse(m: MatRef<'_, f64>, tolerance: f64) -> Result<Mat<f
     Ok(scaled * f.u.get(.., ..rank).transpose())
 }
 
-/// Least-squares solution of `a x = b` of least norm.
 pub(crate) fn least_squares(
     a: MatRef<'_, f64>,
     b: MatRef<'_, f64>,
@@ -60,7 +59,6 @@ pub(crate) fn r_factor(m: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { r[(i, j)] } else { 0.0 })
 }
 
-/// Solution of the square system `a x = b`.
 pub(crate) fn solve(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     a.partial_piv_lu().solve(b)
 }
@@ -123,7 +121,6 @@ pub(crate) fn is_finite(m: MatRef<'_, f64>) -> bool {
     (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].is_finite()))
 }
 
-/// One column.
 pub(crate) fn column(values: &[f64]) -> Mat<f64> {
     Mat::from_fn(values.len(), 1, |i, _| values[i])
 }
@@ -147,7 +144,6 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Row-major copy.
 pub(crate) fn rows(m: MatRef<'_, f64>) -> Vec<f64> {
     (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
 }

@@ -6,7 +6,6 @@ use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, least_squares, r_factor, vcat};
 use faer::{Mat, MatRef};
 
-/// Equations accumulated so far.
 pub(crate) struct Elimination {
     shared: usize,
     own: usize,
@@ -16,7 +15,6 @@ pub(crate) struct Elimination {
     above: Vec<Mat<f64>>,
 }
 
-/// The unknowns of least squares.
 pub(crate) struct Solution {
     pub(crate) shared: Vec<f64>,
     /// Of each segment.

@@ -19,11 +19,9 @@ pub(crate) struct Damping {
 pub(crate) const USUAL: Damping =
     Damping { first: 1e-4, fall: 0.2, least: 1e-12, rise: 8.0, tries: 8 };
 
-/// What was reached.
 pub(crate) struct Reached<P> {
     pub(crate) point: P,
     pub(crate) cost: f64,
-    /// Steps taken.
     pub(crate) steps: usize,
 }
 
@@ -64,7 +62,6 @@ pub(crate) fn lower<P, L, E>(
     Ok(Reached { point, cost, steps: taken })
 }
 
-/// Whether a step lowers the cost by more than a share.
 pub(crate) fn by_more_than(share: f64) -> impl Fn(f64, f64) -> bool {
     move |before, now| 1.0 - now / before > share
 }

@@ -33,7 +33,6 @@ impl RFactor {
         Self { columns, r, block, gathered: 0 }
     }
 
-    /// Takes one row.
     pub(crate) fn push(&mut self, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns);
         if self.gathered == BLOCK {
@@ -45,7 +44,6 @@ impl RFactor {
         self.gathered += 1;
     }
 
-    /// Takes the rows of another R factor.
     pub(crate) fn accumulate(&mut self, rows: MatRef<'_, f64>) {
         for i in 0..rows.nrows() {
             let row: Vec<f64> = rows.row(i).iter().copied().collect();

@@ -19,7 +19,6 @@ const LARGEST_RADIUS: f64 = 0.999_999;
 /// A model in a basis for its local coordinates.
 #[derive(Debug, Clone)]
 pub(crate) struct Coordinates {
-    /// The model in that basis.
     pub(super) model: StateSpace,
     /// X, n by ny.
     pub(super) x: Mat<f64>,
@@ -73,7 +72,6 @@ impl Coordinates {
         n * (p + m) + p * self.feedthrough.iter().filter(|moves| **moves).count()
     }
 
-    /// The move of the model along `step`.
     pub(super) fn direction(&self, step: &[f64]) -> Move {
         let (n, m, p) = (self.model.order(), self.model.inputs(), self.model.outputs());
         let vt = Mat::from_fn(p, n, |j, k| step[k * p + j]);
@@ -153,7 +151,6 @@ pub(super) fn in_basis(model: &StateSpace, l: MatRef<'_, f64>) -> StateSpace {
     }
 }
 
-/// `inverse(l)`.
 pub(super) fn inverse(l: MatRef<'_, f64>) -> Mat<f64> {
     solve(l, identity(l.nrows()).as_ref())
 }

@@ -92,7 +92,6 @@ fn predictor_of(innovation: &Innovation) -> StateSpace {
     predictor(&innovation.model, innovation.gain.as_ref())
 }
 
-/// The linearised problem at the estimate.
 struct Local {
     coordinates: Coordinates,
     x0s: Vec<Vec<f64>>,

@@ -11,7 +11,6 @@ const DECADES: f64 = 2.7;
 /// Times of the step response, over so many time constants of the slowest pole.
 const STEPS: usize = 25;
 const TIME_CONSTANTS: f64 = 5.0;
-/// Longest step response, samples.
 const MOST_SAMPLES: f64 = 2000.0;
 
 impl Uncertain {

@@ -118,7 +118,6 @@ impl Autoregression {
     }
 }
 
-/// The running filter.
 pub(super) struct RowFilter<'a> {
     model: &'a Autoregression,
     factor: Mat<f64>,

@@ -44,7 +44,6 @@ impl Drive {
     }
 }
 
-/// The running filters of one segment.
 pub(super) struct Sensitivities<'a> {
     coordinates: &'a Coordinates,
     drive: Drive,

@@ -221,7 +221,6 @@ pub(crate) fn damped_step(
     Ok((0..n).map(|i| x[(i, 0)]).collect())
 }
 
-/// The result of a search.
 pub(super) struct Found {
     pub(super) point: Point,
     pub(super) covariance: Mat<f64>,

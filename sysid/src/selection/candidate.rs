@@ -51,12 +51,10 @@ pub(crate) struct Candidate {
 /// What it took to make an estimate stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stabilised {
-    /// Spectral radius before.
     pub(crate) radius: f64,
     /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
     /// that of no output; −∞ where there is no such fit.
     pub(crate) fit_before: f64,
-    /// … and after.
     pub(crate) fit_after: f64,
 }
 

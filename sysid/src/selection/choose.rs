@@ -24,7 +24,6 @@ use crate::selection::search::{
 };
 use crate::subspace::closed_loop::{ClosedLoopMethod, feedback};
 
-/// [`choose_from`] for the signals of a drive.
 pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, Error> {
     choose_from(&data.estimation.data, &data.validation.data, options, true)
 }
@@ -61,7 +60,6 @@ pub(crate) fn choose_from(
     Ok(choice)
 }
 
-/// The simulation fits of a candidate.
 fn measure(data: &DataSet, validation: &DataSet, candidate: &mut Candidate) -> Result<(), Error> {
     let offset = candidate.initial_conditions.offsets.is_some();
     let model = &candidate.model;
@@ -73,7 +71,6 @@ fn measure(data: &DataSet, validation: &DataSet, candidate: &mut Candidate) -> R
     Ok(())
 }
 
-/// The choice for data without feedback.
 fn open_loop(data: &DataSet, options: &IdentifyOptions, vehicle: bool) -> Result<Choice, Error> {
     let initial_estimates = InitialEstimates::new(data, options)?;
     let estimates = Estimates::OpenLoop(&initial_estimates);

@@ -17,7 +17,6 @@ use faer::{Mat, MatRef};
 
 /// The innovation form's gain with what it predicts, in scaled units.
 pub(crate) struct Filter {
-    /// K.
     pub(crate) gain: Mat<f64>,
     /// One-step prediction errors on the estimation data.
     pub(crate) residuals: Vec<f64>,

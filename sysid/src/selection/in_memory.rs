@@ -28,22 +28,18 @@ const LEAST_GAIN: f64 = 1e-4;
 
 /// Estimation data with what models of them begin from.
 pub(crate) struct InMemory<'a> {
-    /// The estimation data.
     pub(crate) data: &'a DataSet,
     /// The data whose simulation errors are made small: those, or under feedback the ones with the
     /// two-stage input estimate.
     pub(crate) fitted: &'a DataSet,
     pub(crate) options: &'a IdentifyOptions,
     pub(crate) estimates: Estimates<'a>,
-    /// Order of the noise's autoregression.
     noise_order: usize,
     /// Whether the outputs have an offset to be found.
     pub(crate) offset: bool,
-    /// Whether the system is a vehicle.
     vehicle: bool,
 }
 
-/// The source of the initial estimates.
 pub(crate) enum Estimates<'a> {
     OpenLoop(&'a InitialEstimates<'a>),
     /// Under feedback the predictor-based ones, and those of the open-loop methods, to which the

@@ -20,7 +20,6 @@ use faer::Mat;
 /// Initial states and output offsets.
 #[derive(Debug, Clone)]
 pub(crate) struct InitialConditions {
-    /// State at the first sample of each segment.
     pub(crate) x0: Vec<Vec<f64>>,
     /// Constant on each output; `None` where the data are to be taken as they are.
     pub(crate) offsets: Option<Vec<f64>>,

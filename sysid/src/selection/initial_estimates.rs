@@ -47,7 +47,6 @@ struct Horizon {
 }
 
 impl<'a> InitialEstimates<'a> {
-    /// Factors the data.
     pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
         let horizons = horizons(data, options)?;
         let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
@@ -56,7 +55,6 @@ impl<'a> InitialEstimates<'a> {
         Self::of_factor(&full, horizons, fitted, options)
     }
 
-    /// At these horizons of a factor.
     pub(crate) fn of_factor(
         factor: &Factor,
         horizons: Vec<usize>,

@@ -8,11 +8,8 @@ use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::DelayEstimate;
 
-/// What was found, or given.
 pub(crate) struct InputDelay {
-    /// Delay in use, s.
     pub(crate) seconds: f64,
-    /// The warning about it.
     pub(crate) warning: Option<String>,
     /// The estimate, where the data determine the delay.
     pub(crate) estimate: Option<DelayEstimate>,

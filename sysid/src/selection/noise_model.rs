@@ -27,7 +27,6 @@ pub(crate) struct AutoregressiveNoise {
 }
 
 impl AutoregressiveNoise {
-    /// The autoregression of one order.
     pub(crate) fn fitted(errors: &Errors, order: usize) -> Self {
         let all = autoregressions(errors, order);
         all.into_iter().last().unwrap_or(Self { coefficients: Vec::new(), remaining: 1.0 })
@@ -76,12 +75,10 @@ impl AutoregressiveNoise {
     }
 }
 
-/// Sum of squares of all channels.
 fn power(signals: &Signals) -> f64 {
     dot(signals.values(), signals.values())
 }
 
-/// The autoregressions of order 0 to `most`.
 fn autoregressions(errors: &Errors, most: usize) -> Vec<AutoregressiveNoise> {
     let r = autocovariance(errors, most);
     let mut now = AutoregressiveNoise { coefficients: Vec::new(), remaining: 1.0 };

@@ -104,7 +104,6 @@ impl IdentifyOptions {
         Ok(())
     }
 
-    /// How the data are prepared.
     pub(crate) fn preparation(&self) -> Preparation {
         Preparation {
             input_kind: self.input_kind,
@@ -120,7 +119,6 @@ impl IdentifyOptions {
         self.detrend == Detrend::Mean && self.refine
     }
 
-    /// The options in force by name, for the provenance.
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         fn or(x: Option<impl ToString>, none: &str) -> String {
             x.map_or_else(|| none.into(), |x| x.to_string())

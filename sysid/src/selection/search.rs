@@ -27,7 +27,6 @@ const AT_LEAST: usize = 6;
 pub(crate) trait Estimator {
     fn options(&self) -> &IdentifyOptions;
 
-    /// The counts of the criterion.
     fn counts(&self) -> Counts;
 
     /// Largest order that has an initial estimate.
@@ -54,7 +53,6 @@ pub(crate) trait Estimator {
     fn other_models(&self, first: StateSpace, before: Option<&Candidate>) -> Vec<StateSpace>;
 }
 
-/// The counts of the criterion.
 pub(crate) struct Counts {
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,
@@ -62,7 +60,6 @@ pub(crate) struct Counts {
     pub(crate) samples: f64,
     /// Segments with an initial state of their own.
     pub(crate) segments: usize,
-    /// Whether the system is a vehicle.
     pub(crate) vehicle: bool,
 }
 
@@ -123,7 +120,6 @@ pub(crate) fn ascend(on: &impl Estimator, feedthrough: bool) -> Result<Vec<Candi
     if candidates.is_empty() { Err(last_error) } else { Ok(candidates) }
 }
 
-/// The model of an order with the least errors, scored.
 fn of_order(
     on: &impl Estimator,
     order: usize,

@@ -43,7 +43,6 @@ pub(super) const SCALE: usize = GROWTH;
 pub(super) struct Piece {
     /// Instants of the gyro's readings, s.
     pub(crate) time: Vec<f64>,
-    /// Yaw rate, rad/s.
     pub(crate) yaw_rate: Vec<f64>,
     /// Speed, m/s; empty for one that does not change.
     pub(crate) speed: Vec<f64>,

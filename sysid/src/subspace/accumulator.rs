@@ -9,7 +9,6 @@ use crate::subspace::gram::Gram;
 use crate::subspace::tall::Tall;
 use faer::MatRef;
 
-/// Windows that are added at once.
 const BLOCK: usize = 1024;
 /// Rows of windows beyond which the state would no longer be small.
 const MOST_ROWS: usize = 8_000;
@@ -120,7 +119,6 @@ impl Accumulator {
         self.sample_time_s
     }
 
-    /// Whether the state is an R factor.
     pub(crate) fn is_r_factor(&self) -> bool {
         matches!(self.state, State::Qr(_))
     }

@@ -38,7 +38,6 @@ struct Source {
     mean: Vec<f64>,
     /// Whether the windows' mean has been taken off.
     about_mean: bool,
-    /// Horizon of the windows.
     full: usize,
     /// The longest horizon that the input excites, and its condition at the full one.
     longest: usize,
@@ -48,9 +47,7 @@ struct Source {
 /// The windows about their mean, divided by √j.
 #[derive(Debug, Clone)]
 pub(crate) enum Decomposed {
-    /// Their covariance.
     Gram(Mat<f64>),
-    /// R of their QR factorisation.
     Qr(Mat<f64>),
 }
 
@@ -195,7 +192,6 @@ impl Source {
         l
     }
 
-    /// No channel is constant.
     fn check_channels(&self, (m, p): (usize, usize)) -> Result<(), Error> {
         let Decomposed::Qr(r) = &self.decomposed else { return Ok(()) };
         for c in 0..m + p {
@@ -211,7 +207,6 @@ impl Source {
         Ok(())
     }
 
-    /// Finds the longest horizon that the input excites.
     fn limit_horizon(&mut self, channels: (usize, usize)) -> Result<(), Error> {
         let input_condition = |s: usize| match &self.decomposed {
             Decomposed::Qr(r) if channels.0 > 0 => {

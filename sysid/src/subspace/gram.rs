@@ -27,7 +27,6 @@ pub(crate) struct Gram {
     edges: Mat<f64>,
     /// Σ over segments of tail − head.
     edge_sums: Vec<f64>,
-    /// Sums of one block.
     scratch: Vec<f64>,
 }
 
@@ -115,7 +114,6 @@ impl Gram {
         }
     }
 
-    /// Appends all sums.
     pub(crate) fn write(&self, to: &mut Vec<f64>) {
         for sums in [&self.lags, &self.firsts] {
             to.extend(&sums.high);
@@ -148,7 +146,6 @@ impl Gram {
         Some(from)
     }
 
-    /// The moments of all `columns` windows.
     pub(crate) fn moments(&self, columns: usize) -> Moments {
         let (c, w) = (self.channels, self.window);
         let (size, count) = (c * w, columns as f64);

@@ -22,9 +22,7 @@ pub(crate) struct Block<'a> {
     /// Channel c has its samples at `c * stride`, of which the first `count + padded(lags)` exist;
     /// those past `count + lags - 1` only reach sums beyond the last lag.
     pub(crate) samples: &'a [f64],
-    /// Distance of one channel to the next.
     pub(crate) stride: usize,
-    /// Number of channels.
     pub(crate) channels: usize,
     /// Number of summands t.
     pub(crate) count: usize,

@@ -18,9 +18,7 @@ use steerwright_formats::ResidualTest;
 /// Correlation at consecutive lags.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Correlation {
-    /// Lag of the first value.
     pub(crate) first_lag: i64,
-    /// Correlation coefficients.
     pub(crate) values: Vec<f64>,
     /// Each alone stays within ± this with a probability of 99 % where there is no correlation.
     pub(crate) bound: f64,

@@ -38,11 +38,8 @@ pub(crate) struct Recorded<'a> {
     pub(crate) delay_s: Option<f64>,
     pub(crate) yaw_rate_lead_s: Option<f64>,
     pub(crate) yaw_rate_lag_s: Option<f64>,
-    /// Standard deviation of the road-wheel angle, rad.
     pub(crate) road_wheel_std_rad: f64,
-    /// Standard deviation of the yaw rate, rad/s.
     pub(crate) yaw_rate_std_radps: f64,
-    /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,
     /// Standard deviation of the noise on the yaw rate, rad/s.
     pub(crate) noise_radps: f64,

@@ -8,7 +8,6 @@ pub(crate) struct FitWithError {
     pub(crate) fit: f64,
     /// Standard error, percentage points; `None` where there are too few blocks.
     pub(crate) standard_error: Option<f64>,
-    /// Blocks B.
     pub(crate) blocks: usize,
 }
 

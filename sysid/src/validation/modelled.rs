@@ -19,7 +19,6 @@ const A_DECADE: f64 = 100.0;
 
 /// A model with what drives it.
 pub(crate) struct Modelled<'a> {
-    /// The model in SI units.
     pub(crate) model: &'a StateSpace,
     /// Its delay from the recorded input to the input of the model, s.
     pub(crate) delay_s: f64,

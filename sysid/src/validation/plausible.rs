@@ -49,7 +49,6 @@ pub(crate) struct Response<'a> {
     pub(crate) excitation: Option<&'a Excitation>,
     /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
-    /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,
     /// Zeros of the continuous model, rad/s, with their spreads where they are known.
     pub(crate) zeros: &'a [[f64; 2]],

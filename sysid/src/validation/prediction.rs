@@ -17,19 +17,13 @@ pub(crate) const BLOCK_S: f64 = 3.0;
 
 /// Validation data with the model's predictions of them, in any units common to all.
 pub(crate) struct Prediction<'a> {
-    /// The model.
     pub(crate) model: &'a StateSpace,
-    /// Its Kalman gain.
     pub(crate) gain: &'a [f64],
     /// Measured output, segment by segment.
     pub(crate) output: &'a [&'a [f64]],
-    /// Simulated output.
     pub(crate) simulated: &'a [&'a [f64]],
-    /// One-step residuals.
     pub(crate) residuals: &'a [&'a [f64]],
-    /// Sample time, s.
     pub(crate) sample_time_s: f64,
-    /// How the validation data were chosen.
     pub(crate) selection: &'static str,
     /// First and last instants of its segments, s.
     pub(crate) segments_s: Vec<[f64; 2]>,

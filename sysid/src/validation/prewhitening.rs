@@ -3,7 +3,6 @@
 use crate::linalg::dense::solve;
 use faer::Mat;
 
-/// The segments without their common mean.
 pub(crate) fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
     let count: usize = x.iter().map(|s| s.len()).sum();
     let sum: f64 = x.iter().map(|s| s.iter().sum::<f64>()).sum();

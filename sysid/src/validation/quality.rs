@@ -166,7 +166,6 @@ pub(crate) fn weak_steering(road_wheel_std_rad: f64) -> Option<Reason> {
     })
 }
 
-/// A reason that forbids a design.
 pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
     Reason::new(code, Grade::Fail, message)
 }
@@ -228,7 +227,6 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
     out
 }
 
-/// Advice about weaknesses that do not forbid a design.
 fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
     let mut out = Vec::new();
     if drive.speed_spread > 0.2 {

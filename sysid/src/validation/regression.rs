@@ -20,9 +20,7 @@ const SETTLING: f64 = 12.0;
 /// One segment of steering and yaw rate, of equal lengths.
 #[derive(Debug, Clone)]
 pub(crate) struct Pair<'a> {
-    /// Steering, in any unit.
     pub(crate) steering: &'a [f64],
-    /// Yaw rate.
     pub(crate) yaw_rate: &'a [f64],
     /// Speed, if the log has it: the yaw rate is taken for that of steering times speed.
     pub(crate) speed: Option<&'a [f64]>,
@@ -47,7 +45,6 @@ pub(crate) fn pairs(log: &DriveLog) -> Vec<Pair<'_>> {
     ranges.filter(|r| !r.is_empty()).map(pair).collect()
 }
 
-/// Sums of squares and products, for each block.
 pub(crate) struct Sums {
     blocks: Vec<Mat<f64>>,
 }
@@ -122,7 +119,6 @@ impl Sums {
     }
 }
 
-/// The filters, each the one before it through an all-pass.
 struct Bank {
     pole: f64,
     gain: f64,

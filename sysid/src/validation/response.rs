@@ -12,7 +12,6 @@ use crate::validation::spectra::Spectra;
 use std::f64::consts::{PI, TAU};
 use steerwright_formats::{FrequencyResponse, NORMAL_95, ResponsePoint};
 
-/// Risk of each confidence band.
 const RISK: f64 = 0.05;
 /// Frequencies closer than by this factor are one on a plot.
 pub(crate) const CLOSE: f64 = 1.05;

@@ -20,11 +20,9 @@ pub(crate) struct Spectra {
     pub(crate) frequency_hz: Vec<f64>,
     /// Power density of the input, its unit squared per Hz.
     pub(crate) input: Vec<f64>,
-    /// Power density of the output.
     pub(crate) output: Vec<f64>,
     /// Cross density from input to output as (real, imaginary).
     pub(crate) cross: Vec<(f64, f64)>,
-    /// Windows averaged.
     pub(crate) windows: usize,
     /// Independent averages n_d.
     pub(crate) averages: f64,
@@ -51,7 +49,6 @@ impl Spectra {
         sums.spectra(sample_time_s)
     }
 
-    /// Number of frequencies.
     pub(crate) fn len(&self) -> usize {
         self.frequency_hz.len()
     }
@@ -152,7 +149,6 @@ impl Sums {
         Self::new(samples.next_power_of_two())
     }
 
-    /// Samples of a window.
     pub(crate) fn length(&self) -> usize {
         2 * self.sum.len()
     }
@@ -269,7 +265,6 @@ impl Transform {
         }
     }
 
-    /// The transform of one signal without its mean.
     fn of(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let m = mean(x);
         let mut z: Vec<(f64, f64)> =
@@ -278,7 +273,6 @@ impl Transform {
         z
     }
 
-    /// Radix-2 transform in place.
     fn transform(&self, z: &mut [(f64, f64)]) {
         let n = z.len();
         let mut j = 0;

@@ -7,13 +7,11 @@ use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, R
 
 /// The properties of the drive that the quality needs in addition to the evidence.
 pub(crate) struct Drive<'a> {
-    /// Whether the model has a continuous counterpart.
     pub(crate) has_continuous: bool,
     /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
     /// Standard deviation of the speed over its mean.
     pub(crate) speed_spread: f64,
-    /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,
     /// Factor from the model's input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,
@@ -21,9 +19,7 @@ pub(crate) struct Drive<'a> {
     pub(crate) steering: &'a [f64],
     /// Length without what was left out, s.
     pub(crate) seconds: f64,
-    /// Order of the model.
     pub(crate) order: usize,
-    /// Why the log is too slow, if it is.
     pub(crate) slow_log: Option<(Reason, String)>,
     /// Standard deviation of the one-step prediction errors, rad/s.
     pub(crate) noise_radps: f64,
@@ -37,7 +33,6 @@ pub(crate) struct Drive<'a> {
 
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
 pub(crate) const SWEEP: (f64, f64) = (0.2, 2.0);
-/// Time to drive, s.
 const SWEEP_S: f64 = 60.0;
 const LONGEST_S: f64 = 1200.0;
 /// The relative error of each band's gain to aim at.

@@ -20,7 +20,6 @@ use steerwright_formats::{
     Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest,
 };
 
-/// The findings that windows cannot provide.
 const MISSING: &str = "identified from accumulated windows: simulation fits are of the second half of each window, from the state of its first half; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
 
 impl Accumulated {
@@ -146,7 +145,6 @@ impl Accumulated {
         Ok(plant)
     }
 
-    /// Options that need the samples themselves are refused.
     fn check(&self, options: &IdentifyOptions) -> Result<(), Error> {
         if let Some(delay) = options.delay_s.filter(|d| *d != 0.0) {
             let expected = "none for an identification from an R factor";

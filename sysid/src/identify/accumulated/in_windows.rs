@@ -78,7 +78,6 @@ struct InWindows<'a> {
     noise_order: usize,
 }
 
-/// The source of the initial estimates.
 enum Estimates<'a> {
     OpenLoop(InitialEstimates<'a>),
     /// By predictor-based methods, with their past horizon.
@@ -90,7 +89,6 @@ impl InWindows<'_> {
         matches!(self.estimates, Estimates::ClosedLoop(..))
     }
 
-    /// The initial estimate of an order with the least errors.
     fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let (past, states) = match &self.estimates {
             Estimates::OpenLoop(all) => return all.best(order, feedthrough),

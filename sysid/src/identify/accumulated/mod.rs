@@ -52,14 +52,12 @@ pub struct Accumulated {
     horizon: usize,
     estimation: Accumulator,
     validation: Accumulator,
-    /// Of all samples.
     spectra: Sums,
     /// Number of samples, mean, and sum of squares about it, of the speed where every drive has one.
     speed: Option<(f64, f64, f64)>,
     channels: Vec<ChannelSummary>,
     warnings: Vec<String>,
     sources: Vec<SourceFile>,
-    /// The reader's options by name.
     options: BTreeMap<String, String>,
     version: String,
 }
@@ -235,7 +233,6 @@ fn together(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64, f64) {
     (count, a.1 + apart * b.0 / count, a.2 + b.2 + apart * apart * a.0 * b.0 / count)
 }
 
-/// A log on its way into the states.
 struct Taking {
     horizon: usize,
     input_kind: InputKind,

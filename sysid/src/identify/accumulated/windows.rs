@@ -15,11 +15,9 @@ use faer::{Mat, MatRef};
 pub(crate) struct Windows {
     /// A segment for each row of R.
     pub(crate) data: DataSet,
-    /// Samples of a window.
     pub(crate) length: usize,
     /// Number of windows that the rows represent.
     pub(crate) count: usize,
-    /// Standard deviations of input and output.
     pub(crate) scales: [f64; 2],
     /// Autocovariance of the input at all lags, under Parzen's lag window.
     pub(crate) input: Vec<f64>,

@@ -23,7 +23,6 @@ const SHORTER: [f64; 2] = [0.1, 0.01];
 const STEPS: usize = 4;
 const INEXACT: f64 = 1e-8;
 
-/// Whether a model has a continuous form.
 pub(crate) fn has_logarithm(model: &StateSpace) -> bool {
     to_continuous(model.a.as_ref(), model.b.as_ref(), 1.0).is_ok()
 }

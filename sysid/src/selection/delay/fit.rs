@@ -45,7 +45,6 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Coefficients of the numerator.
     pub(super) fn numerators(&self, order: usize) -> usize {
         if self.zeros == Zeros::Free || order < 3 { order } else { order - 1 }
     }

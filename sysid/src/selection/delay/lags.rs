@@ -66,7 +66,6 @@ pub(super) struct Quadratic {
     pub(super) target: Vec<f64>,
     /// What no impulse response explains.
     pub(super) least: f64,
-    /// Number of squared errors.
     pub(super) count: usize,
 }
 
@@ -136,7 +135,6 @@ fn denominator(pairs: &[Pair], lags: usize) -> Result<Vec<f64>, Error> {
     Ok(x.into_iter().step_by(2).collect())
 }
 
-/// Solution of a lower triangular system.
 fn forward(lower: &Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
     for i in 0..x.len() {
         let known: f64 = (0..i).map(|j| lower[(i, j)] * x[j]).sum();

@@ -33,7 +33,6 @@ const LEAST_SAMPLES: f64 = 0.25;
 const LARGEST_ERROR_S: f64 = 0.015;
 /// Longest lag of a steering actuator that is thought of, s.
 const LONGEST_LAG_S: f64 = 0.1;
-/// Steps of a search.
 const FINE: usize = 30;
 /// Standard errors by which a delay must differ from none.
 const LEAST_ERRORS: f64 = 3.0;

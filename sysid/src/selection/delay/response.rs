@@ -6,9 +6,8 @@
 //! `g_{d+1} = H Ψ(1−f) G`, `g_{d+2+m} = H e^{Fm} e^{F(1−f)} Ψ(1) G`, and zero before.
 //! G enters linearly: a basis of n columns spans the responses of all models with the poles of F.
 
-/// Largest order.
 pub(super) const MOST: usize = 5;
-/// … with an additional lag.
+/// The largest order, with an additional lag.
 const SIZE: usize = MOST + 1;
 
 type Square = [[f64; SIZE]; SIZE];

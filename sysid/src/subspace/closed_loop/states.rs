@@ -111,7 +111,6 @@ struct Regression<'a> {
     u: MatRef<'a, f64>,
     c: Mat<f64>,
     d: Mat<f64>,
-    /// Innovations.
     error: Mat<f64>,
     /// Outputs whose innovation is more than rounding.
     noisy: Vec<usize>,
@@ -173,7 +172,6 @@ impl<'a> Regression<'a> {
             .ok_or(Error::Numerical { what: "states of a stable model" })
     }
 
-    /// B and K for a given A.
     fn input_and_gain(&self, a: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64>), Error> {
         let (n, m) = (self.now.ncols(), self.u.ncols());
         let target = self.next - self.now * a.transpose();

@@ -88,7 +88,6 @@ impl Windows {
         })
     }
 
-    /// Number of channels nu + ny.
     pub(crate) fn channels(&self) -> usize {
         self.inputs + self.outputs
     }
