@@ -95,9 +95,6 @@ impl<'a> Problem<'a> {
     }
 
     /// Estimates from several initial estimates.
-    ///
-    /// # Errors
-    /// [`Error::NoModel`] where no initial estimate has a simulation within all bounds.
     pub(super) fn solve(&self) -> Result<Estimate, Error> {
         let output: Vec<f64> = self.segments.iter().flat_map(|s| s.yaw_rate).copied().collect();
         // Before there are errors: a tenth of the signal, as if white.
@@ -127,9 +124,6 @@ impl<'a> Problem<'a> {
     }
 
     /// Estimates the delay too, from an estimate without.
-    ///
-    /// # Errors
-    /// As [`Problem::solve`].
     pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
         // A long lag without a delay may be a delay: it is shared out in two ways.
         let shared = [0.0, 0.7].into_iter().filter_map(|part| {

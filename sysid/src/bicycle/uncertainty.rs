@@ -19,9 +19,6 @@ const OWN: usize = ALL - PARAMETERS;
 const BLOCKS: usize = 20;
 
 /// Covariance of all parameters, zero for those that are not free.
-///
-/// # Errors
-/// [`Error::Numerical`] where a factorisation does not converge.
 pub(super) fn covariance(
     problem: &Problem<'_>,
     at: &Estimate,

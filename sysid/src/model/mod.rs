@@ -1,13 +1,14 @@
-//! State-space models: eq 1–5, their simulation, Kalman filter, stability, reduction and conversion to and from
+//! State-space models: eq 1–5, their simulation, Kalman filter, stability and conversion to and from
 //! continuous time (eq 6–11).
 
 pub mod conversion;
-pub mod reduction;
 pub mod riccati;
 mod simulation;
 pub mod stability;
 mod state_space;
 
-pub(crate) use simulation::{free_response, memory, predictions, predictor, predictor_state};
+pub(crate) use simulation::{
+    driven, free_response, memory, predictions, predictor, predictor_state,
+};
 pub use simulation::{initial_state, predict, simulate};
 pub use state_space::{Innovation, StateSpace};

@@ -12,34 +12,44 @@ use faer::{Mat, MatRef};
 /// Output of the model from the state `x0` (eq 1–2), ny by N.
 #[must_use]
 pub fn simulate(model: &StateSpace, u: MatRef<'_, f64>, x0: &[f64]) -> Signals {
-    driven(model, u.ncols(), x0, |t, v| v.iter_mut().enumerate().for_each(|(j, v)| *v = u[(j, t)]))
+    output(model, u.ncols(), x0, |t, v| v.iter_mut().enumerate().for_each(|(j, v)| *v = u[(j, t)]))
 }
 
 /// Output of the model from the state `x0` over `count` samples, of which `input` fills in each.
-fn driven(
+fn output(
+    model: &StateSpace,
+    count: usize,
+    x0: &[f64],
+    input: impl FnMut(usize, &mut [f64]),
+) -> Signals {
+    let mut y = Signals::zeros(model.outputs(), count);
+    driven(model, count, x0, input, |t, now| {
+        now.iter().enumerate().for_each(|(i, value)| y[(i, t)] = *value);
+    });
+    y
+}
+
+/// Runs the model from the state `x0` over `count` samples, of which `input` fills in each; `visit` gets
+/// the time and the output.
+pub(crate) fn driven(
     model: &StateSpace,
     count: usize,
     x0: &[f64],
     mut input: impl FnMut(usize, &mut [f64]),
-) -> Signals {
-    let (n, p, m) = (model.order(), model.outputs(), model.inputs());
-    let mut x = x0.to_vec();
-    let mut next = vec![0.0; n];
-    let mut y = Signals::zeros(p, count);
+    mut visit: impl FnMut(usize, &[f64]),
+) {
     let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
-    let (mut now, mut of_now) = (vec![0.0; m], vec![0.0; p]);
+    let (mut x, mut next) = (x0.to_vec(), vec![0.0; model.order()]);
+    let (mut now, mut y) = (vec![0.0; model.inputs()], vec![0.0; model.outputs()]);
     for t in 0..count {
         input(t, &mut now);
-        c.product(&x, &mut of_now);
-        d.add_product(&now, &mut of_now);
-        for (i, value) in of_now.iter().enumerate() {
-            y[(i, t)] = *value;
-        }
+        c.product(&x, &mut y);
+        d.add_product(&now, &mut y);
+        visit(t, &y);
         a.product(&x, &mut next);
         b.add_product(&now, &mut next);
         std::mem::swap(&mut x, &mut next);
     }
-    y
 }
 
 /// One-step predictions of the innovation form (eq 3–4): ŷ(t) from u and y before t, ny by N.
@@ -62,7 +72,7 @@ pub(crate) fn predictions(
     x0: &[f64],
 ) -> Signals {
     let m = u.nrows();
-    driven(predictor, y.ncols(), x0, |t, v| {
+    output(predictor, y.ncols(), x0, |t, v| {
         for (l, v) in v.iter_mut().enumerate() {
             *v = if l < m { u[(l, t)] } else { y[(l - m, t)] };
         }

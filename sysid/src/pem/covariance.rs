@@ -58,9 +58,6 @@ pub fn uncertain(
 /// K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
 /// `offset` the constants that were taken from the outputs of `simulated` were estimated along. The
 /// covariance is widened by what the `neighbours` show.
-///
-/// # Errors
-/// As [`uncertain`].
 pub(crate) fn uncertain_simulation(
     innovation: &Innovation,
     simulated: (&[Vec<f64>], &DataSet),

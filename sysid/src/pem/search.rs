@@ -7,11 +7,10 @@
 
 use crate::Error;
 use crate::data::{DataSet, Segment};
-use crate::linalg::columns::Columns;
 use crate::linalg::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
 use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
-use crate::model::StateSpace;
+use crate::model::{StateSpace, driven};
 use crate::pem::coordinates::Coordinates;
 use crate::pem::rows::{Drive, Sensitivities};
 use faer::{Mat, MatRef, Side};
@@ -72,22 +71,14 @@ pub(super) fn each_error(
     x0: &[f64],
     mut visit: impl FnMut(usize, &[f64]),
 ) {
-    let (n, m, p) = (model.order(), model.inputs(), model.outputs());
-    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
-    let mut x = x0.to_vec();
-    let (mut next, mut v, mut y, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p], vec![0.0; p]);
-    for t in 0..segment.len() {
-        drive.fill(segment, t, &mut v);
-        c.product(&x, &mut y);
-        d.add_product(&v, &mut y);
-        for (i, (e, y)) in e.iter_mut().zip(&y).enumerate() {
+    let mut e = vec![0.0; model.outputs()];
+    let fill = |t: usize, v: &mut [f64]| drive.fill(segment, t, v);
+    driven(model, segment.len(), x0, fill, |t, y| {
+        for (i, (e, y)) in e.iter_mut().zip(y).enumerate() {
             *e = segment.y[(i, t)] - y;
         }
         visit(t, &e);
-        a.product(&x, &mut next);
-        b.add_product(&v, &mut next);
-        std::mem::swap(&mut x, &mut next);
-    }
+    });
 }
 
 /// `det(Λ)^(1/ny)`; infinite where Λ is not finite.

@@ -31,23 +31,6 @@ pub(crate) enum State {
 /// No R factor follows from sums of ill-conditioned data, so there [`factor`](Self::factor) returns an
 /// error and the data are accumulated again with [`Decomposition::Qr`], which is what [`Factor::new`]
 /// does.
-///
-/// ```
-/// # use faer::Mat;
-/// # use steerwright_sysid::subspace::{Accumulator, Decomposition};
-/// # fn main() -> Result<(), steerwright_sysid::Error> {
-/// let mut sums = Accumulator::new(Decomposition::Gram, 2, (1, 1), 0.01)?;
-/// # let random = |k: usize| (k as f64 * 1.7).sin() * (k as f64 * 0.3).cos();
-/// for chunk in 0..10 {
-///     let u = Mat::from_fn(1, 50, |_, t| random(50 * chunk + t));
-///     let y = Mat::from_fn(1, 50, |_, t| random(777 + 3 * (50 * chunk + t)));
-///     sums.push(u.as_ref(), y.as_ref())?;
-/// }
-/// let factor = sums.factor()?;
-/// assert_eq!(factor.columns, 500 - 2 * 2 + 1);
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Debug, Clone)]
 pub struct Accumulator {
     pub(crate) horizon: usize,

@@ -104,9 +104,6 @@ impl Factor {
 
     /// R with the variables in order of time: columns u(0), y(0), u(1), … over all lags of the pass,
     /// whatever the horizon cut from it.
-    ///
-    /// # Errors
-    /// [`Error::Numerical`] where the decomposition fails.
     pub(crate) fn by_time(&self) -> Result<Mat<f64>, Error> {
         let order: Vec<usize> = (0..self.source.mean.len()).collect();
         let l = self.source.with_mean(self.source.of_deviations(&order)?, &order);

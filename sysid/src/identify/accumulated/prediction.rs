@@ -19,13 +19,12 @@
 use crate::Error;
 use crate::identify::accumulated::windows::Windows;
 use crate::linalg::dense::{
-    identity, least_squares, positive_part, r_factor, solve, spectral_radius,
+    identity, is_finite, least_squares, positive_part, r_factor, solve, spectral_radius,
 };
 use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
-use crate::model::reduction::gramian;
 use crate::model::{StateSpace, free_response};
 use crate::pem::{Coordinates, Stop, damped_step};
-use faer::{Mat, Scale};
+use faer::{Mat, MatRef, Scale};
 
 /// Samples of a window for each coefficient of the noise, and samples of the drives.
 const SHARE: usize = 2;
@@ -226,6 +225,24 @@ impl PlantAndNoise {
         }
         c
     }
+}
+
+/// `X = A X Aᵀ + W` for a stable A: X ← X + A X Aᵀ, A ← A², until nothing is added.
+fn gramian(a: MatRef<'_, f64>, w: Mat<f64>) -> Result<Mat<f64>, Error> {
+    const MOST_DOUBLINGS: usize = 50;
+    let (mut a, mut x) = (a.to_owned(), w);
+    for _ in 0..MOST_DOUBLINGS {
+        let added = &a * &x * a.transpose();
+        x = &x + &added;
+        if !is_finite(x.as_ref()) {
+            break;
+        }
+        if added.norm_l2() <= 1e-17 * x.norm_l2() {
+            return Ok(x);
+        }
+        a = &a * &a;
+    }
+    Err(Error::Numerical { what: "the Gramian of a model that is not stable" })
 }
 
 /// The simulation errors v of the window's last `count` samples, the latest first, from the state that
