@@ -46,8 +46,7 @@ pub(super) struct Estimate {
 }
 
 impl<'a> Problem<'a> {
-    /// All parameters free but the delay (0 unless `delay`), and the wheelbase where it is stated or
-    /// else the factor on the steering.
+    /// All free but the delay unless `delay`, and a stated wheelbase or else the steering factor.
     pub(super) fn new(
         segments: Vec<SpeedSegment<'a>>,
         share: f64,
@@ -142,8 +141,7 @@ impl<'a> Problem<'a> {
         Ok(refined.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)))
     }
 
-    /// Starting points: the steady turn's wheelbase and understeer gradient by regression, with weak,
-    /// common and strong tyres, a fast and a slow steering; and the priors' means.
+    /// The steady turn by regression, with various tyres and steerings; and the priors' means.
     fn candidates(&self) -> Vec<[f64; PARAMETERS]> {
         let (length, gradient) = self.steady_turn();
         let mut all = vec![self.fixed];
@@ -271,8 +269,7 @@ impl<'a> Problem<'a> {
         sensitivities(p, self.share, segment, start, self.free.contains(&DELAY))
     }
 
-    /// The initial states with which given parameters follow the segments best; the yaw rate is
-    /// linear in them. `None` where the model leaves all bounds.
+    /// The best initial states for given parameters; `None` where the model leaves all bounds.
     pub(super) fn initial_states(
         &self,
         p: &[f64; PARAMETERS],

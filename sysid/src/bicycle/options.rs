@@ -3,8 +3,7 @@
 use crate::Error;
 use std::collections::BTreeMap;
 
-/// Mass that is written where none is stated, kg: that of a mid-size car. Yaw rate does not depend on
-/// it as long as inertia and stiffness go with it.
+/// Mass of a mid-size car, kg, where none is stated; yaw rate does not depend on it.
 const CONVENTIONAL_MASS: f64 = 1500.0;
 /// Share of the weight on the front axle where none is stated.
 const CONVENTIONAL_SHARE: f64 = 0.5;

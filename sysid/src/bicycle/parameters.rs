@@ -15,8 +15,7 @@ pub(super) const PARAMETERS: usize = 9;
 /// With the initial v_y and r of a segment.
 pub(super) const ALL: usize = PARAMETERS + 2;
 
-/// ln α, ln β, ln L, ln η, ln Tn, τ, offset at the road wheel, offset of the yaw rate, ln of the
-/// factor on the road-wheel angle.
+/// Places of ln α, ln β, ln L, ln η, ln Tn, τ, the offsets and ln of the steering factor.
 pub(super) const FRONT: usize = 0;
 pub(super) const REAR: usize = 1;
 pub(super) const WHEELBASE: usize = 2;
@@ -30,8 +29,7 @@ pub(super) const STEERING_FACTOR: usize = 8;
 /// Below this speed the plant's dynamics are those of this speed, m/s, as in the FMU.
 pub(super) const BLEND_SPEED: f64 = 1.0;
 
-/// Prior knowledge of road vehicles: a normal distribution of each parameter, wide enough for a kart
-/// and a lorry. It matters where the drive has no information.
+/// A normal distribution of a parameter, wide enough for a kart and a lorry.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     pub(super) mean: f64,
@@ -108,8 +106,7 @@ impl<S: Scalar> Coefficients<S> {
         }
     }
 
-    /// F(v) for (v_y, r), row by row, and the column of δ; below [`BLEND_SPEED`] blended to the
-    /// kinematic steady turn, as `BicyclePlant` does.
+    /// F(v) for (v_y, r), row by row, and the column of δ; blended below [`BLEND_SPEED`].
     pub(super) fn at_speed(&self, speed: f64) -> ([S; 4], [S; 2]) {
         let v = speed.max(BLEND_SPEED);
         let i = 1.0 / v;
@@ -132,8 +129,7 @@ impl<S: Scalar> Coefficients<S> {
 /// A combination that yaw rate identifies: name, unit, and value with its derivatives.
 pub(super) type Combination = (&'static str, &'static str, Dual<PARAMETERS>);
 
-/// The identified combinations, some of them at a speed. Angles are those of the road wheel by the
-/// log's steering ratio.
+/// The identified combinations, some at a speed, with the log's steering ratio.
 pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec<Combination> {
     let d: [Dual<PARAMETERS>; PARAMETERS] = std::array::from_fn(|i| Dual::parameter(p[i], i));
     let c = Coefficients::new(&d, share);
@@ -169,8 +165,7 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
     all
 }
 
-/// The parameters of a vehicle on a log of another steering ratio: the reverse of [`vehicle`], with
-/// neither delay nor offsets.
+/// The reverse of [`vehicle`], with neither delay nor offsets, for another steering ratio.
 pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAMETERS] {
     let (a, b) = (data.distance_front_m, data.distance_rear_m);
     let (mass, inertia) = (data.mass_kg, data.yaw_inertia_kgm2);

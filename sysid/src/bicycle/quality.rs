@@ -131,8 +131,7 @@ impl Known<'_> {
         found
     }
 
-    /// Yaw rate over the angle of the vehicle's road wheels, 1/s, at a frequency in Hz: eq 13 at a speed, with
-    /// the actuator's lag.
+    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz: eq 13 with the actuator's lag.
     fn response(&self, speed_mps: f64) -> impl Fn(f64) -> (f64, f64) + use<> {
         let c = Coefficients::new(&self.estimate.parameters, self.options.front_share());
         let ([f11, f12, f21, f22], [b1, b2]) = c.at_speed(speed_mps);

@@ -14,8 +14,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SpeedSegment<'a> {
     pub(super) sample_time: f64,
-    /// Steering before the first sample, where it was recorded: what the wheel and the delay still
-    /// have of it.
+    /// Steering before the first sample, where it was recorded.
     pub(super) before: &'a [f64],
     pub(super) steering: &'a [f64],
     pub(super) speed: &'a [f64],
@@ -35,8 +34,7 @@ impl SpeedSegment<'_> {
 
 pub(super) type InitialState = [f64; 2];
 
-/// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that, and a diverging model
-/// must not reach infinity.
+/// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that.
 const BOUND: f64 = 1e3;
 /// Terms of the series; with a norm of at most 1/4 the next is below 1e-17.
 const TERMS: i32 = 12;
@@ -139,9 +137,8 @@ impl<S: Scalar> Transition<S> {
     }
 }
 
-/// Runs the model over `recording`; `each` gets the yaw rates. Stops and returns `false`
-/// where the model leaves all bounds. `by_delay` keeps the older part of a sample where it is empty,
-/// for the derivative by its length.
+/// Runs the model; `each` gets the yaw rates. `false` where it leaves all bounds. `by_delay` keeps
+/// the older part of a sample where it is empty, for the derivative by its length.
 fn run<S: Scalar>(
     c: &Coefficients<S>,
     recording: &SpeedSegment<'_>,
@@ -212,8 +209,7 @@ pub(super) struct Sensitivities {
     pub(super) by: Vec<[f64; ALL]>,
 }
 
-/// The simulated yaw rate with its derivatives; that by the delay only if `by_delay`. `None` where
-/// the model leaves all bounds.
+/// As [`yaw_rate`], with derivatives; that by the delay only if `by_delay`.
 pub(super) fn sensitivities(
     p: &[f64; PARAMETERS],
     share: f64,

@@ -83,8 +83,7 @@ pub(super) fn covariance(
     Ok(all)
 }
 
-/// The larger, in each direction, of the scores' covariance and that of their sums over blocks about the
-/// mean, `B/(B − 1)·Σ (z_b − z̄)(z_b − z̄)ᵀ`.
+/// The larger, in each direction, of `scores` and `B/(B − 1)·Σ (z_b − z̄)(z_b − z̄)ᵀ`.
 fn lasting(scores: &Mat<f64>, blocks: &Mat<f64>) -> Result<Mat<f64>, Error> {
     let (n, count) = (blocks.nrows(), blocks.ncols() as f64);
     let scale: Vec<f64> = (0..n).map(|i| scores[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
@@ -104,8 +103,7 @@ fn lasting(scores: &Mat<f64>, blocks: &Mat<f64>) -> Result<Mat<f64>, Error> {
     }))
 }
 
-/// Lags of the scores' covariance: Newey and West's rule for short-lived correlations, several times
-/// the errors' correlation time where they last.
+/// Lags by Newey and West's rule, or several times the errors' correlation time.
 fn bandwidth(samples: usize, correlation: f64) -> usize {
     let n = samples as f64;
     let short = 4.0 * (n / 100.0).powf(2.0 / 9.0);
@@ -113,11 +111,8 @@ fn bandwidth(samples: usize, correlation: f64) -> usize {
     short.max(long).min(0.1 * n).ceil() as usize
 }
 
-/// The principal axes of the parameters' covariance, as changes of the vehicle's data.
-///
-/// Each is a product of the parameters whose logarithms are estimated ([`crate::bicycle::parameters::vehicle`]), so
-/// its logarithm is linear in theirs. Offsets and delay are no data of the vehicle: what their errors share
-/// with those of the others stays in the others' own variances.
+/// The principal axes of the parameters' covariance, as changes of the logarithms of the vehicle's
+/// data ([`crate::bicycle::parameters::vehicle`]), without offsets and delay.
 pub(super) fn covariance_factor(
     covariance: &[[f64; PARAMETERS]; PARAMETERS],
 ) -> Result<Vec<VehicleDirection>, Error> {

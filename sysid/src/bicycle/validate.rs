@@ -18,8 +18,7 @@ use faer::Mat;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::Bicycle;
 
-/// A combination of the offsets that moves the yaw rate by less than this share of what the other
-/// does is left at the file's: at one speed they cannot be separated.
+/// Offsets whose effect is a smaller share are left: at one speed they cannot be separated.
 const SEPARABLE: f64 = 1e-3;
 
 /// Validates a bicycle on a drive, with the recorded speed, or its own where none was recorded.
@@ -63,9 +62,8 @@ pub fn validate_bicycle(
     })
 }
 
-/// Moves both offsets to where the model follows the segments best, whatever their initial states:
-/// what these can explain is taken out of each segment first. A model that leaves all bounds keeps
-/// its offsets.
+/// Moves both offsets to where the model follows best, whatever the initial states explain; not
+/// where it leaves all bounds.
 fn offsets(problem: &Problem<'_>, p: &mut [f64; PARAMETERS]) -> Result<(), Error> {
     let mut rows: Vec<[f64; 3]> = Vec::with_capacity(problem.samples());
     for segment in &problem.segments {

@@ -165,8 +165,7 @@ pub(crate) fn driving_input(
 }
 
 impl Data {
-    /// Splits and scales: the end of the log validates where it is excited, else blocks that are. Lines
-    /// over time need the end.
+    /// Splits and scales by [`Split::new`]; lines over time need the end.
     pub(crate) fn new(log: &DriveLog, options: &Preparation) -> Result<Self, Error> {
         if options.detrend == Detrend::Linear {
             return Self::of_end(log, options);
@@ -299,16 +298,10 @@ fn clock_runs(time: &[f64], split: usize) -> Vec<Range<usize>> {
     runs
 }
 
-/// Mean of all segments, each weighted by a Hann window of its length.
-///
-/// Input and output are taken relative to their means, as if the mean output were the gain times the
-/// mean input. It is not: what was driven before the record still rings in it, and what is driven at
-/// its end does not show any more. The difference is a constant in the simulation errors, of the size
-/// of (memory of the system)/(length of the record), which the estimate takes for a very slow mode.
-/// Means weighted by a window that begins and ends at zero with zero slope (Hann's) lose nothing at
-/// the ends, and the constant falls with the 1.5th power of the record's length (R. Pintelon,
-/// J. Schoukens, *System Identification: A Frequency Domain Method*, 2012, section 2.2.3, on leakage
-/// at the frequency 0).
+/// Mean of all segments, each weighted by a Hann window of its length, which loses nothing at the
+/// ends: what rings there would leave a constant in the simulation errors, which falls with the
+/// 1.5th power of the record's length (R. Pintelon, J. Schoukens, *System Identification: A
+/// Frequency Domain Method*, 2012, section 2.2.3, on leakage at the frequency 0).
 pub(crate) fn tapered_mean<'a>(segments: impl Iterator<Item = &'a [f64]>) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for segment in segments {

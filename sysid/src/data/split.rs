@@ -13,8 +13,7 @@ const CRUMB: usize = 60;
 const WINDOW_S: f64 = 2.0;
 /// Share of the mean power from which a window is excited.
 const EXCITED: f64 = 0.15;
-/// Both parts of a split at the end hold at least that share of the power that their lengths would have
-/// of a log that is excited throughout. Real drives, with bends and straights, hold more.
+/// Share of the power, relative to their lengths, that both parts of a split at the end hold.
 const FAIR_SHARE: f64 = 0.5;
 /// … or that share of their windows is excited, as in a drive that is steered less strongly than another.
 const EXCITED_SHARE: f64 = 0.5;
@@ -94,8 +93,7 @@ impl Split {
         Self::blocks(log, &excited, fraction).unwrap_or(end)
     }
 
-    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly over what there is:
-    /// twenty minutes determine a vehicle better than it is linear, and more costs time in proportion.
+    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly.
     pub(crate) fn thinned(mut self, most: usize, sample_time_s: f64) -> Self {
         let count: usize = self.estimation.iter().map(Range::len).sum();
         let block = ((BLOCK_S / sample_time_s).round() as usize).clamp(1, most.max(1));

@@ -25,8 +25,7 @@ pub fn variance_accounted_for(y: &[f64], y_hat: &[f64]) -> f64 {
     100.0 * (1.0 - (left / spread).powi(2))
 }
 
-/// Quantile of the χ² distribution with `degrees` degrees of freedom at the standard normal
-/// quantile `z`: Wilson and Hilferty's cube, off by less than 0.3 % at 99 % from 5 degrees on.
+/// Quantile of χ² at the standard normal quantile `z` (Wilson and Hilferty), within 0.3 %.
 #[must_use]
 pub(crate) fn chi_squared_quantile(degrees: usize, z: f64) -> f64 {
     let k = degrees.max(1) as f64;
@@ -39,9 +38,8 @@ pub(crate) const Z99: f64 = 2.326_347_874_040_841;
 /// … and of 99.5 %, for bands of 99 %.
 pub(crate) const Z995: f64 = 2.575_829_303_548_901;
 
-/// Sum of the autocovariances over all lags: the initial positive sequence of C. J. Geyer (*Practical
-/// Markov chain Monte Carlo*, Statistical Science 7, 1992), which ends at the first pair of lags whose
-/// sum is not positive. Never below the variance.
+/// Sum of the autocovariances over all lags, never below the variance: the initial positive
+/// sequence of C. J. Geyer (*Practical Markov chain Monte Carlo*, Statistical Science 7, 1992).
 pub(crate) fn long_run_variance(segments: &[Vec<f64>]) -> f64 {
     let count = segments.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let longest = segments.iter().map(Vec::len).max().unwrap_or(0);

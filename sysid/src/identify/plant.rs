@@ -52,8 +52,7 @@ pub struct Traces {
 }
 
 impl Traces {
-    /// The signals of a log with the simulated yaw rate, rad/s, and the samples that are
-    /// validation data.
+    /// With the simulated yaw rate, rad/s, and the validation samples.
     pub(crate) fn new(log: &DriveLog, simulated: Vec<f64>, validation: &[Range<usize>]) -> Self {
         let mut is_validation = vec![false; log.len()];
         validation.iter().for_each(|r| is_validation[r.clone()].fill(true));
@@ -78,8 +77,7 @@ pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {
     }
 }
 
-/// By rising order; singular values are those of one decomposition, since those of another method or
-/// horizon are others.
+/// By rising order; singular values are those of the chosen decomposition.
 pub(crate) fn order_table(choice: &Choice) -> Vec<OrderRow> {
     let values = &choice.candidates[choice.chosen].singular_values;
     let row = |c: &Candidate| OrderRow {
@@ -214,9 +212,8 @@ impl Outcome<'_> {
         Ok(plant)
     }
 
-    /// The means' difference is attributed to the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at
-    /// a steering angle of zero has a steering offset; where the steady-state gain is too small against
-    /// the signals' ratio to determine it, both means stay.
+    /// The means' difference is a steering offset, `δ0 = ū − ȳ/G(0)`, unless G(0) is too small to
+    /// determine it.
     fn operating_point(&self) -> OperatingPoint {
         const LEAST_RELATIVE_GAIN: f64 = 0.05;
         let ((u, y), [input_scale, output_scale], speed_mps) =

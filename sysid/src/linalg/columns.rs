@@ -3,8 +3,7 @@
 use crate::linalg::dense::rows;
 use faer::MatRef;
 
-/// A matrix stored column by column: its products with vectors then run along the result, which the
-/// compiler can do several entries at a time.
+/// A matrix stored column by column, so that products with vectors run along the result.
 #[derive(Debug, Clone)]
 pub(crate) struct Columns {
     height: usize,

@@ -36,8 +36,7 @@ impl Elimination {
         self.rest(r.get(cut.., self.own..));
     }
 
-    /// Accumulates rows of a segment in which its own unknowns have no part; columns are the shared ones
-    /// and the target.
+    /// Accumulates rows without own unknowns; columns are the shared ones and the target.
     pub(crate) fn rest(&mut self, rows: MatRef<'_, f64>) {
         self.below = r_factor(vcat(&[self.below.as_ref(), rows]).as_ref());
     }

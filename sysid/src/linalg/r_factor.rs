@@ -10,8 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 const BLOCK: usize = 256;
 /// Rows are padded with zeros to a multiple of this, the widest vector there is.
 const WIDEST: usize = 8;
-/// From one column of a block to the next: no power of 2, which would put all into the same lines of
-/// the cache.
+/// From one column to the next: no power of 2, which would put all into the same cache lines.
 const STRIDE: usize = BLOCK + WIDEST;
 /// Columns that a reflection is applied to at once.
 const GROUP: usize = 4;

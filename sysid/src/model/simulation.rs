@@ -29,8 +29,7 @@ fn output(
     y
 }
 
-/// Runs the model from the state `x0` over `count` samples, of which `input` fills in each; `visit` gets
-/// the time and the output.
+/// Runs the model from `x0`; `input` fills in each sample, `visit` gets the output.
 pub(crate) fn driven(
     model: &StateSpace,
     count: usize,
@@ -117,8 +116,7 @@ pub(crate) fn predictor_state(
     free_state(predictor, &forced, y)
 }
 
-/// Samples until the free response of a stable model has died out: more do not depend on its initial
-/// state.
+/// Samples until the free response of a stable model has died out.
 pub(crate) fn memory(model: &StateSpace) -> usize {
     let radius = model.spectral_radius().clamp(1e-3, 1.0 - 1e-6);
     (36.0 / -radius.ln()).ceil() as usize + 2 * model.order() + 10

@@ -21,8 +21,7 @@ pub fn stable_shift(
     stable_fit(up, basis.get(outputs.., ..order), radius)
 }
 
-/// The A of least ‖up·A − down‖² + c·‖A‖² with some c that brings its spectral radius to at most
-/// `radius` (below 1).
+/// The A of least ‖up·A − down‖² + c·‖A‖², c such that its spectral radius is `radius` at most.
 pub(crate) fn stable_fit(
     up: MatRef<'_, f64>,
     down: MatRef<'_, f64>,

@@ -24,8 +24,7 @@ impl StateSpace {
         self.a.nrows()
     }
 
-    /// Brings B and C to one size by a factor on the state, a power of two, which changes no digit of the
-    /// response. Without noise the state is in units of next to nothing.
+    /// Brings B and C to one size by a power of two, which changes no digit of the response.
     pub(crate) fn scale_state(&mut self) {
         let ratio = (self.b.norm_l2() / self.c.norm_l2()).sqrt();
         if ratio.is_finite() && ratio > 0.0 {

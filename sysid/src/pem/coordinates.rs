@@ -12,8 +12,7 @@ use crate::linalg::dense::{identity, is_finite, solve, spectral_radius, vcat};
 use crate::model::StateSpace;
 use faer::{Mat, MatRef, Side};
 
-/// The basis where `AᵀA + CᵀC = I` is found for A shrunk to this spectral radius at most, so that
-/// an integrator has one too.
+/// A is shrunk to this spectral radius for its basis, so that an integrator has one too.
 const LARGEST_RADIUS: f64 = 0.999_999;
 
 /// A model in a basis for its local coordinates.
@@ -34,8 +33,7 @@ pub(crate) struct Coordinates {
 pub(super) type Move = StateSpace;
 
 impl Coordinates {
-    /// The local coordinates about `model`, its outputs weighted by `weight`; D moves for the inputs
-    /// named by `feedthrough`.
+    /// About `model`, its outputs weighted by `weight`; D moves for the inputs of `feedthrough`.
     pub(crate) fn new(
         model: &StateSpace,
         weight: &Mat<f64>,
@@ -102,8 +100,7 @@ impl Coordinates {
     }
 }
 
-/// The change of basis L = chol(G) to a model with AᵀA + CᵀC = I, where G = AᵀGA + CᵀC is the
-/// observability Gramian, its outputs weighted by `weight`.
+/// L = chol(G) with G = AᵀGA + CᵀC, the weighted outputs' observability Gramian.
 fn output_normal(model: &StateSpace, weight: &Mat<f64>) -> Result<Mat<f64>, Error> {
     const MOST_DOUBLINGS: usize = 60;
     let n = model.order();

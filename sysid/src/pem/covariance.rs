@@ -54,10 +54,9 @@ pub fn uncertain(
     }
 }
 
-/// The estimate with its covariance where the model made the simulation errors of `simulated` small and
-/// K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
-/// `offset` the constants that were taken from the outputs of `simulated` were estimated along. The
-/// covariance is widened by what the `neighbours` show.
+/// As [`uncertain`] of the simulation focus: initial states and data whose simulation errors, and
+/// with K whose prediction errors, were made small. With `offset` constants on the outputs were
+/// estimated along.
 pub(crate) fn uncertain_simulation(
     innovation: &Innovation,
     simulated: (&[Vec<f64>], &DataSet),
@@ -147,8 +146,7 @@ impl Local {
         Ok(Mat::from_fn(q, q, |i, j| root * inverse[(i, j)] / sizes[i]))
     }
 
-    /// The root of the covariance where the errors are coloured: R⁻¹ R⁻ᵀ R̄ᵀ with R̄ of the filtered
-    /// derivatives.
+    /// The root of the covariance of coloured errors: R⁻¹ R⁻ᵀ R̄ᵀ, R̄ of the filtered derivatives.
     fn sandwich(&self, data: &DataSet) -> Result<Mat<f64>, Error> {
         let model = &self.coordinates.model;
         let (n, p, q) = (model.order(), model.outputs(), self.r.ncols());
@@ -199,8 +197,7 @@ impl Local {
         Ok(Mat::from_fn(q, q, |i, j| once * root[(i, j)]))
     }
 
-    /// Moves of the innovation form's entries towards the rivals, each times the root of its weight. A
-    /// direct gain may represent states that the estimate has not, so D moves with all inputs.
+    /// Moves of the entries towards the rivals, times the roots of their weights; D moves too.
     fn rivals(&self, model: &StateSpace, of: Neighbours<'_>) -> Result<Mat<f64>, Error> {
         let all = vec![true; model.inputs()];
         let coordinates = Coordinates::new(model, &self.weight, &all)?;

@@ -28,8 +28,7 @@ pub(crate) struct Neighbours<'a> {
     pub(crate) omegas: &'a [f64],
 }
 
-/// Directions that move the response by a smaller share of the most effective one are left alone: the
-/// response does not determine them.
+/// Directions of a smaller share of the largest effect on the response are left alone.
 const LEAST_EFFECT: f64 = 1e-3;
 
 /// Steps of the local coordinates towards `others`, one column each.
@@ -68,8 +67,7 @@ pub(super) fn steps(
     least_squares(by.as_ref(), apart.as_ref(), LEAST_EFFECT)
 }
 
-/// The root of the covariance that is the larger of `root · rootᵀ` and the jackknife's in each direction:
-/// both are made diagonal together.
+/// The root of the larger of `root · rootᵀ` and the jackknife's covariance in each direction.
 pub(crate) fn larger(root: &Mat<f64>, deviations: &Mat<f64>) -> Result<Mat<f64>, Error> {
     let (q, b) = (root.nrows(), deviations.ncols());
     let scale = ((b as f64 - 1.0) / b as f64).sqrt();
@@ -83,8 +81,7 @@ pub(crate) fn larger(root: &Mat<f64>, deviations: &Mat<f64>) -> Result<Mat<f64>,
     Ok(if columns == q && finite { widened } else { root.clone() })
 }
 
-/// The data less one of `blocks` blocks of equal length each; pieces of fewer than `least` samples are
-/// left out.
+/// The data less one of `blocks` equal blocks each, without pieces shorter than `least`.
 pub(crate) fn without_blocks(data: &DataSet, blocks: usize, least: usize) -> Vec<DataSet> {
     let count = data.samples();
     let part = |s: &Segment, range: Range<usize>| {

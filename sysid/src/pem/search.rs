@@ -25,8 +25,7 @@ pub struct Stop {
     pub least_gain: f64,
 }
 
-/// The model driven by `drive` with an initial state for each segment and, where they are free, constants
-/// on the outputs.
+/// A model with the initial state of each segment and, where free, constants on the outputs.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub(super) model: StateSpace,
@@ -93,8 +92,7 @@ pub(super) fn criterion(covariance: &Mat<f64>) -> f64 {
     regular(covariance).determinant().max(0.0).powf(1.0 / p as f64)
 }
 
-/// The covariance with a ten-billionth of each variance added: where a combination of outputs is met
-/// exactly, as without noise, the others still count, in any units.
+/// The covariance with 1e-10 of each variance added, for outputs that are met exactly.
 fn regular(covariance: &Mat<f64>) -> Mat<f64> {
     const SHARE: f64 = 1e-10;
     let p = covariance.nrows();
@@ -172,8 +170,7 @@ pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
 }
 
 impl Linearised {
-    /// The step of the offsets and the coordinates, and that of each initial state, under a damping of
-    /// the coordinates.
+    /// The step of offsets and coordinates, and that of each initial state.
     fn step(&self, damping: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
         let q = self.r_factor.ncols() - 1;
         let step = damped_step(
@@ -195,8 +192,7 @@ impl Linearised {
     }
 }
 
-/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem; the first `linear` unknowns
-/// are not damped.
+/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q; the first `linear` unknowns are not damped.
 pub(crate) fn damped_step(
     r: MatRef<'_, f64>,
     rhs: MatRef<'_, f64>,
@@ -223,8 +219,7 @@ pub(super) struct Found {
 /// A step to a model stable by less is refused: rounding would decide.
 const MARGIN: f64 = 1e-9;
 
-/// Lowers the criterion from `start` until `stop`; models of spectral radius `radius` or more are
-/// refused. `feedthrough` names the inputs whose column of D may move.
+/// Lowers the criterion until `stop`; spectral radii of `radius` or more are refused.
 pub(super) fn search(
     start: Point,
     drive: Drive,
@@ -239,8 +234,7 @@ pub(super) fn search(
     if !cost.is_finite() {
         return Err(Error::Numerical { what: "errors of the model to be refined" });
     }
-    // The model stays in the basis of its last step: going back to that of the start could, where
-    // that basis is nearly degenerate, spoil the stability that was checked.
+    // Going back to the start's basis could spoil the stability that was checked.
     let basis = identity(start.model.order());
     let linearise = |(best, covariance, _): &(Point, Mat<f64>, Mat<f64>),
                      _: &mut f64|

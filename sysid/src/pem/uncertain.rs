@@ -130,9 +130,8 @@ impl Uncertain {
         Ok(poles)
     }
 
-    /// Sets the variances to those about the poles of models that are drawn. Where two poles may meet, a
-    /// real pair may as well be a complex one: there the derivative, which keeps each on its line, holds
-    /// over a small part of the distribution only.
+    /// Sets the variances to those about the poles of drawn models, as a real pair may as well be a
+    /// complex one where two poles may meet.
     fn scatter(&self, poles: &mut [PoleEstimate]) -> Result<(), Error> {
         const DRAWN: usize = 500;
         let a = &self.innovation.model.a;

@@ -25,12 +25,10 @@ pub(crate) struct Candidate {
     /// All of the decomposition that it was read from.
     pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
-    /// At the beginning of each segment of the data that it was made with; of the estimation data in the
-    /// end.
+    /// Of the data that it was made with; of the estimation data in the end.
     pub(crate) initial_conditions: InitialConditions,
     pub(crate) feedthrough: bool,
-    /// Sum of squared errors of the initial estimate's simulation of the data, or what follows of it from
-    /// its least squares.
+    /// Sum of squared simulation errors of the initial estimate, or of its least squares.
     pub(crate) cost: f64,
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
@@ -43,8 +41,7 @@ pub(crate) struct Candidate {
     pub(crate) has_logarithm: bool,
     /// Share by which the squared errors grew for a logarithm's sake.
     pub(crate) mirroring_cost: Option<f64>,
-    /// The model of this order that predicts best along with a model of the noise, where the errors are
-    /// correlated; under feedback it may be the one that is taken.
+    /// The model of this order that predicts best along with a noise model, if errors correlate.
     pub(crate) direct: Option<StateSpace>,
 }
 
@@ -65,8 +62,7 @@ pub(crate) struct Choice {
     pub(crate) factor: Factor,
     /// The test for feedback, where the data are enough for it.
     pub(crate) feedback: Option<Feedback>,
-    /// The data whose simulation error the chosen model makes small, about their offset, where they are
-    /// not the estimation data themselves: with the two-stage input estimate, or whitened.
+    /// The data that were fitted, where they are not the estimation data: two-stage or whitened.
     pub(crate) fitted: Option<DataSet>,
 }
 

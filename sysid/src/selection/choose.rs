@@ -28,8 +28,7 @@ pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, E
     choose_from(&data.estimation.data, &data.validation.data, options, true)
 }
 
-/// Chooses what the options leave open from scaled estimation data, of a `vehicle` or of any system;
-/// the fits on the validation data are computed with it.
+/// Chooses what the options leave open, for a `vehicle` or any system.
 pub(crate) fn choose_from(
     data: &DataSet,
     validation: &DataSet,
@@ -116,8 +115,7 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions, vehicle: bool) -> Result
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted: None })
 }
 
-/// The choice for data with feedback. D is zero unless it is requested: without a delay in the loop it
-/// could not be distinguished from the feedback's own gain.
+/// The choice under feedback; D, like the feedback's own gain, is zero unless requested.
 fn in_a_loop(
     data: &DataSet,
     options: &IdentifyOptions,
@@ -141,9 +139,8 @@ fn in_a_loop(
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
 }
 
-/// Feedback biases neither the model that simulates the two-stage input estimate best nor the one that
-/// predicts best; of the two the better simulator of the estimation data is taken. Returns the whitened
-/// data where it is the latter.
+/// Takes the better simulator of the estimation data of the two-stage model and the one that
+/// predicts best; returns the whitened data of the latter.
 fn finish(on: &InMemory<'_>, chosen: &mut Candidate) -> Result<Option<DataSet>, Error> {
     on.refine(chosen, FINE)?;
     let Some(model) = chosen.direct.take() else { return Ok(None) };
@@ -160,9 +157,7 @@ fn finish(on: &InMemory<'_>, chosen: &mut Candidate) -> Result<Option<DataSet>, 
     Ok(None)
 }
 
-/// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
-/// criterion, at the chosen order or the one before: it was chosen without, which may have cost a
-/// state.
+/// Whether a direct gain with B lowers the criterion, at the chosen order or the one before.
 fn wants_feedthrough(
     on: &InMemory<'_>,
     initial_estimates: &InitialEstimates<'_>,

@@ -20,16 +20,14 @@ pub(crate) struct Filter {
     pub(crate) gain: Mat<f64>,
     /// One-step prediction errors on the estimation data.
     pub(crate) residuals: Vec<f64>,
-    /// One-step prediction errors on the validation data, which are those that are tested: no parameter
-    /// has been fitted to them, so the χ² bounds need no correction for that.
+    /// One-step prediction errors on the validation data, to which no parameter was fitted.
     pub(crate) validation_residuals: Vec<f64>,
     /// One-step fit on the validation data, percent.
     pub(crate) validation_fit: f64,
 }
 
-/// The Kalman gain from the residual covariances, refined by its prediction errors; zero where it
-/// would predict worse than the simulation does. Where the Riccati equation has no solution, the
-/// refinement starts from zero, with A − K C = A stable.
+/// The Kalman gain from the residual covariances (or zero), refined by its prediction errors; zero
+/// where it would predict worse than the simulation does.
 pub(crate) fn filter(
     data: &Data,
     factor: &Factor,
@@ -52,8 +50,7 @@ pub(crate) fn filter(
     }
     let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
     let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
-    // A gain that is stable by a hair, or only in one scaling of the signals, is not: rounding in
-    // the file would decide.
+    // A gain that is stable by a hair, or in one scaling only, is not: rounding would decide.
     let scaled = |k: f64| {
         let gain = Mat::from_fn(gain.nrows(), 1, |i, _| gain[(i, 0)] / k);
         let c = Mat::from_fn(1, model.order(), |_, j| model.c[(0, j)] * k);
@@ -76,20 +73,16 @@ pub(crate) fn filter(
     Ok(Filter { gain, residuals, validation_residuals, validation_fit })
 }
 
-/// Frequencies at which neighbouring models are compared with the chosen one, Hz: where a vehicle is
-/// steered.
+/// Frequencies at which neighbouring models are compared with the chosen one, Hz.
 const COMPARED_HZ: (f64, f64) = (0.05, 3.0);
 const COMPARED: usize = 30;
-/// Blocks of the jackknife, and the most samples that are refined for it: with more, first-order theory
-/// holds.
+/// Blocks of the jackknife, and the most samples that are refined for it.
 const BLOCKS: usize = 20;
 const MOST_REFINED: usize = 20_000;
 /// Pieces of fewer samples are left out of a replica.
 const LEAST_PIECE: usize = 50;
 
-/// The uncertainty of the chosen model and its gain, in SI units: that of its estimate on the data whose
-/// simulation errors it makes small, widened by what other orders, another criterion and parts of the data
-/// would have made of it.
+/// The uncertainty of the chosen model and its gain, in SI units, with that of its neighbours.
 pub(crate) fn uncertainty(
     data: &Data,
     choice: &Choice,
@@ -122,8 +115,7 @@ fn omegas(sample_time: f64) -> Vec<f64> {
     (0..COMPARED).map(|k| std::f64::consts::TAU * hz(k) * sample_time).collect()
 }
 
-/// The chosen model refined on the data less one block of time each; those that cannot be had are left
-/// out.
+/// The chosen model refined on the data less one block of time each, where possible.
 fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
     const STOP: Stop = Stop { steps: 10, least_gain: 1e-6 };
     if fitted.samples() > MOST_REFINED {
@@ -137,10 +129,8 @@ fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
     without_blocks(fitted, BLOCKS, LEAST_PIECE).into_iter().filter_map(refined).collect()
 }
 
-/// Models that the data allow in addition to the chosen one, with their weights: those of other orders
-/// by the information criterion, `exp(−Δ/2)` over the sum of all; and the one of the same order that
-/// predicts best along with its noise model, which coloured noise and a driver affect in another way,
-/// by one half, since nothing determines which of the two is nearer.
+/// Models of other orders, weighted by `exp(−Δ/2)` over the sum of all, and the one of the same
+/// order that predicts best, by one half, since nothing determines which is nearer.
 fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
     /// Less than that counts for nothing.
     const LEAST_WEIGHT: f64 = 1e-3;

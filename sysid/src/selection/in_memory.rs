@@ -29,8 +29,7 @@ const LEAST_GAIN: f64 = 1e-4;
 /// Estimation data with what models of them begin from.
 pub(crate) struct InMemory<'a> {
     pub(crate) data: &'a DataSet,
-    /// The data whose simulation errors are made small: those, or under feedback the ones with the
-    /// two-stage input estimate.
+    /// Those whose simulation errors are made small; under feedback the two-stage ones.
     pub(crate) fitted: &'a DataSet,
     pub(crate) options: &'a IdentifyOptions,
     pub(crate) estimates: Estimates<'a>,
@@ -42,14 +41,12 @@ pub(crate) struct InMemory<'a> {
 
 pub(crate) enum Estimates<'a> {
     OpenLoop(&'a InitialEstimates<'a>),
-    /// Under feedback the predictor-based ones, and those of the open-loop methods, to which the
-    /// two-stage input estimate is one of open loop.
+    /// The predictor-based ones, and the open-loop ones of the two-stage input.
     ClosedLoop(&'a Predicted, Option<InitialEstimates<'a>>),
 }
 
 impl<'a> InMemory<'a> {
-    /// With the noise model of the errors of a model of the largest order. A stated order of open loop
-    /// is not compared with others, so that its errors are taken for white.
+    /// With the noise order of a largest model; errors of a stated open-loop order count as white.
     pub(crate) fn new(
         (data, fitted): (&'a DataSet, &'a DataSet),
         options: &'a IdentifyOptions,
@@ -100,8 +97,7 @@ impl<'a> InMemory<'a> {
         Ok(())
     }
 
-    /// Makes the prediction errors of a model small; returns the data that show them as simulation
-    /// errors.
+    /// Makes the prediction errors small; returns the data that show them as simulation errors.
     pub(crate) fn refine_predictions(
         &self,
         of: &mut Candidate,
@@ -141,8 +137,7 @@ impl<'a> InMemory<'a> {
         Ok(Cow::Owned(noise.whitened(self.data)?))
     }
 
-    /// An initial estimate, and one with the poles of a vehicle where the system is one and the order
-    /// its own.
+    /// An initial estimate, and one with the poles of a vehicle where the order is its own.
     fn with_physical(&self, estimate: Candidate) -> impl Iterator<Item = Candidate> {
         let own = self.vehicle && self.options.refine && estimate.model.order() == vehicle::ORDER;
         let physical = own.then(|| vehicle::initial_estimate(self.fitted, &estimate)).flatten();

@@ -109,9 +109,8 @@ impl<'a> InitialEstimates<'a> {
         })
     }
 
-    /// The one that simulates best. No simulation does better than the least squares that it comes of,
-    /// so those whose least squares leave more than the best simulation so far need not be run; it may do
-    /// worse, where the poles lead to a B so large that rounding shows.
+    /// The one that simulates best. Those whose least squares leave more than the best simulation
+    /// need not be run; it may do worse where B is so large that rounding shows.
     fn least(&self, mut initial_estimates: Vec<Candidate>) -> Option<Candidate> {
         initial_estimates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let mut best: Option<Candidate> = None;
@@ -171,9 +170,8 @@ impl<'a> InitialEstimates<'a> {
                 Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
             };
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
-            // About the means, since the cost of stability is reported: an output offset may be left out
-            // later. What grows is not simulated: its least squares have the same value less the rounding,
-            // of which there may be so much that no output at all would do better.
+            // About the means, as an output offset may be left out later. Rounding may leave more
+            // than no output at all.
             let none: f64 = data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
             let before = refit_about(&a, &c, data, feedthrough, false);
             let fit_before =
@@ -192,8 +190,7 @@ impl<'a> InitialEstimates<'a> {
     }
 }
 
-/// B, D and the initial conditions of the least simulation errors for these A and C, and the sum of
-/// their squares.
+/// B, D and initial conditions of the least simulation errors, and the sum of their squares.
 pub(crate) fn refit_about(
     a: &Mat<f64>,
     c: &Mat<f64>,

@@ -32,8 +32,7 @@ impl AutoregressiveNoise {
         all.into_iter().last().unwrap_or(Self { coefficients: Vec::new(), remaining: 1.0 })
     }
 
-    /// The order of the errors of `data` by Akaike's criterion: it grows with the data, as the true
-    /// noise need not be an autoregression.
+    /// The order by Akaike's criterion, which grows with the data as no true noise is of an order.
     pub(crate) fn order(errors: &Errors, data: &DataSet) -> usize {
         let shortest = data.segments().iter().map(Segment::len).min().unwrap_or(0);
         let most = MOST.min(data.samples() / SAMPLES).min(shortest / 4);
@@ -58,8 +57,7 @@ impl AutoregressiveNoise {
         (mean * (1.0 - past)).powi(2) / scatter.max(f64::MIN_POSITIVE)
     }
 
-    /// Input and output less their predictions from the past by these coefficients, from the sample on
-    /// where the past is known.
+    /// Input and output less their predictions, from the sample on where the past is known.
     pub(crate) fn whitened(&self, data: &DataSet) -> Result<DataSet, Error> {
         let order = self.coefficients.len();
         let apply = |m: &Signals| {

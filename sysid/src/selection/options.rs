@@ -113,8 +113,7 @@ impl IdentifyOptions {
         }
     }
 
-    /// Whether a constant on the outputs is found along with the model: not where they are to stay as they
-    /// are, where each run of samples has a line of its own, or where nothing is refined.
+    /// Whether a constant on the outputs is found along with the model.
     pub(crate) fn has_output_offset(&self) -> bool {
         self.detrend == Detrend::Mean && self.refine
     }

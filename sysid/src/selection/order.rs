@@ -26,8 +26,7 @@ fn squares(x: &[f64]) -> f64 {
     dot(x, x)
 }
 
-/// Errors of a smaller share of an output of unit spread are rounding, by which two orders must not be
-/// distinguished.
+/// Errors of a smaller share of an output of unit spread are rounding.
 const ROUNDING: f64 = 1e-8;
 
 /// Σ_i ln V_i over the outputs, which are of unit spread; ∞ where an error is not finite.
@@ -56,12 +55,10 @@ pub(crate) fn bic(log_square: f64, outputs: usize, parameters: usize, samples: f
     samples * log_square + parameters as f64 * (samples * outputs as f64).max(2.0).ln()
 }
 
-/// A difference of the criterion that is no strong evidence (R. E. Kass, A. E. Raftery, *Bayes
-/// factors*, J. American Statistical Association 90, 1995).
+/// A difference of the criterion that is no strong evidence (Kass and Raftery 1995).
 pub(crate) const AS_LIKELY: f64 = 6.0;
 
-/// Of models with their criterion and whether their A has a real logarithm, the one of least criterion,
-/// or one about as likely that has a logarithm.
+/// Of (criterion, has a real logarithm) the least, or one about as likely that has one.
 pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
     let least = |of: &dyn Fn(&(f64, bool)) -> bool| {
         let some = (0..models.len()).filter(|i| of(&models[*i]));
@@ -72,10 +69,8 @@ pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
     least(&|(criterion, has_logarithm)| *has_logarithm && *criterion <= most).unwrap_or(best)
 }
 
-/// The order that is used for a vehicle where one is chosen by BIC. Yaw dynamics have two
-/// states, lateral velocity and yaw rate, however little of the second a drive shows: order 1 is kept only
-/// where order 2 explains no more than chance does, by Akaike's criterion. Of each model its order, its
-/// criterion and whether its A has a real logarithm, from so many `samples`.
+/// The model of a vehicle, which has two states: order 1 is kept only where order 2 explains no
+/// more than chance by Akaike's criterion. Models are (order, criterion, has a real logarithm).
 pub(crate) fn of_a_vehicle(chosen: usize, models: &[(usize, f64, bool)], samples: f64) -> usize {
     let order = |n: usize| models.iter().position(|m| m.0 == n && m.2);
     let (1, Some(second)) = (models[chosen].0, order(2)) else { return chosen };
@@ -84,8 +79,7 @@ pub(crate) fn of_a_vehicle(chosen: usize, models: &[(usize, f64, bool)], samples
     if fallen > 2.0 * more as f64 { second } else { chosen }
 }
 
-/// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs, the mean of each taken out; −∞ where an error
-/// is not finite.
+/// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs; −∞ where an error is not finite.
 pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {
     fit_of(data, sum_of_squares(errors))
 }

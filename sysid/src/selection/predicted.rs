@@ -81,9 +81,8 @@ impl Predicted {
         (self.factor, self.two_stage_input)
     }
 
-    /// The model of an order that simulates the two-stage input estimate best; those of the methods as
-    /// they are and, where models are refined, by the errors of their own one-step prediction of
-    /// `data`.
+    /// The model of an order, as estimated or refined by prediction errors of `data`, that
+    /// simulates the two-stage input best.
     pub(crate) fn best(
         &self,
         data: &DataSet,
@@ -99,8 +98,7 @@ impl Predicted {
                 let model = found?.model;
                 let values = &decomposition.singular_values;
                 let mut start = self.estimate(*method, &model, values, feedthrough)?;
-                // Held down to the radius, or near it by itself: the data without the penalty show
-                // which.
+                // Held down to the radius, or near it by itself.
                 if model.spectral_radius() > 0.99 * radius {
                     let free = decomposition.model(order).ok();
                     start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));

@@ -48,8 +48,7 @@ pub(crate) trait Estimator {
     /// refined, of the model that makes them least, sought from the candidate's, and that model.
     fn predict(&self, of: &Candidate) -> Result<(f64, Option<StateSpace>), Error>;
 
-    /// Models from which the least prediction errors are sought too: `first` is the initial estimate of
-    /// the order, `before` the candidate of the order before.
+    /// Other models to predict from; `first` is the initial estimate, `before` the last order's.
     fn other_models(&self, first: StateSpace, before: Option<&Candidate>) -> Vec<StateSpace>;
 }
 
@@ -168,8 +167,7 @@ pub(crate) fn weigh(
     Ok(())
 }
 
-/// BIC for the model, and AIC for the initial states of the segments after the first: a segment
-/// determines its own no better however many there are, but each lowers the errors by chance.
+/// BIC for the model, and AIC for the initial states of the segments after the first.
 pub(crate) fn criterion(on: &impl Estimator, of: &Candidate) -> f64 {
     let Counts { inputs, outputs, samples, segments, .. } = on.counts();
     let count = parameters(of.model.order(), inputs, outputs, of.feedthrough);
@@ -187,8 +185,7 @@ pub(crate) fn least(on: &impl Estimator, candidates: &mut [Candidate]) -> usize 
         .unwrap_or(0)
 }
 
-/// The order of least criterion, or of one about as likely whose A has a real logarithm; of a vehicle
-/// that which suits one.
+/// The [`likeliest`] order; of a vehicle that which suits one.
 pub(crate) fn select(on: &impl Estimator, candidates: &mut [Candidate]) -> usize {
     least(on, candidates);
     let each: Vec<_> = candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
@@ -201,9 +198,8 @@ pub(crate) fn select(on: &impl Estimator, candidates: &mut [Candidate]) -> usize
     of_a_vehicle(chosen, &each.collect::<Vec<_>>(), samples)
 }
 
-/// The chosen model taken off the branch cut ([`off_branch_cut`]), or one of lower order that has a
-/// continuous form or is brought to one, whichever costs least, where that is nearly nothing; returns
-/// which is chosen then.
+/// The chosen model taken off the branch cut, or one of lower order, whichever costs least, where
+/// that is nearly nothing; returns which is chosen then.
 pub(crate) fn with_logarithm(
     on: &impl Estimator,
     candidates: &mut [Candidate],

@@ -17,8 +17,7 @@ pub(crate) const ORDER: usize = 2;
 const FREQUENCIES: [f64; 4] = [3.0, 6.0, 12.0, 24.0];
 const DAMPINGS: [f64; 2] = [0.6, 1.2];
 
-/// The initial estimate of order 2 with a vehicle's poles that simulates the data best; its other
-/// fields are those of `another` of this order.
+/// The best simulator with a vehicle's poles; other fields are those of `another` of order 2.
 pub(crate) fn initial_estimate(data: &DataSet, another: &Candidate) -> Option<Candidate> {
     let step = data.sample_time_s();
     let offset = another.initial_conditions.offsets.is_some();

@@ -17,8 +17,7 @@ pub(super) const RATE: usize = 0;
 pub(super) const GROWTH: usize = 1;
 pub(super) const ACCELERATION: usize = 2;
 
-/// Length of the segments whose directions are compared, s: for S alone and for which terms there are,
-/// and for their values.
+/// Length of segments, s: for S alone and which terms there are, and for their values.
 pub(super) const SEGMENT_S: f64 = 1.0;
 pub(super) const SHORT_SEGMENT_S: f64 = 0.5;
 
@@ -37,8 +36,7 @@ pub(super) const OUTLIER: f64 = 6.0;
 pub(super) const AGE: usize = RATE;
 pub(super) const SCALE: usize = GROWTH;
 
-/// A drive between two gaps: gyro and, where there is one, speed on one clock; fixes on their own, which
-/// has the same zero.
+/// A drive between two gaps: gyro and speed on one clock, fixes on theirs with the same zero.
 #[derive(Debug, Default)]
 pub(super) struct Piece {
     /// Instants of the gyro's readings, s.
@@ -73,8 +71,7 @@ const STRAIGHT: f64 = 0.15;
 /// No tyre carries more, m/s²: a reading beyond is none of sideslip.
 const GRAVITY: f64 = 9.81;
 
-/// A displacement segment: its middle, by how much fixes and gyro differ in its direction, and by
-/// how much each term of the sideslip turns it.
+/// By how much fixes and gyro differ in direction, and how much each term turns it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DisplacementSegment {
     pub(super) time: f64,
@@ -236,8 +233,7 @@ fn wrapped(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
 }
 
-/// The terms of a straight segment: the fixes are `led` apart, the speed covers `displacement` and
-/// changes by `change`.
+/// Fixes `led` apart, while the speed covers `displacement` and changes by `change`.
 fn terms_of_age(led: f64, displacement: f64, change: f64, time: f64) -> DisplacementSegment {
     let mut terms = [0.0; TERMS];
     (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, displacement, 0.0);

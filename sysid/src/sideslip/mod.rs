@@ -24,8 +24,7 @@ use steerwright_formats::{Sideslip, SideslipTerm};
 /// So many standard errors from its default, a term is significant.
 const SIGNIFICANT: f64 = 2.5;
 
-/// The largest standard error with which a sideslip is reported, s: a turn of 4 m/s² at 15 m/s then
-/// leads 3 mrad astray, some 4 cm at a look-ahead of a second.
+/// The largest standard error of a sideslip, s: 3 mrad in a turn of 4 m/s² at 15 m/s.
 pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 
 /// The same of each term: of Q in that turn, of C where it is reached within half a second.

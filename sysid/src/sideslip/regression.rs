@@ -13,8 +13,7 @@ pub(super) struct Regression {
     residuals: Vec<Vec<f64>>,
 }
 
-/// Some terms over all blocks, once those fixes are left out that are far off. `None` where there are
-/// too few blocks.
+/// Some terms over all blocks without fixes far off; `None` where there are too few blocks.
 pub(super) fn robust(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<Regression> {
     let first = regression(blocks, wanted)?;
     let mut sizes: Vec<f64> = first.residuals.iter().flatten().map(|r| r.abs()).collect();

@@ -66,9 +66,8 @@ impl std::fmt::Display for Conditioning {
     }
 }
 
-/// Estimated condition of a lower triangular matrix whose rows are scaled to unit length: the norm by
-/// power iteration, that of the inverse by inverse iteration. An estimate from below, within a small
-/// factor.
+/// Condition, within a small factor from below, of a lower triangular matrix with rows scaled to
+/// unit length: power and inverse iteration.
 pub(crate) fn condition(l: MatRef<'_, f64>) -> f64 {
     let size = l.nrows();
     let scale: Vec<f64> = (0..size).map(|i| 1.0 / l.row(i).norm_l2()).collect();

@@ -73,8 +73,7 @@ impl Factor {
         source.cut(self.horizon, (self.inputs, self.outputs), self.columns)
     }
 
-    /// The factor from moments of the windows in order of time; `cancellation` is the share by which
-    /// centring the Gram matrix has cancelled.
+    /// From moments in order of time; `cancellation` is by which centring has cancelled.
     pub(crate) fn from_moments(
         decomposed: Decomposed,
         mean: Vec<f64>,
@@ -102,8 +101,7 @@ impl Factor {
         if worst < MOST_FOR_GRAM { Ok(factor) } else { Err(ill(worst)) }
     }
 
-    /// R with the variables in order of time: columns u(0), y(0), u(1), … over all lags of the pass,
-    /// whatever the horizon cut from it.
+    /// R with columns u(0), y(0), u(1), … over all lags of the pass, whatever the horizon.
     pub(crate) fn by_time(&self) -> Result<Mat<f64>, Error> {
         let order: Vec<usize> = (0..self.source.mean.len()).collect();
         let l = self.source.with_mean(self.source.of_deviations(&order)?, &order);
@@ -248,8 +246,7 @@ fn chosen(r: &Mat<f64>, order: &[usize]) -> Mat<f64> {
     lower(Mat::from_fn(r.nrows(), order.len(), |i, j| r[(i, order[j])]).as_ref())
 }
 
-/// Cholesky factor of some rows and columns of a covariance, which is scaled to a unit diagonal for it;
-/// `None` where it is not positive definite.
+/// Cholesky factor of some rows and columns; `None` where not positive definite.
 fn cholesky(covariance: &Mat<f64>, order: &[usize]) -> Option<Mat<f64>> {
     let size = order.len();
     let deviation: Vec<f64> = order.iter().map(|k| covariance[(*k, *k)].sqrt()).collect();
@@ -264,9 +261,8 @@ fn cholesky(covariance: &Mat<f64>, order: &[usize]) -> Option<Mat<f64>> {
     Some(Mat::from_fn(size, size, |i, j| if i < j { 0.0 } else { l[(i, j)] * deviation[i] }))
 }
 
-/// L with L Lᵀ + v vᵀ = L' L'ᵀ, by Givens rotations of the columns of \[L v\] (P. E. Gill,
-/// G. H. Golub, W. Murray and M. A. Saunders, *Methods for modifying matrix factorizations*,
-/// Mathematics of Computation 28, 1974, method C1).
+/// L with L Lᵀ + v vᵀ = L' L'ᵀ by Givens rotations (Gill, Golub, Murray and Saunders 1974, method
+/// C1).
 fn add_column(l: &mut Mat<f64>, v: &mut [f64]) {
     for k in 0..v.len() {
         let r = l[(k, k)].hypot(v[k]);

@@ -22,8 +22,7 @@ pub(crate) struct Gram {
     lags: Sums,
     /// Σ z(t) over the windows' first samples.
     firsts: Sums,
-    /// Σ over segments of tail·tailᵀ − head·headᵀ, (w−1)·c square, of which the lower triangle is
-    /// kept; head and tail are the first and last w−1 samples.
+    /// Σ of tail·tailᵀ − head·headᵀ, the lower triangle, of the last and first w−1 samples.
     edges: Mat<f64>,
     /// Σ over segments of tail − head.
     edge_sums: Vec<f64>,

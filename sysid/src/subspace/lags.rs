@@ -8,8 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 /// Lags are padded to a multiple of this, the widest vector there is.
 const WIDEST: usize = 8;
-/// Vectors of lags accumulated at once, for two channels each: 8 accumulators hide the latency of
-/// the multiply-add, and 16 registers hold them.
+/// Vectors of lags at once for two channels: 8 accumulators hide the multiply-add's latency.
 const GROUP: usize = 4;
 
 /// Places for the sums of one pair of channels: the lags rounded up.

@@ -69,9 +69,8 @@ pub fn refit_output(
     })
 }
 
-/// The triangles of one segment's rows, made as they come so that they are never together in memory:
-/// of those that the initial state shows in, columns x0, B column by column, D, offset, output; of those
-/// after it has died out, without x0.
+/// R factors of the rows that the initial state shows in (columns x0, B column by column, D,
+/// offset, output), and of those after it has died out, without x0.
 fn reduced(
     a: MatRef<'_, f64>,
     c: MatRef<'_, f64>,
@@ -87,8 +86,7 @@ fn reduced(
     let mut rest = RFactor::new(target + 1 - n);
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let gone = 1e-18 * size(&c);
-    // A row for each output begins with the states of the transposed system, the free ones and those
-    // driven by each input, which the next row follows from.
+    // Rows begin with the states of the transposed system, which the next row follows from.
     let mut outputs: Vec<[Vec<f64>; 2]> = Vec::new();
     for (i, ci) in c.chunks_exact(n).enumerate() {
         let mut row = vec![0.0; target + 1];

@@ -35,8 +35,7 @@ pub fn structured_bd(
     let x = &now * l.get(future.., ..);
     let w = &next * l.get(future + p.., ..) - a * &x;
     let v = l.get(future..future + p, ..) - c * &x;
-    // Errors of the state count by what they do to the outputs, ‖Γ w‖ = ‖T w‖, so that the result does
-    // not depend on the basis of the state.
+    // Errors of the state count by what they do to the outputs, whatever the basis: ‖Γ w‖ = ‖T w‖.
     let t = r_factor(gamma);
     let target = vcat(&[(&t * &w).as_ref(), v.as_ref()]);
     let cells = target.nrows() * past;

@@ -53,8 +53,7 @@ impl Tall {
         }
     }
 
-    /// Takes what [`write`](Self::write) has appended of so many windows; the rest, or `None` where
-    /// there is too little.
+    /// Takes what [`write`](Self::write) appended; the rest, or `None` of too little.
     pub(crate) fn read<'a>(&mut self, mut from: &'a [f64], columns: usize) -> Option<&'a [f64]> {
         let size = self.r.ncols();
         let rows = columns.min(size);
@@ -68,8 +67,7 @@ impl Tall {
         Some(from)
     }
 
-    /// The R factor of the windows about their mean and the mean, variables in order of time, without
-    /// the constant that was taken off the samples; R divided by √j.
+    /// R of the windows about their mean over √j, and the mean, in order of time.
     pub(crate) fn centred(&self, columns: usize) -> (Mat<f64>, Vec<f64>) {
         let size = self.r.ncols() - 1;
         let scale = 1.0 / (columns as f64).sqrt();

@@ -51,8 +51,7 @@ pub(crate) fn oblique(factor: &Factor) -> Result<Mat<f64>, Error> {
     Ok(l.get(future.., past..future) * inverse * on)
 }
 
-/// The rows divided by the length of their part from column `from` on, so that the rank does not
-/// depend on the signals' units.
+/// Rows over the length of their part from column `from` on, so that units do not matter.
 fn unit_rows(m: MatRef<'_, f64>, from: usize) -> Mat<f64> {
     let lengths: Vec<f64> = (0..m.nrows()).map(|i| m.get(.., from..).row(i).norm_l2()).collect();
     let scale = |i: usize| if lengths[i] > 0.0 { lengths[i] } else { 1.0 };
@@ -97,8 +96,7 @@ fn is_regular(t: MatRef<'_, f64>) -> bool {
     (0..t.ncols()).all(|j| t[(j, j)].abs() > LEAST * t.col(j).norm_l2())
 }
 
-/// Data without noise leave fewer singular values than rows; zeros replace the rest, so that any order
-/// can be requested.
+/// Zeros replace the singular values that data without noise lack.
 fn from_svd(m: MatRef<'_, f64>, back: Option<MatRef<'_, f64>>) -> Result<Subspace, Error> {
     let f = svd(m)?;
     let scaled = Mat::from_fn(f.u.nrows(), f.s.len(), |i, j| f.u[(i, j)] * f.s[j].sqrt());
@@ -111,8 +109,7 @@ fn from_svd(m: MatRef<'_, f64>, back: Option<MatRef<'_, f64>>) -> Result<Subspac
     Ok(Subspace { singular_values, basis })
 }
 
-/// The oblique projection one step later, O_{i+1} of Y_f⁻ along U_f⁻ on W_p⁺, in the coordinates of
-/// (Q1, Q2, first block of Q3), with the columns of the factor.
+/// O_{i+1} of Y_f⁻ along U_f⁻ on W_p⁺ in the coordinates of (Q1, Q2, first block of Q3).
 pub(crate) fn oblique_next(factor: &Factor) -> Result<Mat<f64>, Error> {
     let (m, p) = (factor.inputs, factor.outputs);
     let (past, future) = (factor.past(), factor.future());

@@ -19,9 +19,8 @@ pub(crate) const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 /// The largest relative error of a gain that counts as determined.
 const KNOWN: f64 = 0.2;
 
-/// By how much the mean of so many neighbouring cross densities scatters more than that of as many
-/// independent ones: transforms with von Hann's window correlate by 2/3 at the next frequency and by
-/// 1/6 at the one after it, their products with independent noise by the squares.
+/// By how much the mean of neighbouring cross densities scatters more than of independent ones: von
+/// Hann's window correlates them by (2/3)² and (1/6)².
 pub(crate) fn coupling(frequencies: usize) -> f64 {
     let n = frequencies.max(1) as f64;
     let apart = |k: f64, correlation: f64| (1.0 - k / n).max(0.0) * correlation * correlation;
@@ -90,9 +89,8 @@ const ORDERS: usize = 50;
 /// Singular values of the input's Hankel matrix below this share of the largest are rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// Order of persistent excitation: the rank of the Hankel matrix of the input, mean removed, in as
-/// many rows as are tried (Ljung 1999, definition 13.2). Its Gram matrix is updated along the
-/// diagonals, `G(i+1, j+1) = G(i, j) + u(i+M)u(j+M) − u(i)u(j)`.
+/// Order of persistent excitation: the rank of the input's Hankel matrix (Ljung 1999, definition
+/// 13.2). Its Gram matrix is updated along the diagonals.
 pub(crate) fn persistence(input: &[&[f64]]) -> Persistence {
     let count: usize = input.iter().map(|s| s.len()).sum();
     let mean = input.iter().flat_map(|s| s.iter()).sum::<f64>() / count.max(1) as f64;

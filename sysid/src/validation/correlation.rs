@@ -62,8 +62,7 @@ pub(crate) fn autocorrelation(residuals: &[&[f64]], lags: usize) -> Correlation 
     }
 }
 
-/// Whether residuals are white (Ljung and Box 1978): Q = N(N+2) Σ r_k²/(N−k) over lags 1 to `lags`,
-/// χ² with as many degrees of freedom where they are.
+/// Whether residuals are white: Q = N(N+2) Σ r_k²/(N−k) (Ljung and Box 1978).
 pub(crate) fn whiteness(residuals: &[&[f64]], lags: usize) -> ResidualTest {
     let n = samples(residuals);
     let r = autocorrelation(residuals, lags.min(n.saturating_sub(1)));
@@ -115,16 +114,13 @@ impl Pair {
     }
 }
 
-/// Parzen's lag window on −1…1 (E. Parzen, *Mathematical considerations in the estimation of
-/// spectra*, Technometrics 3, 1961).
+/// Parzen's lag window on −1…1 (Technometrics 3, 1961).
 pub(crate) fn parzen(x: f64) -> f64 {
     let x = x.abs();
     if x <= 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
 }
 
-/// Correlation of u(t) and e(t + k) at lags −`lags` to `lags`: positive lags are what of the input's
-/// effect is missing in the model, negative ones what of the residuals comes back to the input
-/// (feedback).
+/// Correlation of u(t) and e(t + k) at lags −`lags` to `lags`; negative ones are feedback.
 pub(crate) fn cross_correlation(
     residuals: &[&[f64]],
     input: &[&[f64]],
@@ -141,16 +137,13 @@ pub(crate) fn cross_correlation(
     }
 }
 
-/// Whether residuals depend on past input (Ljung 1999, section 16.6): N rᵀ P⁻¹ r over lags 1 to
-/// `lags`, χ² with as many degrees of freedom where they do not.
+/// Whether residuals depend on past input: N rᵀ P⁻¹ r (Ljung 1999, section 16.6).
 pub(crate) fn independence(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
     Pair::new(residuals, input, lags.max(1)).test(1, lags)
 }
 
-/// Whether the input depends on past residuals, as a driver's steering does: as [`independence`] over
-/// the lags −`lags` to −1, of the input less its prediction from its own past (twice as many lags, by
-/// least squares). Without that, an input with a memory and a model with an error would look like
-/// feedback: the residuals depend on the past input, and so does the present one.
+/// As [`independence`] at the lags −`lags` to −1, of the input less its prediction from its own
+/// past: a memory of the input and a model with an error would else look like feedback.
 pub(crate) fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
     let order = 2 * lags;
     let prewhitened = prewhitened(input, order);

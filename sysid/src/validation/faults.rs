@@ -2,19 +2,15 @@
 
 use steerwright_formats::{ChannelSummary, Grade, Reason, ReasonCode, SteeringPlay};
 
-/// Spikes are handled as missing samples; beyond that share of a channel's rows the sensor or its
-/// bus is broken, and smaller ones go unseen.
+/// Share of spikes beyond which a sensor or its bus is broken, and smaller ones go unseen.
 const MOST_SPIKES: f64 = 1e-3;
 /// A gyro that is frozen for that share of the log cannot be relied on in the rest.
 const MOST_FROZEN: f64 = 0.1;
-/// Play of the road wheels that makes a yaw loop hunt visibly, deg: the loop's limit cycle has about the
-/// amplitude of the play, and 0.1° of steering is 0.5 °/s of yaw rate at 20 m/s.
+/// Play that makes a yaw loop hunt visibly, deg: 0.5 °/s of yaw rate at 20 m/s.
 const NOTICED_PLAY_DEG: f64 = 0.1;
-/// Half the play over the steering's amplitude (√2 times its standard deviation) from which the
-/// describing function turns the phase by more than 15° and takes 15 % of the gain: no linear model holds.
+/// Half the play over the steering's amplitude that turns the phase by 15°: no model holds.
 const MOST_PLAY: f64 = 0.3;
-/// Yaw rate that driving straight would read, deg/s. Gyros of production cars are zeroed to 0.3 °/s;
-/// the yaw drifts by it.
+/// Yaw rate when driving straight, deg/s; gyros of production cars are zeroed to 0.3 °/s.
 const MOST_OFFSET_DEGPS: f64 = 0.7;
 /// Standard deviation of rounding, step/√12, over that of the signal: beyond, it shows in the fit.
 const COARSE: f64 = 0.02;
@@ -26,8 +22,7 @@ const DOMINATES: f64 = 0.5;
 const LARGEST_DELAY_S: f64 = 0.07;
 /// A lag that is as good as a delay may be that of a steering actuator whose command was logged, s.
 const LARGEST_LAG_S: f64 = 0.1;
-/// A yaw rate that leads by more leads to a model with less lag than the vehicle: a controller loses
-/// 10° of phase at 1 Hz.
+/// A yaw rate that leads by more costs a controller 10° of phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
 /// The properties of a recording that do not depend on the identified model.
@@ -84,8 +79,7 @@ fn fault(
     (Reason::new(code, grade, message).compared(value, limit, unit), advice.into())
 }
 
-/// Whether the yaw rate was differenced from a yaw, which no bias of a gyro is in: what is left is the zero of
-/// the steering, which a controller's integral finds.
+/// Whether the yaw rate was differenced from a yaw, which no bias of a gyro is in.
 fn is_yaw_rate_of_yaw(of: &Recorded<'_>) -> bool {
     of.channels.iter().any(|c| c.role == "yaw_rate" && matches!(c.unit.as_str(), "deg" | "rad"))
 }

@@ -42,8 +42,7 @@ pub(crate) fn frequencies(
     (excitation, response)
 }
 
-/// Excitation and response of the spectra, with the model's. Of the simulation from the same input,
-/// where it is known, they show what the windows smear.
+/// Excitation and response; the simulation's spectra, if known, show what windows smear.
 pub(crate) fn of_spectra(
     spectra: &Spectra,
     simulated: Option<&Spectra>,

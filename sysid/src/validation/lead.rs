@@ -12,8 +12,7 @@ const STEP_S: f64 = 0.02;
 const POLE_RADPS: f64 = 8.0;
 /// The residual with the lead over that without: a driver's answers explain less.
 const LEFT: f64 = 0.93;
-/// … and the share of the yaw rate that it explains: without noise, a part in a thousand may be what the
-/// functions do not span.
+/// … and its share of the yaw rate: a part in a thousand may be what the functions lack.
 const EXPLAINED: f64 = 0.003;
 /// The lead holds in that many of the blocks of time.
 const IN_BLOCKS: usize = BLOCKS - 2;
@@ -65,12 +64,10 @@ const FLAT: f64 = 1.05;
 /// … and that much later it is beyond this one, else the steering is too slow for a lead to show.
 const BEYOND_S: f64 = 0.08;
 const STEEP: f64 = 1.3;
-/// Share of the yaw rate that may be left: with more noise, a lag that is wrong is lost in it, and every
-/// drive in gusts would look late.
+/// Share of the yaw rate that may be left: with more noise, a wrong lag is lost in it.
 const NOISY: f64 = 0.002;
 
-/// By how much the steering can be delayed before it no longer explains the yaw rate, s: the pure delay
-/// from steering to yaw rate, or a lag that is as good as one. `None` where the data do not show it.
+/// By how much the steering can be delayed before it no longer explains the yaw rate, s.
 pub(crate) fn yaw_rate_lag(segments: &[Pair<'_>], sample_time_s: f64) -> Option<f64> {
     let stride = (STEP_S / sample_time_s).round().max(1.0) as usize;
     let most = (LONGEST_LAG_S / sample_time_s).floor() as usize;

@@ -12,8 +12,7 @@ use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use steerwright_formats::BandDeparture;
 
-/// Model errors in those of the bands in which steering explains most of the yaw rate, from the
-/// measured responses at all frequencies.
+/// Model errors in the bands in which steering explains most of the yaw rate.
 pub(crate) fn band_errors(
     spectra: &Spectra,
     modelled: &Modelled<'_>,

@@ -4,8 +4,7 @@ use crate::selection::options::IdentifyOptions;
 use crate::validation::sweep::{Drive, LINEAR, swept};
 use steerwright_formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, ResidualTest};
 
-/// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
-/// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`crate::validation::model_error`]).
+/// Beyond that share, less chance, no design: a sixth of a turn of 60° of margin is 17°.
 pub(crate) const LARGEST_MODEL_ERROR: f64 = 0.3;
 /// Beyond that share it is reported.
 const NOTICED: f64 = 0.1;
@@ -16,8 +15,7 @@ pub(crate) fn model_errors(evidence: &Evidence) -> Vec<BandDeparture> {
     bands.filter(|b| b.departure > NOTICED).copied().collect()
 }
 
-/// The model error that forbids a design, or leaves it in doubt where feedback biases what was
-/// measured; `None` where there is none.
+/// The model error that forbids a design, or under feedback leaves it in doubt.
 pub(crate) fn too_far(evidence: &Evidence, model_errors: &[BandDeparture]) -> Option<Reason> {
     let far = model_errors
         .iter()
@@ -30,8 +28,7 @@ pub(crate) fn too_far(evidence: &Evidence, model_errors: &[BandDeparture]) -> Op
     Some(reason.compared(100.0 * worst.departure, 100.0 * LARGEST_MODEL_ERROR, "%"))
 }
 
-/// How near the model is to the measurement in the swept bands that are coherent, percent, with
-/// twice the standard error, and these bands' ends.
+/// Worst error in the coherent swept bands, percent with twice the error, and their ends.
 pub(crate) fn coherent_model_error(evidence: &Evidence) -> Option<(f64, f64, f64)> {
     let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
     let apart = |b: &BandDeparture| {
@@ -45,8 +42,7 @@ pub(crate) fn coherent_model_error(evidence: &Evidence) -> Option<(f64, f64, f64
     })
 }
 
-/// Whether the steering answers to the yaw rate, so that the response from one to the other is biased towards the
-/// inverse of the driver's (Ljung 1999, section 13.5).
+/// Whether feedback biases the measured response (Ljung 1999, section 13.5).
 fn fed_back(evidence: &Evidence) -> bool {
     let detected = |t: &ResidualTest| !t.pass;
     evidence.feedback.as_ref().is_some_and(detected)

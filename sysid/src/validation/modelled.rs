@@ -11,8 +11,7 @@ pub(crate) const HIGHEST_SHOWN: f64 = 10.0;
 pub(crate) const DRIFT: f64 = 0.5;
 /// Coherence above which at least half of the yaw rate's power follows the steering.
 pub(crate) const INFORMATIVE: f64 = 0.5;
-/// Where the gain of low frequencies is taken, Hz: drift has no part in it, and every vehicle is still
-/// quasi-steady.
+/// Where the gain of low frequencies is taken, Hz: above drift, and still quasi-steady.
 pub(crate) const LOW_HZ: f64 = 0.2;
 /// Frequencies looked at for a decade.
 const A_DECADE: f64 = 100.0;
@@ -38,8 +37,7 @@ pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.5e}").parse().unwrap_or(x)
 }
 
-/// The lowest frequency at which the gain is below that of [`LOW_HZ`] by 3 dB, Hz; `highest_hz` where none is
-/// up to there. What the gain does beyond, where the steering may not be excited, is not looked at.
+/// The lowest frequency with a gain 3 dB below that of [`LOW_HZ`], Hz, else `highest_hz`.
 pub(crate) fn bandwidth_hz(at: &dyn Fn(f64) -> (f64, f64), highest_hz: f64) -> f64 {
     let gain = |hz: f64| {
         let (re, im) = at(hz);

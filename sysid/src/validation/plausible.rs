@@ -14,8 +14,7 @@ use steerwright_formats::{Excitation, Grade, Information, Reason, ReasonCode, Sp
 
 /// The shortest effective wheelbase, m: 1:28 scale cars have 0.09 m.
 const SHORTEST_M: f64 = 0.08;
-/// … where the log has a steering wheel or the vehicle is fast: karts have 1.0 m, cars from 1.6 m, and
-/// near its critical speed an oversteering car has less.
+/// … of a steering wheel or a fast vehicle: karts have 1.0 m, oversteering cars less.
 const SHORTEST_FULL_SIZE_M: f64 = 0.7;
 /// Faster than scale cars are driven on a recording, m/s.
 const FAST_MPS: f64 = 10.0;
@@ -110,8 +109,7 @@ fn wrong_gain(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
     ))
 }
 
-/// A yaw rate whose sign is opposite to that of steering times speed in the data themselves, for models
-/// whose structure has no such sign: by the correlation of their means over [`SMOOTH_S`].
+/// A yaw rate opposite to steering times speed, by the correlation of means over [`SMOOTH_S`].
 pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Reason, String)> {
     let width = ((SMOOTH_S / sample_time_s).round() as usize).max(1);
     let smooth = |x: Vec<f64>| -> Vec<f64> {

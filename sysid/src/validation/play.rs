@@ -19,8 +19,7 @@ const WIDTHS: [f64; 15] =
 const POLE_RADPS: f64 = 8.0;
 /// Play is reported beyond that many standard errors …
 const SIGNIFICANT: f64 = 3.5;
-/// … and where it explains that share of what a linear response leaves. The driver's answers to gusts
-/// look like play of up to 0.1°, with a share below 0.01.
+/// … and with that share of what a linear response leaves; a driver's answers have 0.01.
 const EXPLAINED: f64 = 0.015;
 /// Crossover of a typical yaw loop, rad/s: four time constants are a second.
 const CROSSOVER_RADPS: f64 = 4.0;
@@ -80,9 +79,8 @@ fn vertex(x: &[f64], y: &[f64], i: usize) -> f64 {
     if bend > 0.0 { (0.5 * (a + b) - 0.5 * below / bend).clamp(a, c) } else { b }
 }
 
-/// Play at the road wheel, with the limit cycle that it causes about a plant with the response
-/// `plant(ω)`, yaw rate over road-wheel angle with its delay, ω in rad/s; `None` where the data show no
-/// play.
+/// Play at the road wheel, with its limit cycle about a plant with the response `plant(ω)`, ω in
+/// rad/s.
 pub(crate) fn steering_play(
     segments: &[Pair<'_>],
     sample_time_s: f64,

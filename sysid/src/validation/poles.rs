@@ -18,8 +18,7 @@ use steerwright_formats::{Mode, PoleZeroMap, Spread, Uncertainty};
 /// Zeros further out than that many times the scale are at infinity but for rounding.
 const FAR: f64 = 1e3;
 
-/// Poles and zeros, with how uncertain they are where the model's uncertainty is known; those that
-/// cannot be computed are left out.
+/// Poles and zeros with their spreads where known; what cannot be computed is left out.
 pub(crate) fn poles_and_zeros(
     model: &StateSpace,
     continuous: Option<&ContinuousModel>,
@@ -92,8 +91,7 @@ fn mode((re, im): (f64, f64), spread: Option<Spread>, sample_time_s: f64) -> Mod
     mode
 }
 
-/// Finite transmission zeros of a square system, as (real, imaginary); `scale` is the size of its
-/// poles.
+/// Finite transmission zeros (real, imaginary); `scale` is the size of the poles.
 fn transmission_zeros(
     a: MatRef<'_, f64>,
     b: MatRef<'_, f64>,

@@ -27,8 +27,7 @@ pub(crate) struct Prediction<'a> {
     pub(crate) selection: &'static str,
     /// First and last instants of its segments, s.
     pub(crate) segments_s: Vec<[f64; 2]>,
-    /// Standard deviation of the one-step prediction errors on the estimation data: the noise of no
-    /// simulation is smaller.
+    /// Standard deviation of the one-step errors on the estimation data, the least noise.
     pub(crate) noise: f64,
 }
 

@@ -21,12 +21,10 @@ pub(crate) const GOOD_FIT: f64 = 60.0;
 const NEAR_BOUND: f64 = 10.0;
 /// Noise over the yaw rate beyond which a model is not trusted.
 pub(crate) const LARGEST_NOISE: f64 = 0.5;
-/// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
-/// of the order chosen, do not hold.
+/// From here on the choice of the order shows in the scatter, which stated bands lack.
 const LOUD: f64 = 0.25;
 
-/// The quality by what matters for steering: whether the log is informative enough, the model simulates
-/// the validation data, and it can be converted.
+/// The quality by excitation, fit on validation data and conversion.
 pub(crate) fn quality(
     evidence: &Evidence,
     drive: &Drive<'_>,
@@ -277,8 +275,7 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
     out
 }
 
-/// The extreme at which the steering rests for a good part of the time, and that part. A command of few
-/// values, such as a binary sequence or steps, is meant to.
+/// The extreme at which the steering rests, and for how long; not of a command of few values.
 fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     const SHARE: f64 = 0.03;
     let (low, high) = steering

@@ -9,8 +9,7 @@ use steerwright_formats::{ChannelSummary, Grade, Intersample, Reason, ReasonCode
 const DOUBTFUL: f64 = 5.0;
 const TOO_FEW: f64 = 2.5;
 
-/// The reason against a log that is too slow for the bandwidth of the vehicle, and what to do: of the
-/// channels that are sampled, the slowest counts. A command that is held is known between its samples.
+/// The reason against a slow log: of the sampled channels, held commands apart, the slowest counts.
 pub(crate) fn slow_log(channels: &[ChannelSummary], bandwidth_hz: f64) -> Option<(Reason, String)> {
     let sampled = channels.iter().filter(|c| match c.role.as_str() {
         "steering" => c.intersample != Some(Intersample::Zoh),

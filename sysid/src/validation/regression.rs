@@ -50,8 +50,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Of the segments, the steering of each changed by `change`; `pole_radps` is that of the bank,
-    /// and the last `spare` samples of each segment are left out.
+    /// With the steering changed by `change` and the last `spare` samples left out.
     pub(crate) fn new(
         segments: &[Pair<'_>],
         sample_time_s: f64,
@@ -95,8 +94,7 @@ impl Sums {
         of(y, y) - of(one, y).powi(2) / of(one, one).max(1.0)
     }
 
-    /// Sum of squares that the regression leaves of all blocks but one; `None` where there is nothing
-    /// to regress.
+    /// Sum of squares that is left of all blocks but one; `None` where nothing can be regressed.
     pub(crate) fn left(&self, without: Option<usize>) -> Option<f64> {
         let mut sum = Mat::<f64>::zeros(COLUMNS, COLUMNS);
         for (_, block) in self.blocks.iter().enumerate().filter(|(b, _)| Some(*b) != without) {

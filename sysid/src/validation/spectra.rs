@@ -254,8 +254,7 @@ impl Transform {
 
     /// Adds |U|², |Y|² and U*Y at the frequencies 1 to L/2 of one window.
     fn add(&self, u: &[f64], y: &[f64], sum: &mut [[f64; 4]]) {
-        // One after the other: in one complex transform, the rounding of a large signal would be
-        // taken for a small or constant one.
+        // In one complex transform, a large signal's rounding would be taken for a small signal.
         let (u, y) = (self.of(u), self.of(y));
         for (sum, (u, y)) in sum.iter_mut().zip(u[1..].iter().zip(&y[1..])) {
             sum[0] += u.0 * u.0 + u.1 * u.1;

@@ -12,9 +12,8 @@ use steerwright_formats::{Matrix, Spread};
 /// Step along each direction, standard deviations.
 const STEP: f64 = 1e-3;
 
-/// The spreads of `points` (of the upper half plane, or all), which `of` computes of a model, under the
-/// moves of its matrices in the rows of `covariance_factor`: entries of A, B, C, D, each row by row, and more that
-/// does not matter. `None` where a point cannot be followed or its spread is not finite.
+/// The spreads of `points`, which `of` computes, under moves of the entries of A, B, C, D, … in the
+/// rows of `covariance_factor`; `None` where a point cannot be followed.
 pub(crate) fn spreads(
     model: &StateSpace,
     covariance_factor: &Matrix,

@@ -107,8 +107,7 @@ fn largest_gain(response: &FrequencyResponse) -> f64 {
     response.points.iter().filter(known).map(|p| p.gain).fold(0.0, f64::max)
 }
 
-/// Amplitude at the road wheel that keeps the lateral acceleration v·r within what is linear, for a
-/// gain from the model's input.
+/// Amplitude at the road wheel that keeps the lateral acceleration v·r linear.
 fn largest_amplitude(gain: f64, drive: &Drive<'_>) -> Option<f64> {
     let of_road_wheel = gain / drive.to_road_wheel;
     (gain > 0.0 && drive.speed_mps > 0.5).then(|| LINEAR / (of_road_wheel * drive.speed_mps))

@@ -105,8 +105,7 @@ fn validated(
     // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
     let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
 
-    // About the output offset that suits it on the estimation data, as an identified model may have
-    // one.
+    // About the output offset that suits it on the estimation data.
     let part = &data.estimation.data;
     let offset = options.has_output_offset() && needs_output_offset(&scaled, part)?;
     let initial_conditions = InitialConditions::new(&scaled, part, offset)?;

@@ -52,8 +52,7 @@ pub(crate) fn choose(
     };
     let mut on = InWindows { windows, options, samples, estimates, noise_order: 0 };
     let feedthrough = options.feedthrough == Some(true);
-    // A stated order is not compared with others, but in a loop a model of the noise is needed all the
-    // same.
+    // In a loop a model of the noise is needed for a stated order too.
     if on.looped() || options.order.is_none() {
         let best = |order| on.best(order, feedthrough);
         let largest = largest_estimate(options, on.largest_order(), best)?;
@@ -73,8 +72,7 @@ struct InWindows<'a> {
     options: &'a IdentifyOptions,
     samples: usize,
     estimates: Estimates<'a>,
-    /// Number of coefficients of the noise's autoregression, that of the noise as the largest model
-    /// leaves it.
+    /// Order of the noise's autoregression, as the largest model leaves it.
     noise_order: usize,
 }
 
@@ -189,8 +187,7 @@ impl Estimator for InWindows<'_> {
     }
 }
 
-/// The Kalman gain; zero where its filter is on the verge of instability or predicts worse than the
-/// simulation.
+/// The Kalman gain; zero where its filter is barely stable or no better than the simulation.
 pub(crate) fn kalman_gain(
     windows: &Windows,
     choice: &Choice,

@@ -19,9 +19,7 @@ use std::collections::BTreeMap;
 use steerwright_drivelog::{LogFile, LogOptions, Piece, stream};
 use steerwright_formats::{ChannelSummary, InputKind, SourceFile};
 
-/// Samples of a block that is estimated from or validated on as a whole: some seconds of manoeuvres, so
-/// that the validation windows come from all of a drive, as its speeds and bends do, and a drive of a
-/// few minutes has some. A window at the end of a block is lost.
+/// Samples of a block, some seconds, so that validation windows come from all of a drive.
 const BLOCK: usize = 500;
 /// One block in so many is validation data.
 const VALIDATION_PERIOD: usize = 4;
@@ -222,8 +220,7 @@ impl Accumulated {
     }
 }
 
-/// (count, mean, squares about it) of two sets together (T. F. Chan, G. H. Golub, R. J. LeVeque,
-/// *Algorithms for computing the sample variance*, The American Statistician 37, 1983).
+/// (count, mean, squares about it) of two sets together (Chan, Golub and LeVeque 1983).
 fn together(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64, f64) {
     let count = a.0 + b.0;
     if count == 0.0 {

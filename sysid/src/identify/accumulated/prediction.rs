@@ -245,8 +245,7 @@ fn gramian(a: MatRef<'_, f64>, w: Mat<f64>) -> Result<Mat<f64>, Error> {
     Err(Error::Numerical { what: "the Gramian of a model that is not stable" })
 }
 
-/// The simulation errors v of the window's last `count` samples, the latest first, from the state that
-/// follows from those before the last; a row for each row of R.
+/// The simulation errors v of the last `count` samples, the latest first, for each row of R.
 fn simulation_errors(windows: &Windows, model: &StateSpace, count: usize) -> Mat<f64> {
     let length = windows.length;
     let free = free_response(model, length);

@@ -80,15 +80,13 @@ impl Windows {
         sums
     }
 
-    /// Errors of the second half of every window, simulated from the state of its first half: what is
-    /// evaluated has no part in the state.
+    /// Errors of the second half of every window, simulated from the state of its first half.
     pub(crate) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
         let state = |s: &Segment, n| initial_state(model, s.u.columns(0..n), s.y.columns(0..n));
         self.second_halves(state, |s, x0| simulate(model, s.u.as_ref(), x0))
     }
 
-    /// Errors of the one-step predictions of the second half of every window, as
-    /// [`ahead`](Self::ahead).
+    /// As [`ahead`](Self::ahead), of the one-step predictions.
     pub(crate) fn predicted_ahead(
         &self,
         model: &StateSpace,
@@ -131,8 +129,7 @@ impl Windows {
         segments.map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref())).collect()
     }
 
-    /// Variance of errors whose `order` initial states were fitted to each window; ∞ where they are not
-    /// finite.
+    /// Variance of errors with `order` fitted initial states each; ∞ where they are not finite.
     pub(crate) fn variance(&self, errors: &Errors, order: usize) -> f64 {
         let squares = crate::selection::order::sum_of_squares(errors);
         let free = self.length.saturating_sub(order).max(1);

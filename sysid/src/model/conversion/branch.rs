@@ -9,11 +9,9 @@ use crate::model::StateSpace;
 use crate::model::conversion::to_continuous;
 use faer::{Mat, MatRef};
 
-/// Of the squared errors, what a continuous form may cost: five percent of their root mean square, which
-/// is 0.1 points of fit where that is 98 %. A mode that truly alternates costs more.
+/// Growth of the squared errors that a continuous form may cost: 5 % of their root.
 const MOST_LOSS: f64 = 0.1;
-/// Of the output's root mean square, what it may add to them: noise must not hide more. With both bounds it
-/// costs 0.15 points of fit at most.
+/// Share of the output's root mean square that it may add: noise must not hide more.
 const NEGLIGIBLE: f64 = 0.01;
 
 /// Eigenvalues of modes that die out within a sample.
@@ -27,16 +25,14 @@ pub(crate) fn has_logarithm(model: &StateSpace) -> bool {
     to_continuous(model.a.as_ref(), model.b.as_ref(), 1.0).is_ok()
 }
 
-/// Whether mean squared errors that have grown from `least` are those of a continuous form that costs
-/// nearly nothing, for outputs of unit spread.
+/// Whether squared errors have grown by nearly nothing, for outputs of unit spread.
 pub(crate) fn costs_nothing(least: f64, with_logarithm: f64) -> bool {
     let growth = with_logarithm - least;
     growth <= MOST_LOSS * least && growth <= NEGLIGIBLE * NEGLIGIBLE
 }
 
-/// The models with each negative eigenvalue λ of A taken to −λ, and to shorter decays: what is known from one
-/// sample may be the part of a sample by which the input acts late, whose eigenvalue is 0. Empty where no
-/// eigenvalue is negative, or one is not simple.
+/// The models with each negative eigenvalue λ of A taken to −λ, and to shorter decays. Empty where
+/// none is negative, or one is not simple.
 pub(crate) fn off_branch_cut(model: &StateSpace) -> Result<Vec<StateSpace>, Error> {
     let mut models: Vec<StateSpace> = Vec::new();
     for most in [1.0, SHORTER[0], SHORTER[1]] {
@@ -47,9 +43,8 @@ pub(crate) fn off_branch_cut(model: &StateSpace) -> Result<Vec<StateSpace>, Erro
     Ok(models)
 }
 
-/// The model with each negative eigenvalue λ of A taken to `place(λ)`. With its right and left eigenvectors v
-/// and w, `wᵀv = 1`, that is `A + (place(λ) − λ)·v·wᵀ`, which leaves the other modes as they are; B is scaled
-/// along v such that the steady-state gain stays. `None` where no eigenvalue is negative, or one is not simple.
+/// The model with each negative λ taken to `place(λ)`: `A + (place(λ) − λ)·v·wᵀ` with the
+/// eigenvectors v and w, `wᵀv = 1`, and B scaled along v such that the steady-state gain stays.
 fn moved(model: &StateSpace, place: impl Fn(f64) -> f64) -> Result<Option<StateSpace>, Error> {
     let mut to = model.clone();
     let mut any = false;

@@ -25,8 +25,7 @@ pub struct ContinuousModel {
     pub round_trip: f64,
 }
 
-/// Round trips worse than this count as no logarithm: the discrete model is the one identified, and
-/// a continuous one that does not lead back to it is another model.
+/// Round trips worse than this count as no logarithm: the result is another model.
 const WORST_ROUND_TRIP: f64 = 1e-10;
 
 /// `(A, B)` with eq 9–10 from `(F, G)` and the sample time.
@@ -48,8 +47,7 @@ pub fn discretize(
     (e.get(..n, ..n).to_owned(), Mat::from_fn(n, m, |i, j| b[(i, j)] / scale))
 }
 
-/// A power of two that brings an input matrix to the size of its state matrix, so that its units decide
-/// neither the number of squarings nor the conditioning.
+/// A power of two that brings B to the size of A, so that units do not matter.
 fn input_scale(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let ratio = a.norm_l2() / b.norm_l2();
     if ratio.is_finite() && ratio > 0.0 { 2.0_f64.powi(ratio.log2().round() as i32) } else { 1.0 }

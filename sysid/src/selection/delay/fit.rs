@@ -19,15 +19,13 @@ pub(super) struct Fit {
     pub(super) excess: f64,
 }
 
-/// Natural logarithms of a polynomial's coefficients stay between these: time constants from a
-/// twentieth of a sample to a thousand samples.
+/// Bounds of ln of the coefficients: 1/20 to 1000 samples.
 const BOUNDS: (f64, f64) = (-14.0, 6.0);
 
 /// Which numerators a model may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Zeros {
-    /// Those of a vehicle: yaw rate follows the road wheel with a zero, and what comes on top of two
-    /// poles are lags without one, so that they cannot take the shape of a delay (Padé).
+    /// Two poles with a zero, and lags without one, which cannot take the shape of a delay.
     Vehicle,
     /// As many as a held input allows.
     Free,
@@ -93,8 +91,7 @@ impl Fit {
         Self { parameters: x, delay, excess: cost }
     }
 
-    /// Variance of the delay over that of the whitened noise, where all of them are free;
-    /// `None` where the data do not determine it.
+    /// Variance of the delay over the noise's; `None` where the data do not determine it.
     pub(super) fn delay_variance(&self, search: &Search<'_>) -> Option<f64> {
         let mut x = self.parameters.clone();
         x.push(self.delay);

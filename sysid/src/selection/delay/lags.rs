@@ -57,9 +57,8 @@ impl Gram {
     }
 }
 
-/// By what impulse responses of `lags` samples are evaluated: the squared error of `y_f(t) − Σ g_k
-/// u_f(t−k)` is `least + ‖target − factor·g‖²`, where y_f and u_f are the signals whitened by the
-/// denominator of a long ARX model.
+/// The squared error of whitened signals, `y_f(t) − Σ g_k u_f(t−k)`, is `least + ‖target −
+/// factor·g‖²` for impulse responses g.
 pub(super) struct Quadratic {
     /// Upper triangular, lags by lags.
     pub(super) factor: Mat<f64>,
@@ -143,8 +142,7 @@ fn forward(lower: &Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-/// Lower factor of a Gram matrix; smooth signals leave it singular to rounding, so a ridge of
-/// rounding's size replaces what the data do not determine.
+/// Lower factor of a Gram matrix with a ridge of rounding's size, for smooth signals.
 fn cholesky(mut gram: Mat<f64>) -> Result<Mat<f64>, Error> {
     let n = gram.nrows();
     let trace: f64 = (0..n).map(|i| gram[(i, i)]).sum();

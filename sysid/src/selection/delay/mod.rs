@@ -92,8 +92,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let akaike = |fit: &Fit| deviance(fit) + 2.0 * (count(&search, fit) + 1.0);
     let plain = models.iter().map(|(none, _)| none);
     let plain = plain.min_by(|a, b| bayes(a, 0.0).total_cmp(&bayes(b, 0.0)));
-    // A servo's lag in addition to the delay is plausible however little information the data have, so
-    // the order of the model from which the value is taken is chosen by the more generous criterion
+    // A servo's lag in addition is plausible, so the order is by the more generous criterion
     // (Akaike 1974).
     let chosen = models.iter().min_by(|a, b| akaike(&a.1).total_cmp(&akaike(&b.1)));
     let (Some(plain), Some((_, best))) = (plain, chosen) else {
@@ -121,9 +120,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     })
 }
 
-/// Whether a delay is used: `evidence` speaks for it strongly against lags and positively against free
-/// zeros, and it is, with its standard error (both in samples), more than a crumb of a sample, more than
-/// chance, and known well enough to be of use.
+/// Whether the evidence against lags and free zeros, and delay and error in samples, are enough.
 fn taken(evidence: [f64; 2], delay: f64, error: f64, sample: f64) -> bool {
     evidence[0] > STRONG
         && evidence[1] > POSITIVE
@@ -132,8 +129,7 @@ fn taken(evidence: [f64; 2], delay: f64, error: f64, sample: f64) -> bool {
         && error * sample <= LARGEST_ERROR_S
 }
 
-/// Standard error of the best model's delay, with what the orders differ by: the variances about it,
-/// weighted by the Bayesian criterion, whose `excess` over the least is given.
+/// Standard error of the delay with the orders' variances about it, by BIC's `excess`.
 fn spread(
     search: &Search<'_>,
     models: &[(Fit, Fit)],
@@ -158,10 +154,8 @@ fn spread(
     (sum / weights).sqrt()
 }
 
-/// Standard deviation of the best model's delay about its value where an actuator's lag of up to
-/// [`LONGEST_LAG_S`] may replace part of it, all of them equally plausible before the data are seen:
-/// with each, the delay is fitted again, and weighted by its likelihood. A model without that lag takes
-/// it into the delay, and the curvature at its optimum does not include that.
+/// Standard deviation of the delay where an actuator's lag of up to [`LONGEST_LAG_S`] may replace
+/// part of it: with each lag, the delay is fitted again, and weighted by its likelihood.
 fn split(search: &Search<'_>, best: &Fit, sample: f64, deviance: &impl Fn(&Fit) -> f64) -> f64 {
     const TRIED: usize = 5;
     const STEPS: usize = 12;

@@ -14,9 +14,8 @@ type Square = [[f64; SIZE]; SIZE];
 
 const ZERO: Square = [[0.0; SIZE]; SIZE];
 
-/// Coefficients a_1 … a_n of the characteristic polynomial sⁿ + a_1 sⁿ⁻¹ + …, which has its roots in
-/// the left half plane: a product of s² + e^{p₀} s + e^{p₁} for each pair of parameters, and of
-/// s + e^{p} for an odd one.
+/// Coefficients a_1 … a_n of the product of s² + e^{p₀} s + e^{p₁} for each pair of parameters, and
+/// of s + e^{p} for an odd one.
 pub(super) fn polynomial(parameters: &[f64]) -> Vec<f64> {
     let mut a = vec![1.0];
     for pair in parameters.chunks(2) {

@@ -97,8 +97,7 @@ pub fn identify_in(
     })
 }
 
-/// Least singular value of U_f/Z_p over that of an input that the past does not predict: its projection
-/// on `rows` of N samples has a share rows/N of the power by chance.
+/// Least singular value of U_f/Z_p over what chance leaves, a share `rows`/N of the power.
 fn excitation(u: MatRef<'_, f64>, rows: usize, count: usize) -> Result<f64, Error> {
     let predicted = svd(u.get(..rows, ..))?;
     let unpredicted = svd(u.get(rows.., ..))?;
@@ -112,8 +111,7 @@ fn excitation(u: MatRef<'_, f64>, rows: usize, count: usize) -> Result<f64, Erro
     Ok(if chance > 0.0 { least / chance } else { f64::INFINITY })
 }
 
-/// B and D of Γ^⊥ᵀ (Y − H(B, D) U) = 0 in the least-squares sense, rows of `u` and `y` representing
-/// samples.
+/// B and D of Γ^⊥ᵀ (Y − H(B, D) U) = 0 by least squares, rows of `u` and `y` as samples.
 fn input_matrices(
     base: StateSpace,
     gamma: MatRef<'_, f64>,

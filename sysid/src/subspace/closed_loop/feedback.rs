@@ -49,8 +49,7 @@ pub fn feedback(data: &DataSet, memory_s: f64, ahead_s: f64) -> Result<Feedback,
     feedback_in(&Factor::new(data, (past + ahead + 1).div_ceil(2))?, past, ahead)
 }
 
-/// Numbers of past and future samples that last so many seconds, both cut until they and the present one
-/// are `most` at most.
+/// Past and future samples of so many seconds, cut until they and the present are `most`.
 pub(crate) fn feedback_lags(
     (memory_s, ahead_s): (f64, f64),
     sample_time_s: f64,

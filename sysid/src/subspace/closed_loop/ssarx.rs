@@ -11,8 +11,7 @@ use crate::subspace::closed_loop::Predictor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
 
-/// The map from z_p to the states (rows in order of the singular values) and the singular values,
-/// which are canonical correlations.
+/// The map from z_p to the states, rows by falling canonical correlation, and these.
 pub(crate) fn states(
     windows: &Windows,
     predictor: &Predictor,

@@ -185,8 +185,7 @@ impl<'a> Regression<'a> {
         Ok((theta.get(..m, ..).transpose().to_owned(), gain))
     }
 
-    /// The regression's gain where A − K C is stable, otherwise that of the Riccati equation with the
-    /// covariances of the residuals.
+    /// The regression's gain where A − K C is stable, else that of the Riccati equation.
     fn stable_gain(&self, a: &Mat<f64>, b: &Mat<f64>, gain: Mat<f64>) -> Result<Mat<f64>, Error> {
         if spectral_radius((a - &gain * &self.c).as_ref()) < 1.0 {
             return Ok(gain);

@@ -10,8 +10,7 @@ use crate::subspace::Factor;
 use faer::Mat;
 use std::ops::Range;
 
-/// Signals at each lag, every channel in units of its root mean square so that no result depends
-/// on units.
+/// Signals at each lag, every channel in units of its root mean square.
 pub(crate) struct Windows {
     /// Rows represent samples, columns channels at lags.
     r: Mat<f64>,
