@@ -42,29 +42,24 @@ impl<const P: usize> Dual<P> {
     }
 }
 
-impl<const P: usize> Add for Dual<P> {
-    type Output = Self;
-    #[inline]
-    fn add(mut self, other: Self) -> Self {
-        self.value += other.value;
-        for (a, b) in self.by.iter_mut().zip(&other.by) {
-            *a += b;
+macro_rules! by_each {
+    ($operator:ident, $method:ident, $assign:tt) => {
+        impl<const P: usize> $operator for Dual<P> {
+            type Output = Self;
+            #[inline]
+            fn $method(mut self, other: Self) -> Self {
+                self.value $assign other.value;
+                for (a, b) in self.by.iter_mut().zip(&other.by) {
+                    *a $assign b;
+                }
+                self
+            }
         }
-        self
-    }
+    };
 }
 
-impl<const P: usize> Sub for Dual<P> {
-    type Output = Self;
-    #[inline]
-    fn sub(mut self, other: Self) -> Self {
-        self.value -= other.value;
-        for (a, b) in self.by.iter_mut().zip(&other.by) {
-            *a -= b;
-        }
-        self
-    }
-}
+by_each!(Add, add, +=);
+by_each!(Sub, sub, -=);
 
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;

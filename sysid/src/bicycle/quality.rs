@@ -39,10 +39,8 @@ impl Known<'_> {
         let mut explained = !implausible.is_empty();
         if !too_little.is_empty() {
             reasons.extend(too_little);
-            advice.push(
-                "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds"
-                    .to_owned(),
-            );
+            let hint = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
+            advice.push(hint.to_owned());
         }
         for (reason, cause) in implausible.into_iter().chain(self.faults(e, &pairs, has_gain)) {
             explained |= reason.grade == Grade::Fail;
@@ -55,18 +53,14 @@ impl Known<'_> {
             let reason = failed(ReasonCode::LowValidationFit, message);
             reasons.push(reason.compared(e.validation_fit, GOOD_FIT, "%"));
             if !explained {
-                advice.push(
-                    "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit"
-                        .to_owned(),
-                );
+                let hint = "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit";
+                advice.push(hint.to_owned());
             }
         }
         let one_speed = e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps;
         if one_speed {
-            advice.push(
-                "for other speeds than this one, use logs at several speeds, or one whose speed varies"
-                    .to_owned(),
-            );
+            let hint = "for other speeds than this one, use logs at several speeds, or one whose speed varies";
+            advice.push(hint.to_owned());
         }
         let speeds = if one_speed {
             format!("at {:.1} m/s, the only speed driven", e.speed.mean_mps)

@@ -5,7 +5,6 @@ use crate::data::scaled::{Data, driving_input};
 use crate::identify::plant::{Outcome, Traces, feedback_test, order_table};
 use crate::selection::candidate::{Choice, initial_states, output};
 use crate::selection::filter::Filter;
-use crate::selection::input_delay::InputDelay;
 use crate::validation::correlation::{independence, whiteness};
 use crate::validation::frequencies::{correlations, data_factor, frequencies};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
@@ -15,13 +14,13 @@ use crate::validation::prediction::{Prediction, on_validation_data};
 use crate::validation::regression::pairs;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Evidence, Fits};
+use steerwright_formats::{DelayEstimate, Evidence, Fits};
 
 pub(super) struct Found<'a> {
     pub(super) measured: &'a DriveLog,
     /// The drive with its steering delayed as the model takes it.
     pub(super) log: &'a DriveLog,
-    pub(super) delay: &'a InputDelay,
+    pub(super) delay: Option<DelayEstimate>,
     pub(super) data: &'a Data,
     pub(super) choice: &'a Choice,
     pub(super) filter: &'a Filter,
@@ -77,7 +76,7 @@ impl Found<'_> {
             method: chosen.method.name().into(),
             horizon: chosen.horizon,
             factor: Some(data_factor(&choice.factor.conditioning)),
-            delay: delay.estimate,
+            delay,
             estimation_samples: data.estimation.len(),
             validation_samples: data.validation.len(),
             fit: Fits {

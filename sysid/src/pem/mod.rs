@@ -10,7 +10,6 @@
 
 mod coordinates;
 mod covariance;
-mod ensemble;
 mod file;
 mod gain;
 mod neighbours;
@@ -37,9 +36,6 @@ pub(crate) use crate::pem::neighbours::{Neighbours, larger, without_blocks};
 pub use crate::pem::search::Stop;
 pub(crate) use crate::pem::search::damped_step;
 pub use crate::pem::uncertain::{ResponseEstimate, Uncertain};
-
-/// A model with the initial state of each segment.
-pub type WithStates = (StateSpace, Vec<Vec<f64>>);
 
 /// Which errors are made small: the one-step prediction errors, over (A, B, C, D, K), or those of the
 /// simulation, over (A, B, C, D); K is then that of the least prediction errors with this model.
@@ -122,26 +118,14 @@ pub fn refine_output_error(
     feedthrough: bool,
     stop: Stop,
     radius: f64,
-) -> Result<WithStates, Error> {
+) -> Result<(StateSpace, Vec<Vec<f64>>), Error> {
     let found = by_simulation(model, (x0, None), data, feedthrough, stop, radius)?;
     Ok((found.point.model, found.point.x0s))
 }
 
 /// As [`refine_output_error`], with the initial states and, where there are any, the constants
 /// `offsets` on the outputs, both of which move.
-pub(crate) fn refine_about_offsets(
-    model: &StateSpace,
-    (x0, offsets): (&[Vec<f64>], Option<&[f64]>),
-    data: &DataSet,
-    feedthrough: bool,
-    stop: Stop,
-    radius: f64,
-) -> Result<(WithStates, Option<Vec<f64>>), Error> {
-    let found = by_simulation(model, (x0, offsets), data, feedthrough, stop, radius)?;
-    Ok(((found.point.model, found.point.x0s), found.point.offsets))
-}
-
-fn by_simulation(
+pub(crate) fn by_simulation(
     model: &StateSpace,
     (x0, offsets): (&[Vec<f64>], Option<&[f64]>),
     data: &DataSet,

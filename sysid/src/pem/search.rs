@@ -27,10 +27,10 @@ pub struct Stop {
 
 /// A model with the initial state of each segment and, where free, constants on the outputs.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
-    pub(super) model: StateSpace,
-    pub(super) x0s: Vec<Vec<f64>>,
-    pub(super) offsets: Option<Vec<f64>>,
+pub(crate) struct Point {
+    pub(crate) model: StateSpace,
+    pub(crate) x0s: Vec<Vec<f64>>,
+    pub(crate) offsets: Option<Vec<f64>>,
 }
 
 /// The least-squares problem of one step.
@@ -208,8 +208,8 @@ pub(crate) fn damped_step(
     Ok((0..n).map(|i| x[(i, 0)]).collect())
 }
 
-pub(super) struct Found {
-    pub(super) point: Point,
+pub(crate) struct Found {
+    pub(crate) point: Point,
     pub(super) covariance: Mat<f64>,
     pub(super) steps: usize,
     /// The state there is `basis · x` of the start's state.

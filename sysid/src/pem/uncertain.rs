@@ -4,14 +4,16 @@
 //! root, so its covariance is the sum of the squares of these moves.
 
 use crate::Error;
-use crate::linalg::dense::{eigenvalues, rows, short_dot};
+use crate::linalg::dense::{eigenvalues, rows, short_dot, spectral_radius};
 use crate::model::{Innovation, StateSpace};
-use crate::pem::{Focus, PoleEstimate};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use steerwright_formats::{EstimationFocus as Focus, UncertainPole as PoleEstimate};
 
 /// Standard deviations that poles must be apart for the derivative to be used.
 const CLEAR: f64 = 3.0;
+/// Draws in a row that may be unstable before the attempt is given up.
+const MOST_REFUSED: usize = 1000;
 
 /// A model in innovation form with the root of the covariance of its entries.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,12 +47,12 @@ pub struct ResponseEstimate {
 
 impl Uncertain {
     /// The moves of the innovation form, one for each column of the factor.
-    pub(super) fn moves(&self) -> impl Iterator<Item = Innovation> + '_ {
+    fn moves(&self) -> impl Iterator<Item = Innovation> + '_ {
         (0..self.factor.ncols()).map(|k| self.unpacked(|entry| self.factor[(entry, k)]))
     }
 
     /// An innovation form's worth of numbers from their places in the factor's columns.
-    pub(super) fn unpacked(&self, value: impl Fn(usize) -> f64) -> Innovation {
+    fn unpacked(&self, value: impl Fn(usize) -> f64) -> Innovation {
         let model = &self.innovation.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
         let mut at = 0;
@@ -162,6 +164,41 @@ impl Uncertain {
             (pole.variance_re, pole.variance_im, pole.covariance) = (re, im, both);
         }
         Ok(())
+    }
+
+    /// `count` models from N(estimate, covariance), to first order: nominal + factor·ξ with ξ standard
+    /// normal. The same seed returns the same models.
+    ///
+    /// A draw whose A (or A − KC, where K is not zero) is not stable is drawn again, so the
+    /// distribution is that of the stable models: a system that was driven for minutes is known to be
+    /// one.
+    ///
+    /// # Errors
+    /// [`Error::NoModel`] where next to no draw is stable.
+    pub fn ensemble(&self, count: usize, seed: u64) -> Result<Vec<Innovation>, Error> {
+        let nominal = packed(&self.innovation);
+        let mut random = Normal { state: seed };
+        let mut members = Vec::with_capacity(count);
+        let mut refused = 0;
+        while members.len() < count {
+            let xi: Vec<f64> = (0..self.factor.ncols()).map(|_| random.next()).collect();
+            let member = self.unpacked(|entry| {
+                let row = self.factor.row(entry);
+                nominal[entry] + row.iter().zip(&xi).map(|(f, xi)| f * xi).sum::<f64>()
+            });
+            if is_stable(&member) {
+                members.push(member);
+                refused = 0;
+            } else {
+                refused += 1;
+                if refused > MOST_REFUSED {
+                    return Err(Error::no_model(format!(
+                        "none of {MOST_REFUSED} models drawn from the estimate's distribution is stable"
+                    )));
+                }
+            }
+        }
+        Ok(members)
     }
 
     /// The frequency response of one input–output pair at `omega` rad per sample.
@@ -295,20 +332,26 @@ impl Response {
     }
 }
 
+fn is_stable(of: &Innovation) -> bool {
+    let closed = &of.model.a - &of.gain * &of.model.c;
+    of.model.spectral_radius() < 1.0
+        && (of.gain.norm_max() == 0.0 || spectral_radius(closed.as_ref()) < 1.0)
+}
+
 fn real(x: f64) -> c64 {
     c64::new(x, 0.0)
 }
 
 /// Entries of A, B, C, D, K, each row by row.
-pub(super) fn packed(of: &Innovation) -> Vec<f64> {
+fn packed(of: &Innovation) -> Vec<f64> {
     let m = &of.model;
     [&m.a, &m.b, &m.c, &m.d, &of.gain].into_iter().flat_map(|m| rows(m.as_ref())).collect()
 }
 
 /// Standard normal numbers, without a crate, so that a file is drawn alike everywhere: SplitMix64 (Steele,
 /// Lea and Flood 2014) through the transform of Box and Muller (1958).
-pub(super) struct Normal {
-    pub(super) state: u64,
+struct Normal {
+    state: u64,
 }
 
 impl Normal {
@@ -321,7 +364,7 @@ impl Normal {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    pub(super) fn next(&mut self) -> f64 {
+    fn next(&mut self) -> f64 {
         let (radius, angle) = (self.uniform().max(1e-300), self.uniform());
         (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
     }

@@ -5,7 +5,7 @@ use crate::data::DataSet;
 use crate::data::scaled::Part;
 use crate::model::stability::largest_radius;
 use crate::model::{StateSpace, simulate};
-use crate::pem::{Stop, refine_about_offsets};
+use crate::pem::{Stop, by_simulation};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::options::Method;
 use crate::subspace::closed_loop::Feedback;
@@ -112,7 +112,7 @@ pub(crate) fn refine_within(
     let model = &candidate.model;
     let radius = largest_radius(samples).max(model.spectral_radius());
     let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
-    let ((model, x0), offsets) = refine_about_offsets(
+    let found = by_simulation(
         model,
         (&from.x0, from.offsets.as_deref()),
         data,
@@ -120,7 +120,9 @@ pub(crate) fn refine_within(
         stop,
         (radius + 1e-12).min(1.0),
     )?;
-    (candidate.model, candidate.initial_conditions) = (model, InitialConditions { x0, offsets });
+    candidate.model = found.point.model;
+    let (x0, offsets) = (found.point.x0s, found.point.offsets);
+    candidate.initial_conditions = InitialConditions { x0, offsets };
     Ok(())
 }
 

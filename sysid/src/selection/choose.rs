@@ -54,7 +54,7 @@ pub(crate) fn choose_from(
         choice.fitted = Some(own.about_output_offset(&fitted)?);
     }
     if !choice.candidates[choice.chosen].validation_fit.is_finite() {
-        return Err(Error::NoModel { problem: "no model can be simulated".into() });
+        return Err(Error::no_model("no model can be simulated"));
     }
     Ok(choice)
 }
@@ -111,7 +111,7 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions, vehicle: bool) -> Result
     chosen = with_logarithm(&on, &mut candidates, chosen)?;
     let factor = initial_estimates
         .into_factor(candidates[chosen].horizon)
-        .ok_or(Error::NoModel { problem: "the chosen horizon was not tried".into() })?;
+        .ok_or(Error::no_model("the chosen horizon was not tried"))?;
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted: None })
 }
 

@@ -8,7 +8,6 @@ pub(crate) mod filter;
 pub(crate) mod in_memory;
 pub(crate) mod initial_conditions;
 pub(crate) mod initial_estimates;
-pub(crate) mod input_delay;
 pub(crate) mod noise_model;
 pub(crate) mod options;
 pub(crate) mod order;

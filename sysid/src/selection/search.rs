@@ -90,7 +90,7 @@ pub(crate) fn largest_estimate(
             Err(error) => last_error = Some(error),
         }
     }
-    Err(last_error.unwrap_or_else(|| Error::NoModel { problem: "no order could be tried".into() }))
+    Err(last_error.unwrap_or_else(|| Error::no_model("no order could be tried")))
 }
 
 /// Models of growing order, until the criterion has not fallen for a while.
@@ -101,7 +101,7 @@ pub(crate) fn ascend(on: &impl Estimator, feedthrough: bool) -> Result<Vec<Candi
         None => 1..=options.max_order.min(on.largest_order()),
     };
     let mut candidates: Vec<Candidate> = Vec::new();
-    let mut last_error = Error::NoModel { problem: "no order could be tried".into() };
+    let mut last_error = Error::no_model("no order could be tried");
     for order in orders {
         let before = candidates.last().filter(|c| c.model.order() + 1 == order);
         match of_order(on, order, feedthrough, before) {
@@ -139,11 +139,11 @@ fn of_order(
         }
     }
     let (Some((_, mut candidate)), Some(first)) = (best, first) else {
-        return Err(Error::NoModel { problem: "no method could be tried".into() });
+        return Err(Error::no_model("no method could be tried"));
     };
     weigh(on, &mut candidate, on.other_models(first, before))?;
     if !candidate.log_square.is_finite() {
-        return Err(Error::NoModel { problem: "no model can be simulated".into() });
+        return Err(Error::no_model("no model can be simulated"));
     }
     candidate.has_logarithm = has_logarithm(&candidate.model);
     Ok(candidate)

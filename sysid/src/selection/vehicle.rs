@@ -41,14 +41,8 @@ pub(crate) fn initial_estimate(data: &DataSet, another: &Candidate) -> Option<Ca
             };
             let cost = sum_of_squares(&initial_conditions.errors(&model, data));
             if cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
-                let stabilised = None;
-                best = Some(Candidate {
-                    model,
-                    initial_conditions,
-                    cost,
-                    stabilised,
-                    ..another.clone()
-                });
+                let own = Candidate { model, initial_conditions, cost, ..another.clone() };
+                best = Some(Candidate { stabilised: None, ..own });
             }
         }
     }

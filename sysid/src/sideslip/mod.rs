@@ -45,21 +45,16 @@ pub struct FromFixes {
 pub fn sideslip(log: &DriveLog) -> FromFixes {
     let mut all = FromFixes::default();
     let Some(gnss) = &log.gnss else { return all };
-    let mut receiver = Receiver {
-        latency_s: gnss.latency_s.unwrap_or(0.0),
-        latency_error_s: 0.0,
-        antenna_x_m: gnss.antenna_x_m,
-    };
-    if gnss.latency_s.is_none() {
-        receiver.latency_error_s = UNKNOWN_ERROR_S;
-        if let Some(age) = age(&pieces(gnss, 0.0)) {
-            (receiver.latency_s, receiver.latency_error_s) = (age.seconds, age.standard_error);
-            all.warnings.push(format!(
-                "the age of the fixes is not stated: {:.3} ± {:.3} s by the speed's changes on straights",
-                age.seconds,
-                2.0 * age.standard_error
-            ));
-        }
+    let mut latency = gnss.latency_s.map_or((0.0, UNKNOWN_ERROR_S), |stated| (stated, 0.0));
+    if gnss.latency_s.is_none()
+        && let Some(age) = age(&pieces(gnss, 0.0))
+    {
+        latency = (age.seconds, age.standard_error);
+        all.warnings.push(format!(
+            "the age of the fixes is not stated: {:.3} ± {:.3} s by the speed's changes on straights",
+            age.seconds,
+            2.0 * age.standard_error
+        ));
     }
     let speed = log.speed.as_deref().unwrap_or_default();
     let mean = speed.iter().sum::<f64>() / speed.len().max(1) as f64;
@@ -67,7 +62,7 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
         all.warnings.push("no sideslip: the antenna's place needs a speed".into());
         return all;
     }
-    match of_pieces(&pieces(gnss, receiver.latency_s), receiver, mean) {
+    match of_pieces(&pieces(gnss, latency.0), latency, gnss.antenna_x_m, mean) {
         Ok(found) => all.sideslip = Some(found),
         Err(why) => all.warnings.push(format!("no sideslip from the fixes: {why}")),
     }
@@ -91,17 +86,14 @@ fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
     gnss.drives.iter().flat_map(of_drive).collect()
 }
 
-/// The properties of the receiver that go into the file.
-#[derive(Debug, Clone, Copy, Default)]
-struct Receiver {
-    pub(crate) latency_s: f64,
-    /// 0 for an age that is stated.
-    pub(crate) latency_error_s: f64,
-    pub(crate) antenna_x_m: f64,
-}
-
-/// The sideslip of the pieces, or why they do not determine it. `speed` is their mean, m/s.
-fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sideslip, String> {
+/// The sideslip of the pieces, or why they do not determine it, for fixes of a latency with its standard
+/// error (0 where it is stated), s. `speed` is their mean, m/s.
+fn of_pieces(
+    pieces: &[Piece],
+    (gnss_latency_s, latency_error_s): (f64, f64),
+    antenna_x_m: f64,
+    speed: f64,
+) -> Result<Sideslip, String> {
     let cut = |length| pieces.iter().flat_map(|p| blocks(p, length)).collect::<Vec<_>>();
     let segments = cut(SEGMENT_S);
     let Some(alone) = robust(&segments, &[RATE]) else {
@@ -130,16 +122,16 @@ fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sidesli
             _ => found,
         },
     };
-    let error = found.errors[RATE].hypot(receiver.latency_error_s);
+    let error = found.errors[RATE].hypot(latency_error_s);
     if error > LARGEST_ERROR_S {
         return Err(format!(
             "the age of the fixes is not stated, and known to ±{:.3} s only, so the standard error of \
              the sideslip would be {error:.3} s, above {LARGEST_ERROR_S} s: state the age, or drive \
              straights with changing speed",
-            2.0 * receiver.latency_error_s
+            2.0 * latency_error_s
         ));
     }
-    let of_antenna = if speed > 0.0 { receiver.antenna_x_m / speed } else { 0.0 };
+    let of_antenna = if speed > 0.0 { antenna_x_m / speed } else { 0.0 };
     let term = |i: usize| {
         let (value, standard_error) = (found.values[i], found.errors[i]);
         (standard_error > 0.0).then_some(SideslipTerm { value, standard_error })
@@ -149,9 +141,9 @@ fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sidesli
         standard_error_s: error,
         sideslip_growth_s5pm2: term(GROWTH),
         sideslip_per_yaw_acceleration_s2: term(ACCELERATION),
-        gnss_latency_s: receiver.latency_s,
-        gnss_latency_standard_error_s: Some(receiver.latency_error_s).filter(|e| *e > 0.0),
-        antenna_x_m: receiver.antenna_x_m,
+        gnss_latency_s,
+        gnss_latency_standard_error_s: Some(latency_error_s).filter(|e| *e > 0.0),
+        antenna_x_m,
     })
 }
 

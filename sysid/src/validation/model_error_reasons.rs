@@ -94,10 +94,8 @@ pub(crate) fn suggested_checks(
         causes.push(cause.to_owned());
     }
     if fed_back(evidence) {
-        causes.push(
-            "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would show which"
-                .to_owned(),
-        );
+        let hint = "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would show which";
+        causes.push(hint.to_owned());
     }
     // Twice the standard deviation is what the drive's stronger turns have.
     if 2.0 * drive.speed_mps * evidence.excitation.yaw_rate_std_radps > LINEAR {

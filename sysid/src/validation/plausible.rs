@@ -103,10 +103,8 @@ fn wrong_gain(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
         "check the units and the steering ratio: a steering angle in deg read as rad, a yaw rate in rad/s read as deg/s, or the angle of a steering wheel taken for the road wheel's"
     };
     let reason = Reason::new(ReasonCode::ImplausibleGain, Grade::Fail, message);
-    Some((
-        reason.compared(wheelbase, limit, "m"),
-        format!("{cause}; the unit of the speed matters too"),
-    ))
+    let cause = format!("{cause}; the unit of the speed matters too");
+    Some((reason.compared(wheelbase, limit, "m"), cause))
 }
 
 /// A yaw rate opposite to steering times speed, by the correlation of means over [`SMOOTH_S`].
@@ -155,11 +153,8 @@ fn slow_zero(of: &Response<'_>) -> Option<(Reason, String)> {
         zero[0].hypot(zero[1])
     );
     let reason = Reason::new(ReasonCode::NonMinimumPhase, Grade::Fail, message);
-    Some((
-        reason.compared(zero[0].hypot(zero[1]), bandwidth, "rad/s"),
-        "check that the channel is the yaw rate about the vertical axis (lateral acceleration, roll rate or sideslip answer that way), the clocks of the channels, and that the vehicle does not drive backwards"
-            .to_owned(),
-    ))
+    let hint = "check that the channel is the yaw rate about the vertical axis (lateral acceleration, roll rate or sideslip answer that way), the clocks of the channels, and that the vehicle does not drive backwards";
+    Some((reason.compared(zero[0].hypot(zero[1]), bandwidth, "rad/s"), hint.to_owned()))
 }
 
 #[cfg(test)]

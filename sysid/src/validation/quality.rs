@@ -52,10 +52,8 @@ pub(crate) fn quality(
         advice.push(what_to_drive(evidence, drive));
     }
     if weak || e.noise_to_signal > LOUD {
-        advice.push(
-            "the stated uncertainty is that of the chosen order and does not include its choice on the same noise: expect errors up to twice as large from a log like this"
-                .to_owned(),
-        );
+        let hint = "the stated uncertainty is that of the chosen order and does not include its choice on the same noise: expect errors up to twice as large from a log like this";
+        advice.push(hint.to_owned());
     }
     if e.noise_to_signal > LARGEST_NOISE {
         let percent = 100.0 * e.noise_to_signal;
@@ -96,10 +94,8 @@ pub(crate) fn quality(
         let grade = if evidence.fit.estimation < GOOD_FIT { Grade::Fail } else { Grade::Warn };
         let reason = Reason::new(ReasonCode::UninformativeValidation, grade, message);
         reasons.push(reason.compared(bound, GOOD_FIT, "%"));
-        advice.push(
-            "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or use a part of the log that has one"
-                .to_owned(),
-        );
+        let hint = "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or use a part of the log that has one";
+        advice.push(hint.to_owned());
     } else if fit < GOOD_FIT {
         let message = format!(
             "the fit on validation data is {}, below {GOOD_FIT} %",
@@ -108,10 +104,8 @@ pub(crate) fn quality(
         let reason = failed(ReasonCode::LowValidationFit, message);
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         if !weak && !explained {
-            advice.push(
-                "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit"
-                    .to_owned(),
-            );
+            let hint = "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit";
+            advice.push(hint.to_owned());
         }
     }
     if !drive.has_continuous {
@@ -236,16 +230,12 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
         out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
     }
     if evidence.independence.lags > 0 && !evidence.independence.pass {
-        out.push(
-            "validation residuals still depend on past steering: expect effects that a linear model of this order leaves out"
-                .to_owned(),
-        );
+        let hint = "validation residuals still depend on past steering: expect effects that a linear model of this order leaves out";
+        out.push(hint.to_owned());
     }
     if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
-        out.push(
-            "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road"
-                .to_owned(),
-        );
+        let hint = "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road";
+        out.push(hint.to_owned());
     }
     if let Some(persistence) = evidence.excitation.persistence
         && persistence.order < persistence.tried

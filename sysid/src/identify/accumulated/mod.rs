@@ -180,11 +180,8 @@ impl Accumulated {
                 map.get(key).cloned().unwrap_or_else(|| "nothing".into())
             };
             if of(&self.options) != of(&other.options) {
-                return differ(format!(
-                    "{key} is {} and {}",
-                    of(&self.options),
-                    of(&other.options)
-                ));
+                let (a, b) = (of(&self.options), of(&other.options));
+                return differ(format!("{key} is {a} and {b}"));
             }
         }
         Ok(())

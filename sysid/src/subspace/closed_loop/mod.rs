@@ -17,9 +17,7 @@
 
 pub mod errors_in_variables;
 mod feedback;
-mod pbsid;
 mod predictor;
-mod ssarx;
 mod states;
 mod windows;
 
@@ -104,8 +102,8 @@ pub fn decompose(
     windows.holds(past + future + 1)?;
     let predictor = Predictor::in_units(&windows, past, feedthrough)?;
     let (map, singular_values) = match method {
-        ClosedLoopMethod::Pbsid => pbsid::states(&windows, &predictor, future)?,
-        ClosedLoopMethod::Ssarx => ssarx::states(&windows, &predictor, future)?,
+        ClosedLoopMethod::Pbsid => states::pbsid(&windows, &predictor, future)?,
+        ClosedLoopMethod::Ssarx => states::ssarx(&windows, &predictor, future)?,
     };
     Decomposition::new(&windows, past, map.as_ref(), singular_values, feedthrough)
 }

@@ -5,11 +5,12 @@
 
 use crate::Error;
 use crate::linalg::dense::{
-    RANK_TOLERANCE, hcat, is_finite, least_squares, r_factor, spectral_radius,
+    RANK_TOLERANCE, Svd, hcat, is_finite, least_squares, r_factor, spectral_radius, svd,
 };
 use crate::model::riccati::kalman_filter;
 use crate::model::stability::stable_fit;
 use crate::model::{Innovation, StateSpace};
+use crate::subspace::closed_loop::predictor::Predictor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
 
@@ -204,6 +205,72 @@ impl<'a> Regression<'a> {
             None => Err(Error::no_model(format!("no filter makes the model of order {n} stable"))),
         }
     }
+}
+
+/// PBSID-opt (A. Chiuso, Automatica 43, 2007): the map from z_p to the states, rows in order of the
+/// singular values, and these. Block row i of ΓK is (Ξ_p … Ξ_1) shifted by i, with zeros for Ãᵖ ≈
+/// 0; ΓK Z_p = U S Vᵀ over the data, and the state is S^{1/2} Vᵀ = S^{−1/2} Uᵀ ΓK Z_p.
+pub(super) fn pbsid(
+    windows: &Windows,
+    predictor: &Predictor,
+    future: usize,
+) -> Result<(Mat<f64>, Vec<f64>), Error> {
+    let (p, width, past) = (windows.outputs, windows.channels(), predictor.past());
+    let product = Mat::from_fn(future * p, past * width, |i, j| {
+        let (row, lag) = (i / p, j / width);
+        if lag < row { 0.0 } else { predictor.markov[past - 1 - (lag - row)][(i % p, j % width)] }
+    });
+    let z = windows.take(0..past, Signals::Z);
+    let f = svd((&product * z.transpose()).as_ref())?;
+    let cut = RANK_TOLERANCE * f.s.first().copied().unwrap_or(0.0);
+    let inverse = |s: f64| if s > cut { 1.0 / s.sqrt() } else { 0.0 };
+    let ut = Mat::from_fn(f.s.len(), f.u.nrows(), |i, j| f.u[(j, i)] * inverse(f.s[i]));
+    Ok((ut * product, f.s))
+}
+
+/// SSARX (M. Jansson, IFAC SYSID 2003): as [`pbsid`], by canonical correlations. The rest `ỹ_f =
+/// y_f − Φ̃ u_f − Ψ̃ y_f`, Φ̃ and Ψ̃ block Toeplitz of D and the Markov parameters, is a regression
+/// of low rank on the past: the state is S^{1/2} Vᵀ of `(Ỹ Ỹᵀ)^{−1/2} Ỹ Zᵀ (Z Zᵀ)^{−1/2} = U S Vᵀ`,
+/// times (Z Zᵀ)^{−1/2} Z.
+pub(super) fn ssarx(
+    windows: &Windows,
+    predictor: &Predictor,
+    future: usize,
+) -> Result<(Mat<f64>, Vec<f64>), Error> {
+    let past = predictor.past();
+    let z = windows.take(0..past, Signals::Z);
+    let rest = without_the_known(windows, predictor, future);
+    let (from_past, weight) = whitened(z.as_ref())?;
+    let (from_future, _) = whitened(rest.as_ref())?;
+    let f = svd((from_future.transpose() * &from_past).as_ref())?;
+    let vt = Mat::from_fn(f.s.len(), f.v.nrows(), |i, j| f.v[(j, i)] * f.s[i].sqrt());
+    Ok((vt * weight.transpose(), f.s))
+}
+
+/// ỹ_f, samples by f·ny.
+fn without_the_known(windows: &Windows, predictor: &Predictor, future: usize) -> Mat<f64> {
+    let (p, past) = (windows.outputs, predictor.past());
+    let mut out = windows.take(past..past + future, Signals::Y);
+    for row in 0..future {
+        let now = past + row;
+        let mut known = windows.take(now..now + 1, Signals::U) * predictor.feedthrough.transpose();
+        for j in 1..=row.min(past) {
+            known += windows.take(now - j..now - j + 1, Signals::Z)
+                * predictor.markov[j - 1].transpose();
+        }
+        let mut part = out.get_mut(.., row * p..(row + 1) * p);
+        part -= known;
+    }
+    out
+}
+
+/// An orthonormal basis of the column space of `m`, and the matrix that makes it of `m`.
+fn whitened(m: MatRef<'_, f64>) -> Result<(Mat<f64>, Mat<f64>), Error> {
+    let Svd { u, s, v } = svd(m)?;
+    let cut = RANK_TOLERANCE * s.first().copied().unwrap_or(0.0);
+    let rank = s.iter().take_while(|x| **x > cut).count();
+    let weight = Mat::from_fn(v.nrows(), rank, |i, j| v[(i, j)] / s[j]);
+    Ok((u.get(.., ..rank).to_owned(), weight))
 }
 
 #[cfg(test)]
