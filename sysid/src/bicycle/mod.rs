@@ -43,10 +43,7 @@ pub struct IdentifiedBicycle {
     pub traces: Traces,
 }
 
-/// Identifies the bicycle in `log`, which must have a speed.
-///
-/// The validation data are the end of the log, or blocks of it where its end is not excited; they
-/// validate the model and take no part in its choice.
+/// Identifies the bicycle in `log`, which must have a speed; the validation data take no part.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and

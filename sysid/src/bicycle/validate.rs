@@ -1,9 +1,6 @@
-//! A bicycle on a drive that need not be its own.
-//!
-//! The model is simulated over the recorded speed, as BicyclePlant runs it. What the drive's sensors
-//! add is the drive's and not the vehicle's: the steering offset and the yaw-rate offset follow from
-//! the estimation data, as an identified plant is validated about their means. The simulated yaw rate
-//! is linear in both offsets and in each segment's initial states.
+//! A bicycle on a drive that need not be its own, over the recorded speed. The offsets of steering
+//! and yaw rate are the drive's and follow from the estimation data; the simulated yaw rate is
+//! linear in them and in each segment's initial states.
 
 use crate::Error;
 use crate::bicycle::estimate::Problem;

@@ -1,8 +1,5 @@
-//! Recorded inputs and outputs: segments of uniform samples that are no continuation of each other.
-//!
-//! Several drives, a drive with gaps and the parts of one within a speed window are all a
-//! [`DataSet`]: one sample time, and a [`Segment`] for each segment, each with an initial state of
-//! its own.
+//! Recorded inputs and outputs at one sample time: a [`Segment`] for each run of samples without a
+//! gap, each with an initial state of its own.
 
 use crate::Error;
 use crate::data::Signals;

@@ -19,9 +19,8 @@ pub enum Detrend {
     /// The means of the estimation data, all drives together, from estimation and validation data. That
     /// of the output is the one about which the model moves: it is found with the model.
     Mean,
-    /// A straight line over time for the estimation data and one for the validation data of each clock:
-    /// for sensors whose zero drifts or differs between drives. The fit on validation data is then
-    /// relative to a line of their own.
+    /// A line over time for the estimation and one for the validation data of each clock, for
+    /// sensors whose zero drifts or differs between drives. Fits are relative to these lines.
     Linear,
     /// Nothing: the model passes through the origin.
     None,

@@ -1,9 +1,6 @@
-//! Samples of several channels, as they lie in memory: channel after channel, each contiguous.
-//!
-//! Matrices of faer pad their columns to whole vectors, so that one channel as a 1 by N matrix takes
-//! eight times its samples; and lag sums, filters and sums run along a channel. As a matrix,
-//! [`Signals`] are channels by N with time along columns, and [`Signals::as_ref`] shows them to matrix
-//! code without a copy.
+//! Samples of several channels, channel after channel, each contiguous: matrices of faer pad their
+//! columns, so that one channel as a 1 by N matrix takes eight times its samples.
+//! [`Signals::as_ref`] shows them to matrix code without a copy.
 
 use faer::{Mat, MatRef};
 use std::ops::{Index, IndexMut, Range, Sub};

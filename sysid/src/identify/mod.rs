@@ -24,10 +24,7 @@ use steerwright_formats::DelayEstimate;
 
 pub use automatic::{Automatic, TriedOrder, automatic};
 
-/// Identifies the lateral dynamics in `log`.
-///
-/// The validation data, the end of the log, estimate and choose nothing: the quality depends on the
-/// fits on them, and their one-step residuals are those that are tested.
+/// Identifies the lateral dynamics in `log`; the validation data estimate and choose nothing.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence

@@ -1,9 +1,6 @@
-//! The discrete algebraic Riccati equation of the stationary Kalman filter.
-//!
-//! `P = A P Aᵀ + Q − (A P Cᵀ + S)(C P Cᵀ + R)⁻¹(A P Cᵀ + S)ᵀ`, solved by the structure-preserving
-//! doubling algorithm (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, *Structure-preserving
-//! algorithms for periodic discrete-time algebraic Riccati equations*, Int. J. Control 77, 2004),
-//! which converges quadratically.
+//! The discrete algebraic Riccati equation of the stationary Kalman filter, `P = A P Aᵀ + Q − (A P
+//! Cᵀ + S)(C P Cᵀ + R)⁻¹(A P Cᵀ + S)ᵀ`, by structure-preserving doubling (Chu, Fan, Lin and Wang,
+//! Int. J. Control 77, 2004), which converges quadratically.
 
 use crate::linalg::dense::{
     identity, is_finite, positive_part, relative_difference, solve, spectral_radius,

@@ -56,11 +56,8 @@ pub(crate) fn stable_fit(
     Some(at(high))
 }
 
-/// The largest spectral radius that a model of so many samples gets: the time constant of its slowest
-/// mode is a tenth of the record.
-///
-/// The input hardly excites a slower one, and its initial state fits whatever drifts: such a mode is no
-/// dynamics but a trend, with which a simulation of other data goes astray.
+/// The largest spectral radius of a model of so many samples: the time constant of its slowest mode
+/// is a tenth of the record, as a slower one is no dynamics but a trend.
 #[must_use]
 pub fn largest_radius(samples: usize) -> f64 {
     const TIME_CONSTANTS: f64 = 10.0;

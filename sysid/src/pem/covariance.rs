@@ -23,10 +23,8 @@ use crate::pem::uncertain::Uncertain;
 use crate::pem::{Focus, moving_inputs};
 use faer::Mat;
 
-/// The estimate with its covariance: `innovation` as it came from the refinement with `focus`
-/// on `data`, with the initial states `x0s`.
-///
-/// Where `innovation.gain` is zero with the simulation focus, K is taken as chosen, not estimated.
+/// The covariance of `innovation` as refined with `focus` on `data`, with the initial states `x0s`.
+/// A gain of zero with the simulation focus is taken as chosen, not estimated.
 ///
 /// # Errors
 /// [`Error::NoModel`] where the data do not determine the parameters, [`Error::Numerical`] where a

@@ -13,10 +13,9 @@ use crate::pem::search::{
 };
 use faer::{Mat, MatRef};
 
-/// Refines the Kalman gain `k` of a fixed model by its one-step prediction errors, from the
-/// segments' states `x0`; A − K C stays stable. Returns the gain that was reached.
-///
-/// With the innovation e, `∂ŷ/∂K_kj` is state k of `w⁺ = (A − K C)ᵀ w + c_iᵀ e_j` for output i.
+/// Refines the Kalman gain `k` of a fixed model by its one-step prediction errors from the states
+/// `x0`; A − K C stays stable. `∂ŷ/∂K_kj` is state k of `w⁺ = (A − K C)ᵀ w + c_iᵀ e_j` for output
+/// i.
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.

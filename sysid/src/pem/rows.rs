@@ -1,16 +1,10 @@
-//! Derivatives of the simulated output along the local coordinates, sample by sample.
+//! Derivatives of the simulated output of `x⁺ = A x + B v`, `ŷ = C x + D v` along the local
+//! coordinates, sample by sample, by 1 + ny² + ny(nu + 1) filters of order n:
 //!
-//! With `x⁺ = A x + B v`, `ŷ = C x + D v` and the move `dA = X Vᵀ, dC = Y Vᵀ, dB = W`,
-//!
-//! - `∂ŷ_i/∂W_kl` is state k of `w⁺ = Aᵀw + c_iᵀ v_l`, since `C(zI − A)⁻¹e_k` is the k-th entry of
-//!   `(zI − Aᵀ)⁻¹Cᵀ`;
-//! - `∂ŷ_i/∂V_kj = g_ij(z) x_k` with the scalar filter `g_ij = Y_ij + c_i(zI − A)⁻¹X_j`. Scalar
-//!   filters commute, so this is state k of the model itself, driven by the inputs
+//! - `∂ŷ_i/∂W_kl` is state k of `w⁺ = Aᵀw + c_iᵀ v_l`;
+//! - `∂ŷ_i/∂V_kj = g_ij(z) x_k`, `g_ij = Y_ij + c_i(zI − A)⁻¹X_j`, is state k of the model itself, driven by
 //!   `s_l = g_ij(z) v_l = Y_ij v_l + X_jᵀ w_il` and started by the impulse response of g_ij times x(0);
 //! - `∂ŷ_i/∂x(0)` is `f⁺ = Aᵀf` from `f = c_iᵀ`.
-//!
-//! So all derivatives take 1 + ny² + ny(nu + 1) filters of order n, instead of the n(n + nu) states
-//! that the entries of A and B would need.
 
 use crate::data::Segment;
 use crate::linalg::columns::Columns;

@@ -20,9 +20,8 @@ const MOST_REFUSED: usize = 1000;
 pub struct Uncertain {
     /// The estimate.
     pub innovation: Innovation,
-    /// Moves of the entries of A, B, C, D, K, each row by row, one column for each independent
-    /// standard normal number: the covariance is `factor · factorᵀ`. Moves that only change the
-    /// basis of the state are left out.
+    /// Moves of the entries of A, B, C, D, K, each row by row, one column for each standard normal
+    /// number: the covariance is `factor · factorᵀ`, without changes of basis.
     pub factor: Mat<f64>,
     /// Whose errors the estimate made small.
     pub focus: Focus,
@@ -82,9 +81,8 @@ impl Uncertain {
         }
     }
 
-    /// The eigenvalues of A; the derivative of λ_i along dA is row i of U⁻¹dA U for the eigenvectors
-    /// U. Multiple poles have none, and those that may meet keep theirs over a small part of the distribution
-    /// only: their variances are those of models that are drawn.
+    /// The eigenvalues of A; λ_i moves by (U⁻¹dA U)_ii for the eigenvectors U. The variances of
+    /// multiple poles, and of those that may meet, are those of models that are drawn.
     ///
     /// # Errors
     /// [`Error::Numerical`] where the eigenvectors cannot be had.
@@ -166,12 +164,9 @@ impl Uncertain {
         Ok(())
     }
 
-    /// `count` models from N(estimate, covariance), to first order: nominal + factor·ξ with ξ standard
-    /// normal. The same seed returns the same models.
-    ///
-    /// A draw whose A (or A − KC, where K is not zero) is not stable is drawn again, so the
-    /// distribution is that of the stable models: a system that was driven for minutes is known to be
-    /// one.
+    /// `count` models from N(estimate, covariance), to first order, by a seed. A draw whose A (or A
+    /// − KC, where K is not zero) is not stable is drawn again: a system that was driven for
+    /// minutes is known to be stable.
     ///
     /// # Errors
     /// [`Error::NoModel`] where next to no draw is stable.

@@ -1,8 +1,6 @@
-//! Initial estimates from closed-loop data: predictor-based models of every order.
-//!
-//! The predictor-based methods ([`closed_loop`](crate::subspace::closed_loop)) are right under feedback where the
-//! open-loop ones are not. A and C are theirs; B, D and the initial states make the simulation of the
-//! two-stage [input estimate](crate::selection::two_stage) best, by which all models are compared and refined.
+//! Initial estimates from closed-loop data: A and C of the [predictor-based
+//! methods](crate::subspace::closed_loop); B, D and the initial states make the simulation of the
+//! [two-stage input](crate::selection::two_stage) best.
 
 use crate::Error;
 use crate::data::DataSet;

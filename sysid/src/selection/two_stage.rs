@@ -1,15 +1,11 @@
-//! What of the input owes nothing to the noise: identification under feedback by two stages (P. M.
-//! J. Van den Hof and R. J. P. Schrama, Automatica 29, 1993; with estimated innovations: S. J. Qin,
-//! L. Ljung, IFAC SYSID 2003).
+//! What of the input owes nothing to the noise: identification under feedback by two stages (Van
+//! den Hof and Schrama, Automatica 29, 1993; Qin and Ljung, IFAC SYSID 2003;
+//! docs/methods/refinement.md).
 //!
-//! With e the innovations of a VARX model ([`Predictor`]), which is consistent in a loop, u_r of
-//! `u(t) = Σ_{k=1..L} Q_k e(t−k) + u_r(t)` by least squares is the input that the loop would have
-//! without noise, and `y = G u_r + (G Q + H) e` is open-loop data: the simulation error for u_r
-//! needs no right noise model.
-//!
-//! The input of the same sample is among the regressors of the VARX model: a direct gain that the
-//! model left out would make the unpredicted part of the input look like innovations. Samples whose
-//! past is not known, the first of each segment, keep their input.
+//! With e the innovations of a VARX model ([`Predictor`]), u_r of `u(t) = Σ_{k=1..L} Q_k e(t−k) +
+//! u_r(t)` by least squares is the input that the loop would have without noise. The input of the
+//! same sample is among the regressors of the VARX model, or its direct gain would make u_r look
+//! like innovations. The first samples of each segment keep their input.
 
 use crate::Error;
 use crate::data::{DataSet, Segment, Signals};

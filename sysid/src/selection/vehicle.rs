@@ -1,8 +1,6 @@
-//! Prior knowledge of a vehicle's dynamics.
-//!
-//! Lateral velocity and yaw rate are two states with a natural frequency of 0.5 to 4 Hz. Where the steering
-//! excites little above that, a subspace estimate may spend a state on noise near the Nyquist frequency, from
-//! where no refinement finds back. So the refinement of order 2 begins from poles of a vehicle too.
+//! Prior knowledge of a vehicle's dynamics: two states with a natural frequency of 0.5 to 4 Hz. A
+//! subspace estimate may spend one on noise near the Nyquist frequency, from where no refinement
+//! finds back.
 
 use crate::data::DataSet;
 use crate::model::conversion::exponential;

@@ -1,15 +1,8 @@
-//! Displacement segments between fixes: by how much fixes and gyro differ in their direction, and how
-//! each term of the sideslip contributes to it.
-//!
-//! With the lateral velocity v·β next to the forward speed v, a displacement is `D + S·E_S + Q·E_Q +
-//! C·E_C` but for where it starts and turns to: D by gyro and speed alone, and with n the direction to
-//! the left
-//!
-//! ```text
-//! E_S = ∫ v·r·n dt,   E_Q = ∫ v·r·a²·n dt,   E_C = ∫ v·ṙ·n dt,   a = v·r, at most g
-//! ```
-//!
-//! so a term turns it by the part of its E across D, over the length of D, to first order.
+//! Displacement segments between fixes: by how much fixes and gyro differ in their direction, and
+//! how each term of the sideslip contributes to it. A displacement is `D + S·E_S + Q·E_Q + C·E_C`
+//! but for where it starts and turns to, D by gyro and speed alone, `E_S = ∫ v·r·n dt, E_Q = ∫
+//! v·r·a²·n dt, E_C = ∫ v·ṙ·n dt, a = v·r` (at most g), n the direction to the left: a term turns
+//! it by the part of its E across D, over the length of D, to first order.
 
 /// Terms of the sideslip, by their places: S, Q and C.
 pub(super) const TERMS: usize = 3;

@@ -23,14 +23,10 @@ pub(crate) enum State {
 
 /// The windows of the samples so far, as sums or as an R factor.
 ///
-/// The samples that are pushed continue a segment until [`end_segment`](Self::end_segment); no window
-/// reaches over its end. The state is the same however a segment is cut into chunks, to the last bit.
-/// Where one log is shared out, each part needs the last 2·horizon − 1 samples of the part before, as
-/// every window is then in one part.
-///
-/// No R factor follows from sums of ill-conditioned data, so there [`factor`](Self::factor) returns an
-/// error and the data are accumulated again with [`Decomposition::Qr`], which is what [`Factor::new`]
-/// does.
+/// Samples continue a segment until [`end_segment`](Self::end_segment); no window reaches over its
+/// end. The state is the same however a segment is cut into chunks, to the last bit. Where one log
+/// is shared out, each part needs the last 2·horizon − 1 samples of the part before. From sums of
+/// ill-conditioned data [`factor`](Self::factor) returns an error.
 #[derive(Debug, Clone)]
 pub struct Accumulator {
     pub(crate) horizon: usize,
@@ -157,9 +153,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Ends the segment: the next samples are no continuation of those before.
-    ///
-    /// A segment shorter than a window of 2·horizon samples has no information, and is left out.
+    /// Ends the segment; one shorter than a window of 2·horizon samples has no information.
     pub fn end_segment(&mut self) {
         let edge = 2 * self.horizon - 1;
         if self.filled > edge {
@@ -301,10 +295,9 @@ fn copy(row: faer::RowRef<'_, f64>, to: &mut [f64], shift: f64) -> Option<usize>
 impl Factor {
     /// Factors the data with `horizon` block rows.
     ///
-    /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
-    /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
-    /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
-    /// the factor's horizon is shorter than was requested: see [`Conditioning`](crate::subspace::Conditioning).
+    /// Where the data are too ill-conditioned for the Gram matrix a QR factorisation takes a second
+    /// pass; memory does not grow with N. Where the input does not excite 2·horizon samples, the
+    /// horizon is shorter: see [`Conditioning`](crate::subspace::Conditioning).
     ///
     /// # Errors
     /// - [`Error::TooFewSamples`] where there are fewer columns than rows.

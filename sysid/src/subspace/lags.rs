@@ -1,8 +1,6 @@
-//! Sums of lagged products Σ_t a(t)·b(t+k) of a block of samples: the one loop that is as long as the
-//! log, so it is written in the widest vectors the processor has (chosen at run time by `pulp`).
-//!
-//! Vectors run over lags: b(t+k), k = 0, 1, … lie side by side in memory, and one load serves two
-//! channels a. A group of accumulators that fits the registers stays in them for the whole block.
+//! Sums of lagged products Σ_t a(t)·b(t+k) of a block of samples: the one loop that is as long as
+//! the log, in the widest vectors the processor has (chosen at run time by `pulp`), which run over
+//! lags. A group of accumulators stays in the registers.
 
 use pulp::{Arch, Simd, WithSimd};
 

@@ -90,13 +90,11 @@ impl Projections {
     }
 }
 
-/// Eq 12: A, B, C, D by least squares between the state sequences X̂_i = Γ_i⁺ O_i and
-/// X̂_{i+1} = Γ_{i−1}⁺ O_{i+1}. Without feedthrough D is left out of the second row's regression, so
-/// that C is the best one given D = 0.
+/// Eq 12: A, B, C, D by least squares between the state sequences X̂_i = Γ_i⁺ O_i and X̂_{i+1} =
+/// Γ_{i−1}⁺ O_{i+1}; C is the best one given D = 0 without feedthrough.
 ///
-/// With coloured inputs its B and D are biased (the oblique projection's states start from
-/// different initial states); [`structured_bd`](crate::subspace::structured_bd) and
-/// [`refit_output`](crate::subspace::refit_output) are not.
+/// With coloured inputs its B and D are biased; [`structured_bd`](crate::subspace::structured_bd)
+/// and [`refit_output`](crate::subspace::refit_output) are not.
 ///
 /// # Errors
 /// As [`shift_realization`].

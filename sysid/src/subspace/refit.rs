@@ -23,11 +23,9 @@ pub struct Refit {
     pub squares: f64,
 }
 
-/// B, D, the initial states and, where requested, a constant on each output that make the *simulated*
-/// output of (A, C) fit the data best, by linear least squares. A must be stable.
-///
-/// The response of output i to column j of B is the state of the transposed system driven by input
-/// j, `z⁺ = Aᵀ z + c_iᵀ u_j`, since C(zI−A)⁻¹B = Bᵀ(zI−Aᵀ)⁻¹Cᵀ.
+/// B, D, the initial states and, where requested, a constant on each output that make the
+/// *simulated* output of a stable (A, C) fit best, by linear least squares: output i answers to
+/// column j of B by the state of `z⁺ = Aᵀ z + c_iᵀ u_j`.
 ///
 /// # Errors
 /// [`Error::Numerical`] where the regressors are not finite.

@@ -6,13 +6,10 @@ use crate::model::StateSpace;
 use crate::subspace::{Factor, Subspace};
 use faer::{Mat, MatRef};
 
-/// B and D for given A, C by the unbiased least-squares problem of N4SID (Van Overschee and
-/// De Moor 1996, figure 4.8): with Z the orthogonal projections of the future outputs,
-/// `[Γ_{i−1}⁺ Z_{i+1}; Y_i] − [A; C] Γ_i⁺ Z_i = 𝒦(B, D) U_f`, 𝒦 linear in B and D. Γ is the
-/// subspace's own, of which A and C are the shift realization; with [`Weighting::Moesp`] this is
-/// SLICOT's combined method.
-///
-/// [`Weighting::Moesp`]: crate::subspace::Weighting::Moesp
+/// B and D for given A, C by the unbiased problem of N4SID (Van Overschee and De Moor 1996, figure
+/// 4.8): `[Γ_{i−1}⁺ Z_{i+1}; Y_i] − [A; C] Γ_i⁺ Z_i = 𝒦(B, D) U_f`, 𝒦 linear in B and D, Z the
+/// projections of the future outputs, Γ the subspace's own. With
+/// [`crate::subspace::Weighting::Moesp`] this is SLICOT's combined method.
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.

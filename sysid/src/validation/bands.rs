@@ -1,12 +1,6 @@
-//! Where in frequency the log is informative: excitation by bands, and persistency of excitation.
-//!
-//! Within a band the gain is estimated from all its frequencies together, weighted by the input's
-//! power; with noise of density S_v its standard error is
-//!
-//! `σ² = Σ S_u S_v / (Σ S_u)² · κ/(2 n_d)`,
-//!
-//! κ, up to 1.94, for the neighbouring frequencies that von Hann's window [couples](coupling). n_d grows with the
-//! time recorded, so σ falls with its square root as long as the drive stays alike.
+//! Where in frequency the log is informative: excitation by bands, and persistency of excitation. A
+//! band's gain has the standard error `σ² = Σ S_u S_v / (Σ S_u)² · κ/(2 n_d)` with noise of density
+//! S_v, κ, up to 1.94, for the neighbouring frequencies that von Hann's window [couples](coupling).
 
 use crate::linalg::dense::svd;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};

@@ -1,13 +1,8 @@
-//! Auto- and cross-correlation of residuals with their confidence bands, and the tests over all lags.
-//!
-//! Covariances are the biased ones, R(k) = Σ e(t) e(t+k)/N over all segments, each pair within one
-//! segment. The cross-covariance of residuals and input at one lag scatters, where they are
-//! unrelated, with variance P(0)/N, and at two lags i, j with covariance P(i − j)/N, where
-//!
-//! `P(m) = Σ_k w(k) R_e(k) R_u(k + m)`
-//!
-//! (Bartlett's formula; Ljung 1999, eq 16.74). Residuals need not be white for that; w is Parzen's
-//! lag window, which keeps P positive.
+//! Auto- and cross-correlation of residuals with their confidence bands, and the tests over all
+//! lags. Covariances are the biased ones, R(k) = Σ e(t) e(t+k)/N. The cross-covariance of unrelated
+//! residuals and input at two lags i, j scatters with covariance P(i − j)/N, `P(m) = Σ_k w(k)
+//! R_e(k) R_u(k + m)` (Bartlett; Ljung 1999, eq 16.74), w Parzen's lag window, which keeps P
+//! positive.
 
 use crate::data::statistics::{Z99, Z995, chi_squared_quantile};
 use crate::linalg::dense::{column, dot, solve};

@@ -1,11 +1,6 @@
-//! Whether sign, gain and zeros of a model can be those of a road vehicle.
-//!
-//! At low frequency a vehicle with front steering yaws by `r = v δ/(l + K v²)`, l its wheelbase and K
-//! its understeer gradient (Gillespie, *Fundamentals of Vehicle Dynamics*, 1992, chapter 6), so that
-//!
-//! `l_e = v δ/r = l (1 + (v/v_ch)²)`
-//!
-//! is a length: the wheelbase, lengthened by understeer, shortened by oversteer. It is taken at [`LOW_HZ`].
+//! Whether sign, gain and zeros of a model can be those of a road vehicle. At low frequency,
+//! [`LOW_HZ`], `l_e = v δ/r = l (1 + (v/v_ch)²)` is a length: the wheelbase, lengthened by
+//! understeer (Gillespie, *Fundamentals of Vehicle Dynamics*, 1992, chapter 6).
 
 use crate::validation::modelled::{LOW_HZ, bandwidth_hz};
 use crate::validation::regression::Pair;

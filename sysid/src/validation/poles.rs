@@ -1,11 +1,6 @@
-//! Poles and transmission zeros, with natural frequency and damping.
-//!
-//! Transmission zeros are the finite generalised eigenvalues of the system pencil
-//!
-//! `P − z E`, P = [A B; C D], E = [I 0; 0 0],
-//!
-//! found by shift and invert: with σ no zero, μ is an eigenvalue of (P − σE)⁻¹E and z = σ + 1/μ, so
-//! that the zeros at infinity are those of μ = 0 and need no division.
+//! Poles and transmission zeros, with natural frequency and damping. Zeros are the finite
+//! generalised eigenvalues of the system pencil `P − z E`, P = [A B; C D], E = [I 0; 0 0], by shift
+//! and invert: with μ an eigenvalue of (P − σE)⁻¹E, z = σ + 1/μ.
 
 use crate::linalg::dense::{eigenvalues, solve};
 use crate::model::StateSpace;

@@ -1,10 +1,7 @@
-//! The measured frequency response, with the model's.
-//!
-//! Windows of finite length smear a response that changes within their resolution or a rhythm that
-//! changes within their time. The model's own simulation from the same input shows by how much: its
-//! estimate minus its true response is the smear, which is taken off the measured one. What is
-//! compared is thus H1 from the input to the simulation's error (a model of the model's error: Ljung
-//! 1999, section 16.6), against the confidence disk of the measured response.
+//! The measured frequency response, with the model's. The model's own simulation from the same
+//! input shows what windows of finite length smear, which is taken off the measured response: H1
+//! from the input to the simulation's error (Ljung 1999, section 16.6) is compared against the
+//! confidence disk of the measured response.
 
 use crate::validation::model_error::band_errors;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};

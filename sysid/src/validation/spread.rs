@@ -1,8 +1,5 @@
-//! How uncertain poles and zeros are: the delta method, with derivatives along the columns of the
-//! estimate's covariance factor by central differences.
-//!
-//! A step of a thousandth of a standard deviation is small against every curvature that a first-order
-//! statement can bear, and large against the rounding of eigenvalues.
+//! How uncertain poles and zeros are: the delta method, with central differences of a thousandth of
+//! a standard deviation along the columns of the estimate's covariance factor.
 
 use crate::model::StateSpace;
 use crate::validation::modelled::rounded;

@@ -26,9 +26,8 @@ pub struct Validated {
     pub first_validation_sample: usize,
 }
 
-/// Validates a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means,
-/// output offset and estimated initial states as in [`identify`](crate::identify), the same hold of the
-/// input.
+/// Validates a model from steering angle (rad) to yaw rate (rad/s) on a drive, prepared as in
+/// [`identify`](crate::identify).
 ///
 /// # Errors
 /// As [`identify`](crate::identify) for a drive that is too short or does not move, and

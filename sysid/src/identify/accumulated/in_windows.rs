@@ -1,9 +1,7 @@
-//! The R factor of accumulated drives, as the [search](crate::selection::search) uses it.
-//!
-//! The open-loop methods' models are refined by simulation errors on the factor's
-//! [windows](crate::identify::accumulated::windows), those of the predictor-based methods, where the
-//! test finds feedback, by [prediction](crate::identify::accumulated::prediction) errors, which it does
-//! not bias.
+//! The R factor of accumulated drives, as the [search](crate::selection::search) uses it: models of
+//! open-loop methods are refined by simulation errors on its
+//! [windows](crate::identify::accumulated::windows), under feedback by
+//! [prediction](crate::identify::accumulated::prediction) errors, which it does not bias.
 
 use crate::Error;
 use crate::identify::accumulated::prediction::PlantAndNoise;

@@ -1,9 +1,6 @@
-//! Least squares on lagged signals from lag sums: cost N·L, not N·L².
-//!
-//! With z(t) the signals at t and G_(i,a)(j,b) = Σ z_a(t−i) z_b(t−j) over t = L … N−1, one step down
-//! the diagonal only exchanges the first term for the last:
-//! `G_(i,a)(j,b) = G_(i−1,a)(j−1,b) + z_a(L−i) z_b(L−j) − z_a(N−i) z_b(N−j)`.
-//! So the whole matrix follows exactly from the lag sums of the first block row (covariance method).
+//! Least squares on lagged signals from lag sums: cost N·L, not N·L². With G_(i,a)(j,b) = Σ
+//! z_a(t−i) z_b(t−j), `G_(i,a)(j,b) = G_(i−1,a)(j−1,b) + z_a(L−i) z_b(L−j) − z_a(N−i) z_b(N−j)`
+//! follows from the first block row (covariance method).
 
 use crate::Error;
 use crate::data::DataSet;

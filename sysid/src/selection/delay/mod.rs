@@ -44,13 +44,9 @@ pub struct Delay {
     pub seconds: f64,
     /// Delay of the best model that has one, s.
     pub estimate_s: f64,
-    /// Its standard error, s: from the curvature of the squared error, what the model leaves
-    /// unexplained and how the models of other orders differ, or from what an actuator's lag can
-    /// replace, whichever is larger; infinite where the data do not determine it to half a second. The
-    /// sum of delay and lags is more certain.
+    /// Its standard error, s, from noise and the spread over orders, or from what an actuator's lag
+    /// can replace; infinite where the data do not determine it to half a second.
     pub standard_error_s: f64,
-    /// Order of that model.
-    pub order: usize,
     /// Order of the best model without a delay.
     pub order_without: usize,
     /// Fastest time constant of the best model without a delay, s: the lag that can replace the delay.
@@ -113,7 +109,6 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
         seconds: if is_taken { estimate_s } else { 0.0 },
         estimate_s,
         standard_error_s: if is_known { standard_error_s } else { f64::INFINITY },
-        order: best.order(),
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
         evidence,

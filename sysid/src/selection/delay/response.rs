@@ -1,10 +1,7 @@
-//! Impulse responses of a delayed continuous model under a held input.
-//!
-//! `ẋ = F x + G u(t − τ)`, `y = H x` in observer form, time in samples, u held over each. With the
-//! whole samples d and the fraction f of τ, Ψ(t) = ∫₀ᵗ e^{Fs} ds, the response to a unit pulse is
-//! exactly (modified z-transform)
-//! `g_{d+1} = H Ψ(1−f) G`, `g_{d+2+m} = H e^{Fm} e^{F(1−f)} Ψ(1) G`, and zero before.
-//! G enters linearly: a basis of n columns spans the responses of all models with the poles of F.
+//! Impulse responses of a delayed continuous model under a held input: `ẋ = F x + G u(t − τ)`, `y =
+//! H x` in observer form, time in samples. With the whole samples d and the fraction f of τ, Ψ(t) =
+//! ∫₀ᵗ e^{Fs} ds, `g_{d+1} = H Ψ(1−f) G`, `g_{d+2+m} = H e^{Fm} e^{F(1−f)} Ψ(1) G`, and zero
+//! before. A basis of n columns of G spans the responses of all models with the poles of F.
 
 pub(super) const MOST: usize = 5;
 /// The largest order, with an additional lag.

@@ -34,9 +34,8 @@ pub struct Feedback {
     pub detected: bool,
 }
 
-/// Tests a data set for feedback over `ahead_s` seconds (a driver's delay and reaction: 1 s), with
-/// the VARX order of Akaike's criterion among those that last at most `memory_s` (2 s does for a car).
-/// Both lengths are cut to what the number of samples allows.
+/// Tests for feedback over `ahead_s` (a driver's reaction: 1 s), with the VARX order of least AIC
+/// within `memory_s` (2 s does for a car), both cut to what the number of samples allows.
 ///
 /// # Errors
 /// [`Error::TooFewSamples`] for less than about 20 samples for each channel, and as
@@ -63,10 +62,8 @@ pub(crate) fn feedback_lags(
     (past, ahead)
 }
 
-/// The test on a factor of `past + ahead + 1` lags or more: `past` is the largest VARX order that
-/// Akaike's criterion may take, `ahead` the number of future inputs.
-///
-/// Data with next to no noise, whose feedback biases no model, have a statistic of 0.
+/// The test on a factor of `past + ahead + 1` lags or more: `past` bounds the VARX order, `ahead`
+/// is the number of future inputs. Data with next to no noise have a statistic of 0.
 ///
 /// # Errors
 /// [`Error::OrderAboveHorizon`] where the factor is too short, [`Error::Option`] where one of the

@@ -73,14 +73,8 @@ impl Predictor {
 }
 
 /// The past horizon for a factor: the order of the VARX model of least AIC, `N ln det Σ_p +
-/// 2·p·ny·(nu + ny)`, among 1 to `most`, all on the same samples.
-///
-/// All orders follow from one R factor: with the regressors from the latest to the earliest sample, the
-/// residual of order p is what the rows after the first p blocks hold.
-///
-/// Akaike's order p balances bias and variance of the prediction; where the bias is to vanish in the
-/// variance, take a multiple: D. Bauer (*Asymptotic properties of subspace estimators*, Automatica
-/// 41, 2005) uses 2p.
+/// 2·p·ny·(nu + ny)`, among 1 to `most`, all from one R factor on the same samples. Where the bias
+/// is to vanish in the variance, take a multiple: D. Bauer (Automatica 41, 2005) uses 2p.
 ///
 /// # Errors
 /// As [`decompose`](crate::subspace::closed_loop::decompose), for `most + 1` lags.

@@ -1,8 +1,6 @@
-//! The R factor of the data in order of time, read as data.
-//!
-//! With W the matrix of all windows of L samples, a row for each window and columns u(0), y(0),
-//! u(1), …, y(L−1), and W = Q R, inner products of columns of W are those of R: least squares and
-//! projections among the lags of the signals are done on R, whose size is that of a window.
+//! The R factor of the data in order of time, read as data: inner products of the columns u(0),
+//! y(0), u(1), …, y(L−1) of all windows are those of R, so that least squares and projections among
+//! the lags are done on R.
 
 use crate::Error;
 use crate::linalg::dense::is_finite;
