@@ -119,7 +119,7 @@ fn balanced(model: &StateSpace) -> Option<StateSpace> {
     let cc = model.c.transpose() * &model.c;
     let l = root(gramian(model.a.as_ref(), bb)?.as_ref())?;
     let m = root(gramian(model.a.transpose(), cc)?.as_ref())?;
-    let f = (m.transpose() * &l).thin_svd().ok()?;
+    let f = (m.transpose() * &l).as_ref().thin_svd().ok()?;
     let (u, v, s) = (f.U(), f.V(), f.S().column_vector());
     let n = (0..s.nrows()).take_while(|i| s[*i] > 1e-12 * s[0]).count();
     let right = Mat::from_fn(v.nrows(), n, |i, j| v[(i, j)] / s[j].sqrt());
