@@ -133,7 +133,6 @@ impl Known<'_> {
         all
     }
 
-    /// Whether the delay that was estimated is one.
     pub(super) fn has_delay(&self) -> bool {
         let d = &self.with_delay;
         d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s)

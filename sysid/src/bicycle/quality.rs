@@ -81,7 +81,6 @@ impl Known<'_> {
         Quality::new(summary, reasons, advice)
     }
 
-    /// What no road vehicle has, each with the likely cause.
     fn implausible(&self, e: &BicycleEvidence) -> Vec<(Reason, String)> {
         implausible(&Response {
             at: &self.response(e.speed.mean_mps),

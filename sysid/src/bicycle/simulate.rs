@@ -42,7 +42,6 @@ const LARGEST_NORM: f64 = 0.25;
 /// Time constants after which a wheel has forgotten where it was.
 const LASTING: f64 = 40.0;
 
-/// The exact transition over some time.
 struct Transition<S> {
     lateral: [S; 4],
     /// (v_y, r) by the initial δ and by the commanded one.
@@ -111,7 +110,6 @@ impl<S: Scalar> Transition<S> {
         t
     }
 
-    /// The transition over double the time.
     fn twice(&self) -> Self {
         let e = &self.lateral;
         let rest = S::constant(1.0) - self.wheel;

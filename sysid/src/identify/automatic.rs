@@ -127,7 +127,6 @@ pub fn automatic(
     })
 }
 
-/// What brings signals to zero mean and unit spread.
 struct Units {
     input: Unit,
     output: Unit,

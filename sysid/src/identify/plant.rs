@@ -103,7 +103,6 @@ pub(crate) struct Outcome<'a> {
     pub(crate) sample_time_s: f64,
     pub(crate) model: &'a StateSpace,
     pub(crate) continuous: Option<&'a ContinuousModel>,
-    /// K, per rad/s.
     pub(crate) gain: &'a [f64],
     pub(crate) x0: &'a [f64],
     /// Means of input and output that the model is about, and the units that it was estimated in.
@@ -111,7 +110,6 @@ pub(crate) struct Outcome<'a> {
     pub(crate) scales: [f64; 2],
     /// Mean and standard deviation of the speed, m/s; zeros without a channel of it.
     pub(crate) speed: (f64, f64),
-    /// Steering angle, rad; none of what is not kept.
     pub(crate) steering: &'a [f64],
     /// Length without what was left out, s.
     pub(crate) seconds: f64,
@@ -124,7 +122,6 @@ pub(crate) struct Outcome<'a> {
 }
 
 impl Outcome<'_> {
-    /// Factor from the model's input to the angle at the road wheel, rad.
     pub(crate) fn to_road_wheel(&self) -> f64 {
         let per_input = match self.input_kind {
             InputKind::Steering => 1.0,

@@ -19,17 +19,14 @@ impl Columns {
         self.height
     }
 
-    /// out = self · x.
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Nothing, out);
     }
 
-    /// out = self · x + factor · column.
     pub(crate) fn product_and(&self, x: &[f64], factor: f64, column: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Column(factor, column), out);
     }
 
-    /// out += self · x.
     pub(crate) fn add_product(&self, x: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Out, out);
     }

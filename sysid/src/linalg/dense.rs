@@ -89,7 +89,6 @@ pub(crate) fn vcat(parts: &[MatRef<'_, f64>]) -> Mat<f64> {
     out
 }
 
-/// Eigenvalues as (real, imaginary).
 pub(crate) fn eigenvalues(m: MatRef<'_, f64>) -> Result<Vec<(f64, f64)>, Error> {
     if !is_finite(m) {
         return Err(Error::Numerical { what: "eigenvalues of a matrix that is not finite" });
@@ -125,7 +124,6 @@ pub(crate) fn column(values: &[f64]) -> Mat<f64> {
     Mat::from_fn(values.len(), 1, |i, _| values[i])
 }
 
-/// ‖a − b‖/‖b‖ in the Frobenius norm.
 pub(crate) fn relative_difference(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let norm = b.norm_l2();
     (a - b).norm_l2() / if norm > 0.0 { norm } else { 1.0 }

@@ -17,7 +17,6 @@ pub(crate) struct Elimination {
 
 pub(crate) struct Solution {
     pub(crate) shared: Vec<f64>,
-    /// Of each segment.
     pub(crate) own: Vec<Vec<f64>>,
     /// Sum of squares that is left of the targets.
     pub(crate) squares: f64,

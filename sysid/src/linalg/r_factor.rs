@@ -19,7 +19,6 @@ const GROUP: usize = 4;
 #[derive(Debug, Clone)]
 pub(crate) struct RFactor {
     columns: usize,
-    /// Row by row.
     r: Vec<f64>,
     /// Rows gathered since, column by column.
     block: Vec<f64>,
@@ -60,7 +59,6 @@ impl RFactor {
         self.gathered = 0;
     }
 
-    /// The R factor of all rows, square.
     pub(crate) fn finish(mut self) -> Mat<f64> {
         self.reduce();
         let columns = self.columns;

@@ -19,9 +19,7 @@ const LARGEST_RADIUS: f64 = 0.999_999;
 #[derive(Debug, Clone)]
 pub(crate) struct Coordinates {
     pub(super) model: StateSpace,
-    /// X, n by ny.
     pub(super) x: Mat<f64>,
-    /// Y, ny by ny.
     pub(super) y: Mat<f64>,
     /// The state there is `basis · x` of the state that was given.
     pub(super) basis: Mat<f64>,
@@ -88,7 +86,6 @@ impl Coordinates {
         }
     }
 
-    /// The model moved by `step`, still in the basis of these coordinates.
     pub(crate) fn moved(&self, step: &[f64]) -> StateSpace {
         let delta = self.direction(step);
         StateSpace {
@@ -137,7 +134,6 @@ fn output_normal(model: &StateSpace, weight: &Mat<f64>) -> Result<Mat<f64>, Erro
     }
 }
 
-/// The model whose state is `l · x`.
 pub(super) fn in_basis(model: &StateSpace, l: MatRef<'_, f64>) -> StateSpace {
     let over = |m: MatRef<'_, f64>| solve(l.transpose(), m.transpose()).transpose().to_owned();
     StateSpace {

@@ -128,7 +128,6 @@ impl Local {
         Ok(Self { coordinates, x0s, drive, weight, linear, r, inflation })
     }
 
-    /// R⁻¹, scaled by the lost degrees of freedom.
     fn inverse(&self) -> Result<Mat<f64>, Error> {
         const WORST: f64 = 1e-11;
         let q = self.r.ncols();
@@ -226,7 +225,6 @@ fn back(coordinates: &Coordinates, step: &[f64]) -> Move {
     in_basis(&coordinates.direction(step), inverse(coordinates.basis.as_ref()).as_ref())
 }
 
-/// The moves of (A, B, C, D) with what K does, and K's own.
 fn with_gain(
     innovation: &Innovation,
     x0s: &[Vec<f64>],
@@ -324,7 +322,6 @@ fn change_of_basis(model: &StateSpace, row: usize, col: usize) -> Move {
     }
 }
 
-/// Entries of A, B, C, D, each row by row.
 fn flat(delta: &Move) -> Vec<f64> {
     [&delta.a, &delta.b, &delta.c, &delta.d]
         .into_iter()

@@ -22,7 +22,6 @@ use std::ops::Range;
 pub(crate) struct Neighbours<'a> {
     /// Estimates from the data less one block of time each.
     pub(crate) replicas: &'a [StateSpace],
-    /// Models that the data allow, with their weights.
     pub(crate) rivals: &'a [(f64, StateSpace)],
     /// Where responses are compared, rad per sample.
     pub(crate) omegas: &'a [f64],

@@ -11,7 +11,6 @@ use faer::{Mat, Side};
 
 const ORDERS: [usize; 12] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48];
 
-/// Sums of products of a signal with its own past.
 pub(super) struct Autocovariance {
     channels: usize,
     lags: usize,
@@ -23,7 +22,6 @@ pub(super) struct Autocovariance {
 }
 
 impl Autocovariance {
-    /// For about `samples` samples of `channels` signals.
     pub(super) fn new(channels: usize, samples: usize) -> Self {
         let lags = (samples / (10 * channels)).min(ORDERS[ORDERS.len() - 1]);
         Self {
@@ -57,7 +55,6 @@ impl Autocovariance {
         self.count += 1;
     }
 
-    /// The autoregression of the reversed signal.
     pub(super) fn reversed(&self) -> Result<Autoregression, Error> {
         let p = self.channels;
         let scale = 1.0 / self.count.max(1) as f64;

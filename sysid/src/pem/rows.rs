@@ -21,7 +21,6 @@ pub(super) enum Drive {
 }
 
 impl Drive {
-    /// Number of inputs of the driven model.
     pub(super) fn width(self, inputs: usize, outputs: usize) -> usize {
         match self {
             Self::Inputs => inputs,
@@ -29,7 +28,6 @@ impl Drive {
         }
     }
 
-    /// The driving signals of sample t.
     pub(super) fn fill(self, segment: &Segment, t: usize, v: &mut [f64]) {
         let m = segment.u.nrows();
         for (l, value) in v.iter_mut().enumerate() {
@@ -50,7 +48,6 @@ pub(super) struct Sensitivities<'a> {
     d: Vec<f64>,
     x_perp: Vec<f64>,
     x0: &'a [f64],
-    /// Constants on the outputs, where they are free.
     offsets: Option<&'a [f64]>,
     v: Vec<f64>,
     /// n: state; ny² by n: states behind V, ordered (i, j); ny·nv by n: adjoint states, ordered

@@ -33,7 +33,6 @@ pub(crate) struct Point {
     pub(crate) offsets: Option<Vec<f64>>,
 }
 
-/// The least-squares problem of one step.
 pub(super) struct Linearised {
     /// R of the weighted derivatives by the free offsets and along the local coordinates with the
     /// initial states eliminated, square, and last the errors' column.

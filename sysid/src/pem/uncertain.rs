@@ -45,7 +45,6 @@ pub struct ResponseEstimate {
 }
 
 impl Uncertain {
-    /// The moves of the innovation form, one for each column of the factor.
     fn moves(&self) -> impl Iterator<Item = Innovation> + '_ {
         (0..self.factor.ncols()).map(|k| self.unpacked(|entry| self.factor[(entry, k)]))
     }
@@ -292,7 +291,6 @@ pub(super) struct Response {
 }
 
 impl Response {
-    /// At `omega` rad per sample.
     pub(super) fn new(model: &StateSpace, output: usize, input: usize, omega: f64) -> Self {
         let n = model.order();
         let (sin, cos) = omega.sin_cos();
@@ -313,7 +311,6 @@ impl Response {
         Self { value, state, adjoint, output, input }
     }
 
-    /// dG along a move of (A, B, C, D).
     pub(super) fn along(&self, StateSpace { a, b, c, d }: &StateSpace) -> c64 {
         let mut by = real(d[(self.output, self.input)]);
         for i in 0..a.nrows() {
@@ -350,7 +347,6 @@ struct Normal {
 }
 
 impl Normal {
-    /// Uniform in 0..1.
     fn uniform(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;

@@ -177,7 +177,6 @@ fn wants_feedthrough(
     })
 }
 
-/// The model with D taken out, fitted again.
 fn without_feedthrough(on: &InMemory<'_>, from: &Candidate) -> Result<Candidate, Error> {
     let mut rival = Candidate { feedthrough: false, ..from.clone() };
     on.refit(&mut rival)?;

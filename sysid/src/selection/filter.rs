@@ -18,11 +18,9 @@ use faer::{Mat, MatRef};
 /// The innovation form's gain with what it predicts, in scaled units.
 pub(crate) struct Filter {
     pub(crate) gain: Mat<f64>,
-    /// One-step prediction errors on the estimation data.
     pub(crate) residuals: Vec<f64>,
     /// One-step prediction errors on the validation data, to which no parameter was fitted.
     pub(crate) validation_residuals: Vec<f64>,
-    /// One-step fit on the validation data, percent.
     pub(crate) validation_fit: f64,
 }
 

@@ -26,7 +26,6 @@ use std::borrow::Cow;
 const TURNS: usize = 4;
 const LEAST_GAIN: f64 = 1e-4;
 
-/// Estimation data with what models of them begin from.
 pub(crate) struct InMemory<'a> {
     pub(crate) data: &'a DataSet,
     /// Those whose simulation errors are made small; under feedback the two-stage ones.
@@ -34,7 +33,6 @@ pub(crate) struct InMemory<'a> {
     pub(crate) options: &'a IdentifyOptions,
     pub(crate) estimates: Estimates<'a>,
     noise_order: usize,
-    /// Whether the outputs have an offset to be found.
     pub(crate) offset: bool,
     vehicle: bool,
 }
@@ -75,7 +73,6 @@ impl<'a> InMemory<'a> {
         Ok(Self { data, fitted, options, estimates, noise_order, offset, vehicle })
     }
 
-    /// With other data whose simulation errors are made small.
     pub(crate) fn fitting(self, fitted: &'a DataSet) -> Self {
         Self { fitted, ..self }
     }
@@ -191,7 +188,6 @@ impl Estimator for InMemory<'_> {
         Ok(sum_of_squares(&of.initial_conditions.errors(&of.model, self.fitted)) / count)
     }
 
-    /// B, D, initial states and output offset.
     fn refit(&self, of: &mut Candidate) -> Result<(), Error> {
         let (a, c) = (&of.model.a, &of.model.c);
         (of.model, of.initial_conditions, _) =

@@ -65,7 +65,6 @@ impl InitialConditions {
         Ok(Self::new(model, data, self.offsets.is_some())?.errors(model, data))
     }
 
-    /// `y − ŷ` of each segment.
     pub(crate) fn errors(&self, model: &StateSpace, data: &DataSet) -> Errors {
         let mut all = errors(model, &self.x0, data);
         for e in &mut all {
@@ -76,7 +75,6 @@ impl InitialConditions {
         all
     }
 
-    /// The data about their output offset.
     pub(crate) fn about_output_offset(&self, data: &DataSet) -> Result<DataSet, Error> {
         match &self.offsets {
             Some(offsets) => without(data, offsets),

@@ -29,7 +29,6 @@ pub(crate) struct Fitted<'a> {
     pub(crate) samples: usize,
     /// Unit of the data's outputs in that of the factor's.
     pub(crate) output_scale: f64,
-    /// Whether the outputs have an offset to be found.
     pub(crate) offset: bool,
 }
 
@@ -80,17 +79,14 @@ impl<'a> InitialEstimates<'a> {
         })
     }
 
-    /// Largest order that some horizon allows.
     pub(crate) fn largest_order(&self) -> usize {
         self.horizons.iter().map(|h| h.factor.horizon - 1).max().unwrap_or(0)
     }
 
-    /// The R factor with the horizon of an initial estimate.
     pub(crate) fn into_factor(self, horizon: usize) -> Option<Factor> {
         self.horizons.into_iter().map(|h| h.factor).find(|f| f.horizon == horizon)
     }
 
-    /// The model of an order that simulates the estimation data best.
     pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let mut all = Vec::new();
         for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {

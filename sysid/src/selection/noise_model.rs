@@ -22,7 +22,6 @@ const ROUNDING: f64 = 1e-8;
 pub(crate) struct AutoregressiveNoise {
     /// a_1 … a_p.
     coefficients: Vec<f64>,
-    /// Variance of e over that of v.
     pub(crate) remaining: f64,
 }
 

@@ -17,7 +17,6 @@ pub(crate) fn errors(model: &StateSpace, x0: &[Vec<f64>], data: &DataSet) -> Err
     segments.map(|(s, x0)| &s.y - simulate(model, s.u.as_ref(), x0)).collect()
 }
 
-/// Sum of squares over samples and outputs.
 pub(crate) fn sum_of_squares(errors: &Errors) -> f64 {
     errors.iter().map(|e| squares(e.values())).sum()
 }

@@ -28,10 +28,8 @@ pub(crate) struct Predicted {
     past: usize,
     factor: Factor,
     decompositions: Vec<(ClosedLoopMethod, Decomposition)>,
-    /// The data with the two-stage input estimate.
     pub(crate) two_stage_input: DataSet,
     refined: bool,
-    /// Whether the outputs have an offset to be found.
     offset: bool,
 }
 

@@ -29,13 +29,11 @@ pub(crate) trait Estimator {
 
     fn counts(&self) -> Counts;
 
-    /// Largest order that has an initial estimate.
     fn largest_order(&self) -> usize;
 
     /// The initial estimates of an order that are to be refined, at least one.
     fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error>;
 
-    /// Lowers the errors of a candidate until `stop`.
     fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<(), Error>;
 
     /// Mean square of the errors that [`refine`](Self::refine) lowers.

@@ -72,7 +72,6 @@ pub(super) struct DisplacementSegment {
     pub(super) terms: [f64; TERMS],
 }
 
-/// The segments of a piece about so long (s), by blocks.
 pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<DisplacementSegment>> {
     let mut blocks = by_time(segments(piece, length));
     for block in &mut blocks {
@@ -204,7 +203,6 @@ impl<'a> Odometry<'a> {
         (piece.time.len() > 1).then_some(Self { time: &piece.time, places })
     }
 
-    /// Between two readings by a straight line; `None` outside.
     fn at(&self, time: f64) -> Option<Place> {
         let after = self.time.partition_point(|t| *t < time);
         if after == 0 {

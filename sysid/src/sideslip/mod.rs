@@ -176,7 +176,6 @@ fn significant_terms(
     None
 }
 
-/// Whether the terms lead no turn far astray.
 fn is_certain(found: &Regression, terms: &[usize]) -> bool {
     terms.iter().all(|&term| found.errors[term] <= LARGEST_ERROR[term])
 }

@@ -91,7 +91,6 @@ impl Detrended {
     }
 }
 
-/// Values over time without their straight line.
 fn without_line(time: &[f64], mut values: Vec<f64>) -> Vec<f64> {
     let n = time.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;

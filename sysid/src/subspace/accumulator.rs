@@ -34,7 +34,6 @@ pub struct Accumulator {
     pub(crate) outputs: usize,
     pub(crate) sample_time_s: f64,
     pub(crate) state: State,
-    /// Taken off each channel: the mean of the first samples.
     pub(crate) shift: Option<Vec<f64>>,
     /// Samples of the segment that are part of windows to come, channel after channel.
     buffer: Vec<f64>,

@@ -36,7 +36,6 @@ pub struct Factor {
 struct Source {
     decomposed: Decomposed,
     mean: Vec<f64>,
-    /// Whether the windows' mean has been taken off.
     about_mean: bool,
     full: usize,
     /// The longest horizon that the input excites, and its condition at the full one.
@@ -241,7 +240,6 @@ fn places((m, p): (usize, usize), lags: Range<usize>, channels: Range<usize>) ->
     lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
 }
 
-/// Columns of an R factor, factored again and transposed.
 fn chosen(r: &Mat<f64>, order: &[usize]) -> Mat<f64> {
     lower(Mat::from_fn(r.nrows(), order.len(), |i, j| r[(i, order[j])]).as_ref())
 }

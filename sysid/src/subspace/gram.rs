@@ -24,7 +24,6 @@ pub(crate) struct Gram {
     firsts: Sums,
     /// Σ of tail·tailᵀ − head·headᵀ, the lower triangle, of the last and first w−1 samples.
     edges: Mat<f64>,
-    /// Σ over segments of tail − head.
     edge_sums: Vec<f64>,
     scratch: Vec<f64>,
 }

@@ -21,7 +21,6 @@ pub(crate) struct Block<'a> {
     pub(crate) samples: &'a [f64],
     pub(crate) stride: usize,
     pub(crate) channels: usize,
-    /// Number of summands t.
     pub(crate) count: usize,
     /// Lags 0 to `lags − 1`.
     pub(crate) lags: usize,

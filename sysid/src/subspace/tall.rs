@@ -46,7 +46,6 @@ impl Tall {
         self.r = r_factor(vcat(&[self.r.as_ref(), r.as_ref()]).as_ref());
     }
 
-    /// Appends R, row after row.
     pub(crate) fn write(&self, to: &mut Vec<f64>) {
         for i in 0..self.r.nrows() {
             to.extend((i..self.r.ncols()).map(|j| self.r[(i, j)]));

@@ -29,14 +29,12 @@ const LARGEST_LEAD_S: f64 = 0.03;
 pub(crate) struct Recorded<'a> {
     pub(crate) channels: &'a [ChannelSummary],
     pub(crate) play: Option<&'a SteeringPlay>,
-    /// The delay of the input that was taken, s.
     pub(crate) delay_s: Option<f64>,
     pub(crate) yaw_rate_lead_s: Option<f64>,
     pub(crate) yaw_rate_lag_s: Option<f64>,
     pub(crate) road_wheel_std_rad: f64,
     pub(crate) yaw_rate_std_radps: f64,
     pub(crate) steering_ratio: f64,
-    /// Standard deviation of the noise on the yaw rate, rad/s.
     pub(crate) noise_radps: f64,
     /// Length without what was left out, s.
     pub(crate) seconds: f64,
@@ -46,7 +44,6 @@ pub(crate) struct Recorded<'a> {
     pub(crate) yaw_rate_offset_radps: f64,
 }
 
-/// Reasons with what to do about each.
 pub(crate) fn faults(of: &Recorded<'_>) -> Vec<(Reason, String)> {
     let mut out = Vec::new();
     for channel in of.channels {

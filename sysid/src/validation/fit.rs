@@ -4,7 +4,6 @@
 /// A fit and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitWithError {
-    /// `100·(1 − ‖y − ŷ‖/‖y − mean(y)‖)`, percent.
     pub(crate) fit: f64,
     /// Standard error, percentage points; `None` where there are too few blocks.
     pub(crate) standard_error: Option<f64>,

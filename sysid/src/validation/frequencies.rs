@@ -84,7 +84,6 @@ fn informative_up_to(spectra: &Spectra) -> f64 {
     limit
 }
 
-/// The residuals lag by lag.
 pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCorrelation {
     let own = autocorrelation(residuals, LAGS);
     let cross = cross_correlation(residuals, input, LAGS);
@@ -97,7 +96,6 @@ pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCo
     }
 }
 
-/// How the data were reduced.
 pub(crate) fn data_factor(c: &Conditioning) -> DataFactor {
     let finite = |condition: f64| condition.is_finite().then(|| rounded(condition));
     DataFactor {

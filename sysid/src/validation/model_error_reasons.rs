@@ -63,7 +63,6 @@ fn in_words(band: &BandDeparture) -> String {
     )
 }
 
-/// Each model error, and its possible causes.
 pub(crate) fn suggested_checks(
     evidence: &Evidence,
     drive: &Drive<'_>,

@@ -16,14 +16,12 @@ pub(crate) const LOW_HZ: f64 = 0.2;
 /// Frequencies looked at for a decade.
 const A_DECADE: f64 = 100.0;
 
-/// A model with what drives it.
 pub(crate) struct Modelled<'a> {
     pub(crate) model: &'a StateSpace,
     /// Its delay from the recorded input to the input of the model, s.
     pub(crate) delay_s: f64,
     /// The recorded input: steering, or steering times speed.
     pub(crate) input: &'a [f64],
-    /// The model's output for it, rad/s.
     pub(crate) simulated: &'a [f64],
     /// Factor from the input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,

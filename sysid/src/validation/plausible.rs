@@ -35,22 +35,18 @@ const AXES: &str = "check the axes: steering and yaw rate are positive to the le
 /// Bands up to here are low frequencies, Hz.
 const LOW_BANDS_HZ: f64 = 0.5;
 
-/// The response to check.
 pub(crate) struct Response<'a> {
     /// Yaw rate over road-wheel angle, (real, imaginary) in 1/s, at a frequency in Hz.
     pub(crate) at: &'a dyn Fn(f64) -> (f64, f64),
     /// Where nothing is known of low frequencies, neither is sign or gain; `None` where both are known.
     pub(crate) excitation: Option<&'a Excitation>,
-    /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
     pub(crate) steering_ratio: f64,
     /// Zeros of the continuous model, rad/s, with their spreads where they are known.
     pub(crate) zeros: &'a [[f64; 2]],
-    /// One for each zero, or none.
     pub(crate) spreads: &'a [Spread],
 }
 
-/// What no road vehicle has, each with the likely cause.
 pub(crate) fn implausible(of: &Response<'_>) -> Vec<(Reason, String)> {
     let mut out = Vec::new();
     let low = of.excitation.iter().flat_map(|e| &e.bands).filter(|b| b.to_hz <= LOW_BANDS_HZ);
@@ -130,7 +126,6 @@ pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Rea
     })
 }
 
-/// A zero in the right half plane that is slower than the bandwidth.
 fn slow_zero(of: &Response<'_>) -> Option<(Reason, String)> {
     let bandwidth = TAU * bandwidth_hz(of.at, HIGHEST_HZ);
     let sure = |(i, zero): &(usize, &[f64; 2])| {

@@ -56,7 +56,6 @@ fn play(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(f64, f64)> {
     (width > SIGNIFICANT * error).then_some((width * unit, error * unit))
 }
 
-/// The steering behind play of that width.
 fn behind_play(u: &[f64], width: f64) -> Vec<f64> {
     let half = 0.5 * width;
     let mut at = u.first().copied().unwrap_or(0.0);

@@ -19,13 +19,11 @@ pub(crate) const BLOCK_S: f64 = 3.0;
 pub(crate) struct Prediction<'a> {
     pub(crate) model: &'a StateSpace,
     pub(crate) gain: &'a [f64],
-    /// Measured output, segment by segment.
     pub(crate) output: &'a [&'a [f64]],
     pub(crate) simulated: &'a [&'a [f64]],
     pub(crate) residuals: &'a [&'a [f64]],
     pub(crate) sample_time_s: f64,
     pub(crate) selection: &'static str,
-    /// First and last instants of its segments, s.
     pub(crate) segments_s: Vec<[f64; 2]>,
     /// Standard deviation of the one-step errors on the estimation data, the least noise.
     pub(crate) noise: f64,
@@ -75,7 +73,6 @@ fn bounded(percent: f64) -> f64 {
     percent.max(-1e9)
 }
 
-/// Errors of the predictions k steps ahead in one segment.
 fn ahead(model: &StateSpace, gain: &[f64], residuals: &[f64], k: usize) -> Vec<f64> {
     let n = model.order();
     let a = rows(model.a.as_ref());

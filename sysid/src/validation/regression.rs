@@ -87,7 +87,6 @@ impl Sums {
         Self { blocks }
     }
 
-    /// Sum of squares of the yaw rate about its mean.
     pub(crate) fn variation(&self) -> f64 {
         let of = |i: usize, j: usize| self.blocks.iter().map(|b| b[(i, j)]).sum::<f64>();
         let (one, y) = (COLUMNS - 2, COLUMNS - 1);
@@ -130,7 +129,6 @@ impl Bank {
         Self { pole, gain: (1.0 - pole * pole).sqrt(), mean, before: [0.0; FUNCTIONS + 1] }
     }
 
-    /// The steering, the bank's outputs, 1 and the yaw rate.
     fn row(&mut self, u: f64, y: f64) -> [f64; COLUMNS] {
         let mut now = [0.0; FUNCTIONS + 1];
         now[0] = u - self.mean;

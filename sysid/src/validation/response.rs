@@ -80,7 +80,6 @@ pub(crate) fn response(
 }
 
 impl Modelled<'_> {
-    /// The model's response with its input delay, (real, imaginary).
     pub(crate) fn response(&self, frequency_hz: f64, sample_time_s: f64) -> (f64, f64) {
         let omega = (TAU * frequency_hz * sample_time_s).min(PI);
         let (re, im) = self.model.frequency_response(0, 0, omega);

@@ -29,7 +29,6 @@ pub(crate) struct Spectra {
 }
 
 impl Spectra {
-    /// Spectra of segments of (input, output) at one sample time.
     pub(crate) fn welch(segments: &[(&[f64], &[f64])], sample_time_s: f64) -> Self {
         let samples = |(u, y): &(&[f64], &[f64])| u.len().min(y.len());
         let windows =
@@ -53,12 +52,10 @@ impl Spectra {
         self.frequency_hz.len()
     }
 
-    /// Distance of two frequencies, Hz.
     pub(crate) fn resolution_hz(&self) -> f64 {
         self.frequency_hz.first().copied().unwrap_or(0.0)
     }
 
-    /// Magnitude-squared coherence γ² at a frequency, 0 to 1.
     pub(crate) fn coherence(&self, k: usize) -> f64 {
         let power = self.input[k] * self.output[k];
         let cross = self.cross[k].0 * self.cross[k].0 + self.cross[k].1 * self.cross[k].1;
@@ -110,7 +107,6 @@ impl Spectra {
     }
 }
 
-/// Windows of a length with half overlap in so many samples.
 fn count(samples: usize, length: usize) -> usize {
     if samples < length { 0 } else { (samples - length) / (length / 2) + 1 }
 }
@@ -126,7 +122,6 @@ pub(crate) struct Sums {
     variance: f64,
     /// Samples of the segment that no later window can do without.
     rest: [Vec<f64>; 2],
-    /// Windows of the segment so far.
     of_segment: usize,
 }
 
@@ -143,7 +138,6 @@ impl Sums {
         }
     }
 
-    /// For recordings of unknown length.
     pub(crate) fn of_sample_time(sample_time_s: f64) -> Self {
         let samples = (WINDOW_S / sample_time_s).ceil().clamp(16.0, 65_536.0) as usize;
         Self::new(samples.next_power_of_two())
@@ -153,7 +147,6 @@ impl Sums {
         2 * self.sum.len()
     }
 
-    /// Adds samples that follow those before.
     pub(crate) fn push(&mut self, input: &[f64], output: &[f64]) {
         let n = input.len().min(output.len());
         self.rest[0].extend_from_slice(&input[..n]);
@@ -185,7 +178,6 @@ impl Sums {
         self.variance += other.variance;
     }
 
-    /// Averages over the windows of all segments that were ended.
     pub(crate) fn spectra(&self, sample_time_s: f64) -> Spectra {
         let (bins, all) = (self.sum.len(), self.windows);
         let power: f64 = self.transform.window.iter().map(|w| w * w).sum();

@@ -8,26 +8,20 @@ use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, R
 /// The properties of the drive that the quality needs in addition to the evidence.
 pub(crate) struct Drive<'a> {
     pub(crate) has_continuous: bool,
-    /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
-    /// Standard deviation of the speed over its mean.
     pub(crate) speed_spread: f64,
     pub(crate) steering_ratio: f64,
-    /// Factor from the model's input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,
-    /// Steering angle, rad; none of what is not kept.
     pub(crate) steering: &'a [f64],
     /// Length without what was left out, s.
     pub(crate) seconds: f64,
     pub(crate) order: usize,
     pub(crate) slow_log: Option<(Reason, String)>,
-    /// Standard deviation of the one-step prediction errors, rad/s.
     pub(crate) noise_radps: f64,
     /// Road-wheel angle that driving straight would need, rad.
     pub(crate) road_wheel_offset_rad: f64,
     /// The yaw rate that driving straight would read, rad/s.
     pub(crate) yaw_rate_offset_radps: f64,
-    /// What no road vehicle has, with the likely cause.
     pub(crate) implausible: Vec<(Reason, String)>,
 }
 
@@ -99,7 +93,6 @@ fn nice(degrees: f64) -> f64 {
     if degrees < 10.0 { degrees.round().max(1.0) } else { 5.0 * (degrees / 5.0).round() }
 }
 
-/// Largest measured gain where the steering explains the yaw rate.
 fn largest_gain(response: &FrequencyResponse) -> f64 {
     let known = |p: &&ResponsePoint| {
         p.frequency_hz <= SWEEP.1 && p.coherence > response.significant_coherence.max(0.3)

@@ -168,7 +168,6 @@ impl Accumulated {
     }
 }
 
-/// Fits and quality measures on the validation windows.
 fn validate(
     evidence: &mut Evidence,
     on: &Windows,

@@ -16,7 +16,6 @@ pub(crate) struct Windows {
     /// A segment for each row of R.
     pub(crate) data: DataSet,
     pub(crate) length: usize,
-    /// Number of windows that the rows represent.
     pub(crate) count: usize,
     pub(crate) scales: [f64; 2],
     /// Autocovariance of the input at all lags, under Parzen's lag window.
@@ -136,7 +135,6 @@ impl Windows {
         if squares.is_finite() { squares / free as f64 } else { f64::INFINITY }
     }
 
-    /// Fit of errors of that variance, percent.
     pub(crate) fn fit(&self, variance: f64) -> f64 {
         let fit = 100.0 * (1.0 - (variance / self.covariance(1, 1, 0)).sqrt());
         if fit.is_nan() { f64::NEG_INFINITY } else { fit }

@@ -125,7 +125,6 @@ fn bound(x: &mut [f64], most: f64) {
     x[n] = x[n].clamp(0.0, most);
 }
 
-/// The residual of the best numerator.
 fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
     let q = search.q;
     let n = x.len() - 1;

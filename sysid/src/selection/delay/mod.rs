@@ -230,7 +230,6 @@ fn grown(parameters: &[f64]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Time constant of the fastest pole, samples.
 fn fastest(parameters: &[f64]) -> f64 {
     let a = polynomial(parameters);
     let n = a.len();

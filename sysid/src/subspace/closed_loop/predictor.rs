@@ -40,7 +40,6 @@ impl Predictor {
         })
     }
 
-    /// The fit in the units of the windows.
     pub(crate) fn in_units(
         windows: &Windows,
         past: usize,

@@ -113,7 +113,6 @@ struct Regression<'a> {
     c: Mat<f64>,
     d: Mat<f64>,
     error: Mat<f64>,
-    /// Outputs whose innovation is more than rounding.
     noisy: Vec<usize>,
 }
 
@@ -146,7 +145,6 @@ impl<'a> Regression<'a> {
         })
     }
 
-    /// [u, e], of e what is more than rounding.
     fn drives(&self) -> Mat<f64> {
         let e = Mat::from_fn(self.error.nrows(), self.noisy.len(), |i, j| {
             self.error[(i, self.noisy[j])]
@@ -154,7 +152,6 @@ impl<'a> Regression<'a> {
         hcat(&[self.u, e.as_ref()])
     }
 
-    /// A of the regression of x⁺ on (x, u, e).
     fn free_a(&self) -> Result<Mat<f64>, Error> {
         let n = self.now.ncols();
         let regressors = hcat(&[self.now, self.drives().as_ref()]);

@@ -15,7 +15,6 @@ pub(crate) struct Windows {
     pub(crate) lags: usize,
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,
-    /// Number of windows in the data.
     pub(crate) count: usize,
     pub(crate) input_scale: Vec<f64>,
     pub(crate) output_scale: Vec<f64>,
