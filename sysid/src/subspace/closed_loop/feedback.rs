@@ -1,13 +1,12 @@
 //! Does the input depend on past outputs? A test for feedback (Sims 1972; Geweke, Meese and Dent
-//! 1983; docs/methods/selection.md): whether u(t+1) … u(t+k) help to predict y(t) beside its past
-//! and present regressors.
+//! 1983; docs/methods/selection.md): whether u(t+1) … u(t+k) help to predict y(t) from past z and
+//! present u.
 //!
 //! The statistic is the likelihood ratio `−(ν − (ny − d + 1)/2) ln(det Σ₁/det Σ₀)` with Bartlett's
 //! correction (T. W. Anderson, *An Introduction to Multivariate Statistical Analysis*, 8.5), ν the
 //! degrees of freedom of the residuals and d the number of independent future inputs; it is χ² with
-//! d·ny degrees of freedom where there is no feedback. Feedback without any delay shows only
-//! through the samples after it, since present u is among the regressors. White noise on the sensor
-//! of u looks like feedback.
+//! d·ny degrees of freedom where there is no feedback. White noise on the sensor of u looks like
+//! feedback.
 
 use crate::Error;
 use crate::data::DataSet;
