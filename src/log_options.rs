@@ -29,6 +29,9 @@ pub(crate) struct LogArguments {
     /// Unit of a channel whose name does not state it
     #[arg(long = "unit", value_name = "CHANNEL=UNIT", value_parser = channel_unit)]
     pub(crate) units: Vec<(String, String)>,
+    /// Topic, message or channel group to use; may be repeated. By default all
+    #[arg(long = "topic", value_name = "NAME")]
+    pub(crate) topics: Vec<String>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
     #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
     pub(crate) decimal: Option<DecimalMark>,
@@ -133,6 +136,8 @@ impl LogArguments {
             speed: self.speed_channel.clone(),
             time: self.time_channel.clone(),
             units: self.units.iter().cloned().collect(),
+            topics: self.topics.clone(),
+            dbc: Vec::new(),
             decimal: self.decimal,
             steering_full_scale_rad: self.steering_full_scale,
             steering_ratio: self.steering_ratio,
@@ -184,13 +189,18 @@ impl IdentifyArguments {
 /// A log to be read from its start to its end; `-` is standard input.
 pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'static>, Failure> {
     if path == Path::new("-") {
-        let reader = Box::new(std::io::stdin().lock());
-        return Ok(LogFile { name: "standard input".into(), reader });
+        return Ok(LogFile::of_stream("standard input", std::io::stdin().lock()));
     }
     let file = files::open(path)?;
-    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
-    let reader = Box::new(progress.reading(file, bytes));
-    Ok(LogFile { name: path.display().to_string(), reader })
+    let metadata = file.metadata().map_err(|e| Failure::file(path, &e))?;
+    let reader = progress.reading(file, metadata.len());
+    let name = path.display().to_string();
+    // A pipe cannot be read at any place.
+    Ok(if metadata.is_file() {
+        LogFile::of_file(&name, reader)
+    } else {
+        LogFile::of_stream(&name, reader)
+    })
 }
 
 fn decimal_mark(text: &str) -> Result<DecimalMark, String> {

@@ -11,6 +11,7 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use steerwright_drivelog::ReadAt;
 
 /// Shorter work is not reported.
 const SILENT: Duration = Duration::from_secs(2);
@@ -113,7 +114,7 @@ impl Progress {
     }
 
     /// A reader whose bytes count as progress; `bytes` is what there is to read, if that is known.
-    pub(crate) fn reading<R: Read>(&self, reader: R, bytes: u64) -> Reading<R> {
+    pub(crate) fn reading<R>(&self, reader: R, bytes: u64) -> Reading<R> {
         self.shared.begin(self.shared.done.load(Ordering::Relaxed));
         self.shared.all.fetch_add(bytes, Ordering::Relaxed);
         Reading { reader, shared: Arc::clone(&self.shared) }
@@ -134,6 +135,18 @@ impl Drop for Progress {
 pub(crate) struct Reading<R> {
     reader: R,
     shared: Arc<Shared>,
+}
+
+impl<R: ReadAt> ReadAt for Reading<R> {
+    fn size(&self) -> std::io::Result<u64> {
+        self.reader.size()
+    }
+
+    fn read_at(&self, buffer: &mut [u8], offset: u64) -> std::io::Result<usize> {
+        let count = self.reader.read_at(buffer, offset)?;
+        self.shared.done.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
 }
 
 impl<R: Read> Read for Reading<R> {

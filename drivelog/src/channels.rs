@@ -1,69 +1,192 @@
 //! The channels of a drive: SI values, missing samples dropped, impossible values rejected.
 
 use crate::error::{Error, Place, counted};
+use crate::expression::Term;
 use crate::faults::{SpikeFilter, average};
 use crate::intersample::{self, Updates};
 use crate::mapping::{Source, time_column};
 use crate::options::LogOptions;
+use crate::recording::{Columns, Group, Recording, Request, Wanted, file_name};
 use crate::role::Role;
 use crate::series::Series;
 use crate::signal::{median_period, unwrap};
-use crate::table::Table;
+use crate::units::Unit;
 use std::rc::Rc;
-use steerwright_formats::SourceFile;
+use steerwright_formats::{SampleHash, SourceFile};
+
+/// Rows of a piece.
+const PIECE: usize = 1 << 16;
+/// Data before and after a window that its samples depend on, s.
+const AROUND_WINDOW: f64 = 5.0;
+
+/// A file with those of its groups that are in use, and where they are among the groups of the drive.
+pub(crate) struct Opened<'a> {
+    pub(crate) recording: Box<dyn Recording + 'a>,
+    /// Place in the file of each group in use.
+    pub(crate) places: Vec<usize>,
+}
+
+impl Opened<'_> {
+    pub(crate) fn groups(&self) -> impl Iterator<Item = &Group> + Clone {
+        let all = self.recording.groups();
+        self.places.iter().map(|&place| &all[place])
+    }
+}
+
+/// The clock of a group and the channels of it that are read.
+pub(crate) struct Selected {
+    /// The clock's channel and its unit.
+    pub(crate) clock: Option<(String, Unit)>,
+    pub(crate) wanted: Wanted,
+    /// Which of the sources are in the group.
+    pub(crate) sources: Vec<usize>,
+}
+
+impl Selected {
+    /// The group at `place` of its file, as the `index`-th of the drive; `None` if nothing of it is wanted.
+    pub(crate) fn of(
+        group: &Group,
+        place: usize,
+        index: usize,
+        sources: &[(Role, Source)],
+        options: &LogOptions,
+    ) -> Result<Option<Self>, Error> {
+        let own = sources.iter().enumerate().filter(|(_, (_, source))| source.group == index);
+        let own: Vec<usize> = own.map(|(i, _)| i).collect();
+        if own.is_empty() {
+            return Ok(None);
+        }
+        let clock = time_column(group, options)?;
+        let mut channels: Vec<usize> = clock.iter().map(|(c, _)| *c).collect();
+        for source in own.iter().map(|&i| &sources[i].1) {
+            for &c in source.terms.iter().flat_map(|term| &term.channels) {
+                if !channels.contains(&c) {
+                    channels.push(c);
+                }
+            }
+        }
+        Ok(Some(Self {
+            clock: clock.map(|(c, unit)| (group.channels[c].name.clone(), unit)),
+            wanted: Wanted { group: place, channels },
+            sources: own,
+        }))
+    }
+
+    /// The instants of the rows, s; `before` is the number of rows before them.
+    pub(crate) fn time(&self, columns: &Columns, before: usize, options: &LogOptions) -> Vec<f64> {
+        match &self.clock {
+            Some((_, unit)) => columns.values[0].iter().map(|t| t * unit.to_si).collect(),
+            None => {
+                let period = options.row_period_s.unwrap_or(1.0);
+                (0..columns.lines.len()).map(|i| (before + i) as f64 * period).collect()
+            }
+        }
+    }
+
+    /// The values of a source as its unit counts them.
+    pub(crate) fn values(&self, source: &Source, columns: &Columns) -> Vec<f64> {
+        let place = |c| self.wanted.channels.iter().position(|own| *own == c).unwrap_or_default();
+        Term::sum(&source.terms, &columns.values, place)
+    }
+
+    /// Adds the rows to the hash of the samples.
+    pub(crate) fn hash(&self, group: &Group, columns: &Columns, hash: &mut SampleHash) {
+        for (&c, values) in self.wanted.channels.iter().zip(&columns.values) {
+            hash.update(&group.label(&group.channels[c].name), values);
+        }
+    }
+}
+
+/// The file by its name and hash.
+pub(crate) fn source_file(
+    recording: &mut dyn Recording,
+    file: &str,
+    samples: SampleHash,
+) -> SourceFile {
+    let of_bytes = recording.sha256();
+    SourceFile {
+        name: file_name(file),
+        of_samples: of_bytes.is_none(),
+        sha256: of_bytes.unwrap_or_else(|| samples.sha256_hex()),
+    }
+}
 
 /// Reads the channels of `sources`, in that order, and each file once.
 pub(crate) fn read(
-    tables: Vec<Table<'_>>,
+    files: Vec<Opened<'_>>,
     sources: &[(Role, Source)],
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(Vec<Series>, Vec<SourceFile>), Error> {
     let mut channels: Vec<(usize, Series)> = Vec::new();
-    let mut files = Vec::new();
-    for (t, table) in tables.into_iter().enumerate() {
-        let own = || sources.iter().enumerate().filter(|(_, (_, source))| source.table == t);
-        let clock = if own().next().is_some() { time_column(&table, options)? } else { None };
-        let wanted: Vec<usize> =
-            clock.iter().map(|(c, _)| *c).chain(own().map(|(_, (_, s))| s.column)).collect();
-        let (file, header) = (table.file.clone(), table.header.clone());
-        let (columns, source) = table.columns(&wanted)?;
-        files.push(source);
-        let mut values = columns.values.into_iter();
-        let time: Vec<f64> = match (clock, options.row_period_s) {
-            (Some((_, unit)), _) => {
-                let mut time = values.next().unwrap_or_default();
-                time.iter_mut().for_each(|t| *t *= unit.to_si);
-                time
-            }
-            (None, period) => {
-                (0..columns.lines.len()).map(|i| i as f64 * period.unwrap_or(1.0)).collect()
-            }
-        };
-        if let Some((c, _)) = clock {
-            check_clock(&file, &header[c], &time, &columns.lines, f64::NEG_INFINITY)?;
+    let mut hashes = Vec::new();
+    let mut index = 0;
+    for mut file in files {
+        let groups: Vec<Group> = file.groups().cloned().collect();
+        let mut selected = Vec::new();
+        for (group, &place) in groups.into_iter().zip(&file.places) {
+            let own = Selected::of(&group, place, index, sources, options)?;
+            selected.extend(own.map(|own| (group, own)));
+            index += 1;
         }
-        let time = Rc::new(time);
-        for ((place, (role, source)), value) in own().zip(values) {
-            let empty = Series::new(*role, &file, &header[source.column], source.unit);
-            let (time, line) = (Rc::clone(&time), Rc::clone(&columns.lines));
-            let raw = Series { time, value, line, ..empty };
-            channels.push((place, finished(raw, source.sign, options, warnings)?));
+        let name = file.recording.groups().first().map(|g| g.file.clone()).unwrap_or_default();
+        let wanted: Vec<Wanted> = selected.iter().map(|(_, own)| own.wanted.clone()).collect();
+        let mut columns = vec![Columns::default(); wanted.len()];
+        let request = Request { wanted: &wanted, window_s: hull(options), most: PIECE };
+        if wanted.is_empty() {
+            // The hash of a file that brings no channel.
+            let all = [Wanted { group: 0, channels: Vec::new() }];
+            let request = Request { wanted: &all, ..request };
+            file.recording.rows(request)?.try_for_each(|rows| rows.map(drop))?;
         }
+        for rows in file.recording.rows(request)? {
+            let rows = rows?;
+            columns[rows.wanted].append(rows.columns);
+        }
+        let mut hash = SampleHash::default();
+        for ((group, own), mut columns) in selected.into_iter().zip(columns) {
+            own.hash(&group, &columns, &mut hash);
+            columns.values.resize(own.wanted.channels.len(), Vec::new());
+            let (place, lines) = (group.place(), Rc::clone(&columns.lines));
+            let time = Rc::new(own.time(&columns, 0, options));
+            if let Some((column, _)) = &own.clock {
+                check_clock(&place, column, &time, &lines, f64::NEG_INFINITY)?;
+            }
+            for &i in &own.sources {
+                let (role, source) = &sources[i];
+                let empty = Series::new(*role, &place, &source.name, source.unit);
+                let (time, line) = (Rc::clone(&time), Rc::clone(&lines));
+                let value = own.values(source, &columns);
+                let raw = Series { time, value, line, ..empty };
+                channels.push((i, finished(raw, options, warnings)?));
+            }
+        }
+        warnings.extend(file.recording.losses());
+        hashes.push(source_file(file.recording.as_mut(), &name, hash));
     }
     channels.sort_by_key(|(place, _)| *place);
-    Ok((channels.into_iter().map(|(_, series)| series).collect(), files))
+    Ok((channels.into_iter().map(|(_, series)| series).collect(), hashes))
+}
+
+/// The part of the log that the windows are in, with what their samples depend on.
+fn hull(options: &LogOptions) -> Option<(f64, f64)> {
+    if options.windows.is_empty() || options.time.is_some() {
+        return None;
+    }
+    let around = AROUND_WINDOW.max(options.max_gap_s);
+    let from = options.windows.iter().map(|w| w.0).fold(f64::INFINITY, f64::min);
+    let to = options.windows.iter().map(|w| w.1).fold(f64::NEG_INFINITY, f64::max);
+    Some((from - around, to + around))
 }
 
 /// SI values, missing samples dropped, yaw differenced.
 fn finished(
     mut series: Series,
-    sign: f64,
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> Result<Series, Error> {
     let role = series.role;
-    series.bring_to_si(sign)?;
+    series.bring_to_si()?;
     let mut unreported = Vec::new();
     drop_missing(&mut series, if role.is_place() { &mut unreported } else { warnings });
     let repeated = average(&mut series)?;

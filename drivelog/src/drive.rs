@@ -4,15 +4,16 @@
 //! are channels of one drive on one clock. The rest is ambiguous, and rejected until the files of each drive
 //! are stated.
 
-use crate::channels;
+use crate::channels::{self, Opened};
 use crate::error::{Error, Place, last_part};
+use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
-use crate::mapping;
+use crate::mapping::{self, Source};
 use crate::options::LogOptions;
+use crate::recording::Group;
 use crate::role::{Role, Wheel};
 use crate::series::Series;
 use crate::signal::resolution;
-use crate::table::Table;
 use crate::units::Quantity;
 use steerwright_formats::SourceFile;
 
@@ -33,49 +34,70 @@ pub(crate) struct Drive {
 
 /// Files whose drives are not stated, by drive.
 pub(crate) fn grouped<'a>(
-    tables: Vec<Table<'a>>,
+    files: Vec<Opened<'a>>,
     options: &LogOptions,
-) -> Result<Vec<Vec<Table<'a>>>, Error> {
+) -> Result<Vec<Vec<Opened<'a>>>, Error> {
+    let brings = |file: &Opened<'_>, role| file.groups().any(|g| brings(g, role, options));
     let whole =
-        |t: &Table<'_>| [Role::Steering, Role::YawRate].iter().all(|r| brings(t, *r, options));
-    let complete: Vec<&str> = tables.iter().filter(|t| whole(t)).map(|t| t.file.as_str()).collect();
-    if tables.len() > 1 && complete.len() == tables.len() {
-        return Ok(tables.into_iter().map(|t| vec![t]).collect());
+        |file: &Opened<'_>| [Role::Steering, Role::YawRate].iter().all(|r| brings(file, *r));
+    let complete: Vec<&str> = files.iter().filter(|f| whole(f)).map(name).collect();
+    if files.len() > 1 && complete.len() == files.len() {
+        return Ok(files.into_iter().map(|f| vec![f]).collect());
     }
     if complete.len() > 1 {
-        let other = tables.iter().find(|t| !whole(t)).map_or("", |t| t.file.as_str());
+        let other = files.iter().find(|f| !whole(f)).map_or("", name);
         return Err(Error::AmbiguousDrives {
             complete: complete.join(", "),
             first: complete[0].into(),
             other: other.into(),
         });
     }
-    Ok(if tables.is_empty() { Vec::new() } else { vec![tables] })
+    Ok(if files.is_empty() { Vec::new() } else { vec![files] })
 }
 
-/// Whether the table has a column for the role, whatever its unit.
-pub(crate) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
+fn name<'f>(file: &'f Opened<'_>) -> &'f str {
+    file.recording.groups().first().map_or("", |group| &group.file)
+}
+
+/// Whether the group has a channel for the role, whatever its unit.
+pub(crate) fn brings(group: &Group, role: Role, options: &LogOptions) -> bool {
+    let has = |name: &str| group.find(name).is_some();
     match role.wanted(options) {
-        Some(name) => table.find(name.strip_prefix('-').unwrap_or(name)).is_some(),
-        None => table.header.iter().any(|h| role.is_named_like(h)),
+        Some(name) => {
+            has(name.strip_prefix('-').unwrap_or(name))
+                || terms(name).is_some_and(|terms| terms.iter().all(|t| t.1.iter().all(|n| has(n))))
+        }
+        None => group.channels.iter().any(|channel| channel.may_be(role)),
     }
+}
+
+/// The sources of a drive's channels.
+pub(crate) fn sources(
+    groups: &[Group],
+    roles: impl IntoIterator<Item = Role>,
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Role, Source)>, Error> {
+    let mut sources = Vec::new();
+    for role in roles {
+        let found = mapping::find(groups, options, role, warnings)?;
+        sources.extend(found.map(|source| (role, source)));
+    }
+    Ok(sources)
 }
 
 impl Drive {
     pub(crate) fn read(
-        tables: Vec<Table<'_>>,
+        files: Vec<Opened<'_>>,
         options: &LogOptions,
         warnings: &mut Vec<String>,
     ) -> Result<Self, Error> {
-        let names: Vec<&str> = tables.iter().map(|t| last_part(&t.file)).collect();
+        let names: Vec<&str> = files.iter().map(|file| last_part(name(file))).collect();
         let name = names.join(" + ");
-        let mut sources = Vec::new();
-        for role in [Role::Steering, Role::YawRate, Role::Speed].into_iter().chain(Role::PLACES) {
-            if let Some(source) = mapping::find(&tables, options, role, warnings)? {
-                sources.push((role, source));
-            }
-        }
-        let (all, files) = channels::read(tables, &sources, options, warnings)?;
+        let groups: Vec<Group> = files.iter().flat_map(Opened::groups).cloned().collect();
+        let roles = [Role::Steering, Role::YawRate, Role::Speed].into_iter().chain(Role::PLACES);
+        let sources = sources(&groups, roles, options, warnings)?;
+        let (all, files) = channels::read(files, &sources, options, warnings)?;
         let (places, mut channels): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|c| c.role.is_place());
         for channel in channels.iter().take(2) {

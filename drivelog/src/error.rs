@@ -32,6 +32,18 @@ impl std::fmt::Display for Place {
 pub enum Error {
     #[error("no log is named")]
     NoFiles,
+    #[error("{file}: byte {byte}: {problem}")]
+    Read { file: String, byte: u64, problem: String },
+    #[error(
+        "{file}: a file of this format is read at several places, and a stream cannot be sought"
+    )]
+    NotSought { file: String },
+    #[error("{file}: {problem}")]
+    Columns { file: String, problem: String },
+    #[error("{file}: there is no topic {topics}; there are: {available}")]
+    NoSuchTopic { file: String, topics: String, available: String },
+    #[error("the channels of `{expression}` (for the {role}) have different clocks")]
+    SeveralClocks { role: &'static str, expression: String },
     #[error("{file}: the file is empty")]
     EmptyFile { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
@@ -174,6 +186,15 @@ impl Error {
     pub fn hint(&self) -> String {
         let text: &str = match self {
             Self::NoFiles => "name a CSV file with a header line",
+            Self::Read { .. } => {
+                "the file is damaged or was not written to its end: copy it again, or export the part that can be read"
+            }
+            Self::NotSought { .. } => "name the file itself, not standard input or a pipe",
+            Self::Columns { .. } => "use columns of equal length with different names",
+            Self::NoSuchTopic { .. } => "spell the topic, message or channel group as it is listed",
+            Self::SeveralClocks { .. } => {
+                "combine channels of one topic, message or channel group, or log them with one clock"
+            }
             Self::EmptyFile { .. } | Self::NotText { .. } => {
                 "the log must be CSV text with a header line and a row for each sample"
             }

@@ -26,6 +26,7 @@ mod channels;
 mod delayed;
 mod drive;
 mod error;
+mod expression;
 mod faults;
 mod gnss;
 mod intersample;
@@ -34,20 +35,23 @@ mod mapping;
 mod noise;
 mod options;
 mod read;
+mod recording;
 mod resample;
 mod role;
 mod segments;
 mod series;
 pub mod signal;
 mod stream;
-mod table;
 mod units;
 
 pub use error::{Error, Place};
 pub use gnss::{Gnss, GnssDrive};
 pub use log::{DriveLog, Segment};
 pub use options::{DecimalMark, LogOptions};
-pub use read::{read_drives, read_log};
+pub use read::{read_drives, read_log, read_recordings};
+pub use recording::{
+    Bytes, Channel, Columns, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted,
+    in_memory, open,
+};
 pub use steerwright_formats::Intersample;
 pub use stream::{Piece, Sink, Streamed, stream};
-pub use table::LogFile;

@@ -1,89 +1,126 @@
 //! Finds the column for each role.
 
-use crate::error::{Error, Place, last_part};
+use crate::error::{Error, Place};
+use crate::expression::{Term, terms};
 use crate::options::LogOptions;
+use crate::recording::Group;
 use crate::role::Role;
-use crate::table::Table;
 use crate::units::{Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
 
-#[derive(Debug, Clone, Copy)]
+/// What a role is read from.
+#[derive(Debug, Clone)]
 pub(crate) struct Source {
-    pub(crate) table: usize,
-    pub(crate) column: usize,
+    pub(crate) group: usize,
+    /// As it is named in messages.
+    pub(crate) name: String,
     pub(crate) unit: Unit,
-    /// −1 where the mapping has a leading `-`.
-    pub(crate) sign: f64,
+    /// Products of channels, to be added.
+    pub(crate) terms: Vec<Term>,
 }
 
-/// The column for `role`, or `None` where none is named and the role is optional.
+/// The channel for `role`, or `None` where none is named and the role is optional.
 pub(crate) fn find(
-    tables: &[Table<'_>],
+    groups: &[Group],
     options: &LogOptions,
     role: Role,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Source>, Error> {
     let Some(wanted) = role.wanted(options) else {
-        return by_name(tables, options, role, warnings);
+        return by_name(groups, options, role, warnings);
     };
     let (name, sign) = wanted.strip_prefix('-').map_or((wanted, 1.0), |n| (n, -1.0));
-    // A column may have a colon in its own name, so the whole name is tried first.
-    let mut hits: Vec<(usize, usize)> = hits(tables, name);
+    let (group, terms) = match one(groups, role, name) {
+        Ok((group, channel)) => (group, vec![Term { factor: sign, channels: vec![channel] }]),
+        Err(error) => expression(groups, role, wanted)?.ok_or(error)?,
+    };
+    let first = terms.iter().flat_map(|term| &term.channels).next().copied().unwrap_or_default();
+    let is_plain = matches!(&terms[..], [term] if term.channels.len() == 1);
+    let own = &groups[group];
+    let unit = unit_of(own, first, options)?;
+    check_quantity(own, first, unit, role)?;
+    let unit = at_full_scale(unit, options, role)?;
+    let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
+    Ok(Some(Source { group, name, unit, terms }))
+}
+
+/// The one channel of that name, as group and place in it.
+fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error> {
+    // A channel may have a colon in its own name, so the whole name is tried first.
+    let mut hits: Vec<(usize, usize)> = hits(groups, name);
     if hits.is_empty()
-        && let Some((file, column)) = name.rsplit_once(':')
+        && let Some((file, channel)) = name.rsplit_once(':')
     {
-        hits = self::hits(tables, column);
-        hits.retain(|(t, _)| same_file(&tables[*t].file, file));
+        hits = self::hits(groups, channel);
+        hits.retain(|(g, _)| groups[*g].is_called(file));
         // The file's whole name goes before its last part.
-        if hits.iter().any(|(t, _)| tables[*t].file == file) {
-            hits.retain(|(t, _)| tables[*t].file == file);
+        if hits.iter().any(|(g, _)| groups[*g].file == file) {
+            hits.retain(|(g, _)| groups[*g].file == file);
         }
     }
     match hits[..] {
         [] => Err(Error::MissingColumn {
             role: role.name(),
             column: name.into(),
-            available: available(tables),
+            available: available(groups),
         }),
-        [(table, column)] => {
-            let unit = unit_of(&tables[table], column, options)?;
-            check_quantity(&tables[table], column, unit, role)?;
-            let unit = at_full_scale(unit, options, role)?;
-            Ok(Some(Source { table, column, unit, sign }))
+        [hit] => Ok(hit),
+        _ => {
+            let places: Vec<String> = hits.iter().map(|(g, _)| groups[*g].place()).collect();
+            let (role, column) = (role.name(), name.into());
+            Err(Error::AmbiguousColumn { role, column, files: places.join(", ") })
         }
-        _ => Err(Error::AmbiguousColumn {
-            role: role.name(),
-            column: name.into(),
-            files: hits.iter().map(|(t, _)| &*tables[*t].file).collect::<Vec<_>>().join(", "),
-        }),
     }
 }
 
-fn hits(tables: &[Table<'_>], name: &str) -> Vec<(usize, usize)> {
-    tables.iter().enumerate().filter_map(|(t, table)| Some((t, table.find(name)?))).collect()
+fn hits(groups: &[Group], name: &str) -> Vec<(usize, usize)> {
+    groups.iter().enumerate().filter_map(|(g, group)| Some((g, group.find(name)?))).collect()
 }
 
-fn same_file(path: &str, name: &str) -> bool {
-    path == name || last_part(path) == name
+/// Channels of one group that are added, such as an angle and its fraction; `None` where the text is no
+/// expression.
+fn expression(
+    groups: &[Group],
+    role: Role,
+    text: &str,
+) -> Result<Option<(usize, Vec<Term>)>, Error> {
+    let Some(parsed) = terms(text) else { return Ok(None) };
+    let mut group = None;
+    let mut found = Vec::new();
+    for (factor, names) in parsed {
+        let mut channels = Vec::new();
+        for name in names {
+            let (own, channel) = one(groups, role, name)?;
+            if *group.get_or_insert(own) != own {
+                return Err(Error::SeveralClocks { role: role.name(), expression: text.into() });
+            }
+            channels.push(channel);
+        }
+        found.push(Term { factor, channels });
+    }
+    Ok(group.map(|group| (group, found)))
 }
 
 /// The one column whose name and unit fit the role.
 fn by_name(
-    tables: &[Table<'_>],
+    groups: &[Group],
     options: &LogOptions,
     role: Role,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Source>, Error> {
     let mut found = Vec::new();
     let mut unfit = Vec::new();
-    for (t, table) in tables.iter().enumerate() {
-        for (column, header) in table.header.iter().enumerate() {
-            if !role.is_named_like(header) {
+    for (g, group) in groups.iter().enumerate() {
+        for (c, channel) in group.channels.iter().enumerate() {
+            if !channel.may_be(role) {
                 continue;
             }
-            let unit = unit_of(table, column, options)
-                .and_then(|unit| check_quantity(table, column, unit, role).map(|()| unit));
+            let unit = unit_of(group, c, options)
+                .and_then(|unit| check_quantity(group, c, unit, role).map(|()| unit));
             match unit {
-                Ok(unit) => found.push(Source { table: t, column, unit, sign: 1.0 }),
+                Ok(unit) => {
+                    let terms = vec![Term { factor: 1.0, channels: vec![c] }];
+                    found.push(Source { group: g, name: channel.name.clone(), unit, terms });
+                }
                 // A stated unit is an error where it is not recognised.
                 Err(error @ Error::UnknownUnit { .. }) => return Err(error),
                 Err(error) => unfit.push(error),
@@ -93,7 +130,7 @@ fn by_name(
     match (&found[..], role.required()) {
         ([source], _) => {
             let unit = at_full_scale(source.unit, options, role)?;
-            Ok(Some(Source { unit, ..*source }))
+            Ok(Some(Source { unit, ..source.clone() }))
         }
         // The column is there, its unit is wrong.
         ([], true) if unfit.len() == 1 => Err(unfit.remove(0)),
@@ -111,11 +148,11 @@ fn by_name(
             problem: if several.is_empty() {
                 "no column is named like one".into()
             } else {
-                let names: Vec<&str> =
-                    several.iter().map(|s| tables[s.table].header[s.column].as_str()).collect();
+                let names: Vec<String> =
+                    several.iter().map(|s| groups[s.group].label(&s.name)).collect();
                 format!("several could be ({})", names.join(", "))
             },
-            available: available(tables),
+            available: available(groups),
         }),
     }
 }
@@ -135,66 +172,62 @@ fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, E
     Ok(Unit { quantity: Quantity::Angle, to_si: angle * unit.to_si, ..unit })
 }
 
-/// The unit stated in the options, else in the header or in the row under it.
-pub(crate) fn unit_of(
-    table: &Table<'_>,
-    column: usize,
-    options: &LogOptions,
-) -> Result<Unit, Error> {
-    let header = &table.header[column];
-    let bare = split_brackets(header).0;
-    let stated = options.units.iter().find(|(name, _)| {
-        let name = name.as_str();
-        name == header
-            || name == bare
-            || name.rsplit_once(':').is_some_and(|(file, column)| {
-                same_file(&table.file, file) && (column == header || column == bare)
-            })
-    });
+/// The unit stated in the options, else by the file or in the channel's name.
+pub(crate) fn unit_of(group: &Group, channel: usize, options: &LogOptions) -> Result<Unit, Error> {
+    let own = &group.channels[channel];
+    let stated = options.units.iter().find(|(name, _)| is_named(group, channel, name));
     let parsed = |text: &str| {
         parse_unit(text).ok_or_else(|| Error::UnknownUnit {
-            file: table.file.clone(),
-            column: header.clone(),
+            file: group.place(),
+            column: own.name.clone(),
             unit: text.into(),
         })
     };
     if let Some((_, text)) = stated {
         return parsed(text);
     }
-    let place = || Place::new(&table.file, table.header_line, header);
-    let under = table.unit_under(column).map(parsed).transpose()?;
-    match (unit_of_header(header), under) {
-        (Some(header), Some(row)) if header != row => {
-            let (header, row) = (header.name, row.name);
+    let place = || Place::new(&group.place(), group.header_line, &own.name);
+    let apart = own.unit.as_deref().map(parsed).transpose()?;
+    match (unit_of_header(&own.name), apart) {
+        (Some(name), Some(apart)) if name != apart => {
+            let (header, row) = (name.name, apart.name);
             Err(Error::UnitsDiffer { at: place(), header, row })
         }
-        (header, row) => header.or(row).ok_or_else(|| Error::UnitNotStated { at: place() }),
+        (name, apart) => name.or(apart).ok_or_else(|| Error::UnitNotStated { at: place() }),
     }
 }
 
-/// Every stated unit must belong to a column that exists.
+/// Whether `name` is that of the channel, with or without its file before it.
+fn is_named(group: &Group, channel: usize, name: &str) -> bool {
+    let own = &group.channels[channel].name;
+    let is = |name: &str| {
+        name == own || name == split_brackets(own).0 || group.find(name) == Some(channel)
+    };
+    is(name) || name.rsplit_once(':').is_some_and(|(file, name)| group.is_called(file) && is(name))
+}
+
+/// Every stated unit must belong to a channel that exists.
 pub(crate) fn check_units_are_used<'a>(
-    tables: impl Iterator<Item = &'a Table<'a>> + Clone,
+    groups: impl Iterator<Item = &'a Group> + Clone,
     options: &LogOptions,
 ) -> Result<(), Error> {
     for name in options.units.keys() {
         let column = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
-        if !tables.clone().any(|t| t.find(name).is_some() || t.find(column).is_some()) {
+        if !groups.clone().any(|g| g.find(name).is_some() || g.find(column).is_some()) {
             return Err(Error::UnusedUnit { column: name.clone() });
         }
     }
     Ok(())
 }
 
-fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> Result<(), Error> {
-    if role.takes(unit.quantity)
-        && !(role.is_rate(&table.header[column]) && unit.quantity == Quantity::Angle)
-    {
+fn check_quantity(group: &Group, channel: usize, unit: Unit, role: Role) -> Result<(), Error> {
+    let name = &group.channels[channel].name;
+    if role.takes(unit.quantity) && !(role.is_rate(name) && unit.quantity == Quantity::Angle) {
         return Ok(());
     }
     Err(Error::WrongQuantity {
-        file: table.file.clone(),
-        column: table.header[column].clone(),
+        file: group.place(),
+        column: name.clone(),
         role: role.name(),
         unit: unit.name,
         expected: role.expected_units(),
@@ -202,38 +235,39 @@ fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> R
 }
 
 pub(crate) fn time_column(
-    table: &Table<'_>,
+    group: &Group,
     options: &LogOptions,
 ) -> Result<Option<(usize, Unit)>, Error> {
+    let of = |c: usize| {
+        if group.channels[c].has_stamps { Ok(STAMP) } else { unit_of(group, c, options) }
+    };
     if let Some(name) = &options.time {
         let name = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
-        if let Some(column) = table.find(name) {
-            if table.has_stamps(column) {
-                return Ok(Some((column, STAMP)));
-            }
-            let unit = unit_of(table, column, options)?;
-            check_quantity(table, column, unit, Role::Time)?;
-            return Ok(Some((column, unit)));
+        if let Some(c) = group.find(name) {
+            let unit = of(c)?;
+            check_quantity(group, c, unit, Role::Time)?;
+            return Ok(Some((c, unit)));
         }
     }
+    if let Some(c) = group.clock {
+        return Ok(Some((c, of(c)?)));
+    }
     let mut unfit = Vec::new();
-    for (column, header) in table.header.iter().enumerate() {
-        if options.time.is_some() || !Role::Time.is_named_like(header) {
+    for (c, channel) in group.channels.iter().enumerate() {
+        if options.time.is_some() || !channel.may_be(Role::Time) {
             continue;
         }
-        if table.has_stamps(column) {
-            return Ok(Some((column, STAMP)));
-        }
-        match unit_of(table, column, options) {
-            Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((column, unit))),
+        match of(c) {
+            Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((c, unit))),
             Ok(_) => {}
             Err(error) => unfit.push(error),
         }
     }
     // Dates and times are a clock whatever they are called, unless there are several.
-    let mut stamps = (0..table.header.len()).filter(|column| table.has_stamps(*column));
-    if let (None, Some(column), None) = (&options.time, stamps.next(), stamps.next()) {
-        return Ok(Some((column, STAMP)));
+    let channels = group.channels.iter().enumerate();
+    let mut stamps = channels.filter(|(_, channel)| channel.has_stamps);
+    if let (None, Some((c, _)), None) = (&options.time, stamps.next(), stamps.next()) {
+        return Ok(Some((c, STAMP)));
     }
     if options.row_period_s.is_some() {
         return Ok(None);
@@ -241,10 +275,22 @@ pub(crate) fn time_column(
     if unfit.len() == 1 {
         return Err(unfit.remove(0));
     }
-    Err(Error::NoTime { file: table.file.clone(), available: table.header.join(", ") })
+    Err(Error::NoTime { file: group.place(), available: group.names() })
 }
 
-fn available(tables: &[Table<'_>]) -> String {
-    let text = |t: &Table<'_>| format!("{} in {}", t.header.join(", "), t.file);
-    tables.iter().map(text).collect::<Vec<_>>().join("; ")
+fn available(groups: &[Group]) -> String {
+    // A bus or a robot has hundreds of channels.
+    const MOST: usize = 60;
+    let all: usize = groups.iter().map(|g| g.channels.len()).sum();
+    let (mut left, mut texts) = (MOST, Vec::new());
+    for group in groups {
+        let names = group.channels.iter().take(left).map(|c| c.name.as_str());
+        let names: Vec<&str> = names.collect();
+        left -= names.len();
+        if !names.is_empty() {
+            texts.push(format!("{} in {}", names.join(", "), group.place()));
+        }
+    }
+    let more = if all > MOST { format!("; {} more", all - MOST) } else { String::new() };
+    texts.join("; ") + &more
 }

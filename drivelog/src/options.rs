@@ -42,6 +42,10 @@ pub struct LogOptions {
     pub time: Option<String>,
     /// Units by column name, where the header does not state them or states them wrongly.
     pub units: BTreeMap<String, String>,
+    /// Topics, messages or channel groups to use, by name. Empty: all.
+    pub topics: Vec<String>,
+    /// CAN databases (DBC) for raw buses, as name and text.
+    pub dbc: Vec<(String, Vec<u8>)>,
     /// The decimal mark of the files. `None`: the one that the first rows of each file determine.
     pub decimal: Option<DecimalMark>,
     /// Steering angle at 1 of a normalised steering command (unit `1` or `%`), rad. `None`: such a
@@ -78,6 +82,8 @@ impl Default for LogOptions {
             speed: None,
             time: None,
             units: BTreeMap::new(),
+            topics: Vec::new(),
+            dbc: Vec::new(),
             decimal: None,
             steering_full_scale_rad: None,
             steering_ratio: None,
@@ -130,6 +136,12 @@ impl LogOptions {
         }
         if let Some(mark) = self.decimal {
             map.insert("decimal".into(), mark.name().into());
+        }
+        if !self.topics.is_empty() {
+            map.insert("topics".into(), self.topics.join("; "));
+        }
+        for (name, text) in &self.dbc {
+            map.insert(format!("dbc {name}"), steerwright_formats::sha256_hex(text));
         }
         for (column, unit) in &self.units {
             map.insert(format!("unit {column}"), unit.clone());

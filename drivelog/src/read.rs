@@ -1,17 +1,18 @@
 //! Reading files as drives, and drives as one recording.
 
+use crate::channels::Opened;
 use crate::drive::{Drive, grouped};
 use crate::error::{Error, last_part, stem};
 use crate::gnss::Gnss;
 use crate::log::DriveLog;
 use crate::mapping;
 use crate::options::LogOptions;
+use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
-use crate::table::{LogFile, Table};
 use steerwright_formats::ChannelSummary;
 
-/// Reads CSV files, each with a header and a clock of its own.
+/// Reads log files that are in memory, of any format, each with a clock of its own.
 ///
 /// Files with steering and yaw rate are drives of their own; other files are channels of one drive.
 /// [`read_drives`] accepts files that are grouped already, and describes the rest.
@@ -42,17 +43,36 @@ pub fn read_drives(
     options: &LogOptions,
 ) -> Result<DriveLog, Error> {
     check_options(options)?;
-    let mut groups = grouped(open(files, options)?, options)?;
+    let mut all = grouped(open(files, options)?, options)?;
     for files in drives.into_iter().filter(|files| !files.is_empty()) {
-        groups.push(open(files, options)?);
+        all.push(open(files, options)?);
     }
-    let Some(first) = groups.first() else { return Err(Error::NoFiles) };
-    let name = stem(&first[0].file);
-    mapping::check_units_are_used(groups.iter().flatten(), options)?;
+    merged(all, options)
+}
+
+/// Reads recordings of one drive, such as columns [in memory](crate::in_memory), as [`read_drives`] reads
+/// files.
+///
+/// # Errors
+/// [`Error`] with recording, row and channel.
+pub fn read_recordings(
+    recordings: Vec<Box<dyn Recording + '_>>,
+    options: &LogOptions,
+) -> Result<DriveLog, Error> {
+    check_options(options)?;
+    let files = recordings.into_iter().map(|recording| opened(recording, options));
+    merged(grouped(files.collect::<Result<_, _>>()?, options)?, options)
+}
+
+fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog, Error> {
+    let first = groups.first().and_then(|files| files[0].recording.groups().first());
+    let Some(first) = first else { return Err(Error::NoFiles) };
+    let name = stem(&first.file);
+    mapping::check_units_are_used(groups.iter().flatten().flat_map(Opened::groups), options)?;
     let mut warnings = Vec::new();
     let drives = groups
         .into_iter()
-        .map(|tables| Drive::read(tables, options, &mut warnings))
+        .map(|files| Drive::read(files, options, &mut warnings))
         .collect::<Result<Vec<_>, _>>()?;
     check_repeated(&drives)?;
     let mut used = options.to_map();
@@ -82,8 +102,27 @@ pub fn read_drives(
     Ok(log)
 }
 
-fn open<'a>(files: Vec<LogFile<'a>>, options: &LogOptions) -> Result<Vec<Table<'a>>, Error> {
-    files.into_iter().map(|file| Table::open(file, options.decimal)).collect()
+fn open<'a>(files: Vec<LogFile<'a>>, options: &LogOptions) -> Result<Vec<Opened<'a>>, Error> {
+    files.into_iter().map(|file| opened(recording::open(file, options)?, options)).collect()
+}
+
+/// The recording with the groups that the options name, or all.
+pub(crate) fn opened<'a>(
+    recording: Box<dyn Recording + 'a>,
+    options: &LogOptions,
+) -> Result<Opened<'a>, Error> {
+    let groups = recording.groups();
+    let is_used = |place: &usize| {
+        options.topics.is_empty() || options.topics.iter().any(|t| groups[*place].is_called(t))
+    };
+    let places: Vec<usize> = (0..groups.len()).filter(is_used).collect();
+    if places.is_empty() {
+        let file = groups.first().map_or_else(String::new, |group| group.file.clone());
+        let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
+        let (topics, available) = (options.topics.join(", "), names.join(", "));
+        return Err(Error::NoSuchTopic { file, topics, available });
+    }
+    Ok(Opened { recording, places })
 }
 
 pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {

@@ -102,9 +102,9 @@ impl Series {
     }
 
     /// SI values; what no vehicle has is refused.
-    pub(super) fn bring_to_si(&mut self, sign: f64) -> Result<(), Error> {
+    pub(super) fn bring_to_si(&mut self) -> Result<(), Error> {
         let (role, unit) = (self.role, self.unit);
-        let factor = sign * unit.to_si;
+        let factor = unit.to_si;
         if let Some((least, most, si)) = role.limits(unit.quantity) {
             let outside = |x: f64| x < least || x > most;
             if let Some(i) = (0..self.value.len())
@@ -118,7 +118,7 @@ impl Series {
                     si,
                     unit: unit.name,
                     limit: if value < least { least } else { most },
-                    alternatives: role.alternatives(sign * self.value[i], unit.name),
+                    alternatives: role.alternatives(self.value[i], unit.name),
                 });
             }
         }

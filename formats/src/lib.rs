@@ -59,7 +59,7 @@ pub use pid::{
 pub use plant::{
     Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm,
 };
-pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
+pub use provenance::{HashingReader, Provenance, SampleHash, SourceFile, sha256_hex};
 pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
 pub use start::Start;

@@ -25,6 +25,9 @@ pub struct SourceFile {
     pub name: String,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
+    /// Whether the hash is of the samples that were read: a large file is not read as a whole for it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub of_samples: bool,
 }
 
 impl SourceFile {
@@ -32,7 +35,7 @@ impl SourceFile {
     #[must_use]
     pub fn of(path: &std::path::Path, bytes: &[u8]) -> Self {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Self { name, sha256: sha256_hex(bytes) }
+        Self { name, sha256: sha256_hex(bytes), of_samples: false }
     }
 }
 
@@ -61,8 +64,40 @@ impl<R: Read> HashingReader<R> {
 
     /// SHA-256 of the bytes read so far, in lower-case hexadecimal.
     #[must_use]
-    pub fn sha256_hex(self) -> String {
-        hex(&self.hash.finalize())
+    pub fn sha256_hex(&self) -> String {
+        hex(&self.hash.clone().finalize())
+    }
+}
+
+/// Hashes samples, channel by channel, in pieces of any length.
+#[derive(Default)]
+pub struct SampleHash {
+    channels: Vec<(String, Sha256)>,
+}
+
+impl SampleHash {
+    /// Adds samples of a channel.
+    pub fn update(&mut self, channel: &str, samples: &[f64]) {
+        let at = self.channels.iter().position(|(name, _)| name == channel);
+        let at = at.unwrap_or_else(|| {
+            self.channels.push((channel.into(), Sha256::new()));
+            self.channels.len() - 1
+        });
+        let hash = &mut self.channels[at].1;
+        samples.iter().for_each(|x| hash.update(x.to_le_bytes()));
+    }
+
+    /// SHA-256 of the names and samples, whatever the order of the channels, in hexadecimal.
+    #[must_use]
+    pub fn sha256_hex(mut self) -> String {
+        self.channels.sort_by(|a, b| a.0.cmp(&b.0));
+        let mut all = Sha256::new();
+        for (name, hash) in self.channels {
+            all.update((name.len() as u64).to_le_bytes());
+            all.update(name);
+            all.update(hash.finalize());
+        }
+        hex(&all.finalize())
     }
 }
 

@@ -94,7 +94,7 @@ impl Origin {
             attribute(name),
             attribute(written_by)
         );
-        for SourceFile { name, sha256 } in &self.sources {
+        for SourceFile { name, sha256, .. } in &self.sources {
             let _ = write!(
                 xml,
                 "\n        <Source name=\"{}\" sha256=\"{}\"/>",
@@ -125,7 +125,7 @@ impl Origin {
         };
         row("model", &cell(name));
         row("file", &format!("`{file}`, SHA-256 `{sha256}`, written by {}", cell(written_by)));
-        for SourceFile { name, sha256 } in &self.sources {
+        for SourceFile { name, sha256, .. } in &self.sources {
             row("made from", &format!("{}, SHA-256 `{}`", cell(name), cell(sha256)));
         }
         for Fact { key, value, unit } in &self.evidence {

@@ -28,7 +28,7 @@ impl Manifest {
         names.sort();
         let files = names.into_iter().map(|name| {
             let sha256 = steerwright_formats::sha256_hex(&fs::read(folder.join(&name))?);
-            Ok(SourceFile { name, sha256 })
+            Ok(SourceFile { name, sha256, of_samples: false })
         });
         Ok(Self {
             schema: SCHEMA.into(),

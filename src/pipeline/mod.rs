@@ -227,10 +227,7 @@ fn roads(
         remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
         remarks.extend(recorded.excess.map(|excess| format!("{name}: {excess}")));
         let mut path = recorded.path;
-        path.provenance.sources = vec![SourceFile {
-            name: name.clone(),
-            sha256: steerwright_formats::sha256_hex(text.as_bytes()),
-        }];
+        path.provenance.sources = vec![SourceFile::of(name.as_ref(), text.as_bytes())];
         roads.push((RECORDED_ROAD, path));
     }
     Ok(roads)
@@ -304,8 +301,7 @@ impl Writer {
         std::fs::create_dir_all(folder)
             .and_then(|()| std::fs::write(&path, bytes))
             .map_err(|e| Failure::file(&path, &e))?;
-        self.written
-            .push(SourceFile { name: name.into(), sha256: steerwright_formats::sha256_hex(bytes) });
+        self.written.push(SourceFile::of(name.as_ref(), bytes));
         Ok(path)
     }
 

@@ -4,7 +4,6 @@ use crate::channels::difference;
 use crate::error::Error;
 use crate::faults::{Repeated, SpikeFilter, average};
 use crate::intersample::{self, Updates};
-use crate::mapping::Source;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::series::Series;
@@ -23,7 +22,6 @@ pub(super) struct Channel {
     most: f64,
     sum: f64,
     count: usize,
-    sign: f64,
     pub(super) repeated: Option<Repeated>,
     /// The last row of a yaw: instant, angle and line.
     last: Option<(f64, f64, u64)>,
@@ -37,15 +35,14 @@ pub(super) struct Channel {
     spikes: [SpikeFilter; 2],
 }
 
-impl Channel {
-    pub(super) fn new(source: &Source) -> Self {
+impl Default for Channel {
+    fn default() -> Self {
         Self {
             missing: 0,
             least: f64::INFINITY,
             most: f64::NEG_INFINITY,
             sum: 0.0,
             count: 0,
-            sign: source.sign,
             repeated: None,
             last: None,
             updates: None,
@@ -54,7 +51,9 @@ impl Channel {
             spikes: Default::default(),
         }
     }
+}
 
+impl Channel {
     /// Adds rows, as written in the file, to those at hand.
     pub(super) fn take(
         &mut self,
@@ -67,7 +66,7 @@ impl Channel {
     ) -> Result<(), Error> {
         let (time, line) = (Rc::new(time.to_vec()), Rc::new(line.to_vec()));
         let mut new = Series { time, value, line, ..to.without_rows() };
-        new.bring_to_si(self.sign)?;
+        new.bring_to_si()?;
         self.missing += new.leave_out_missing();
         self.repeated = Repeated::and(self.repeated, average(&mut new)?);
         let [of_rows, of_updates] = &mut self.spikes;

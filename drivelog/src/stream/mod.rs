@@ -5,27 +5,29 @@
 //! the same samples however long the chunks are: the last rows wait for those after them, a run of equal yaw
 //! rates for its end, but no longer than a chunk.
 
+mod aligned;
 mod channel;
 mod gate;
 mod span;
 #[cfg(test)]
 mod tests;
 
-use crate::channels::check_clock;
-use crate::drive::{Drive, brings, steering_ratio};
+use crate::channels::{Selected, check_clock, source_file};
+use crate::drive::{Drive, brings, sources, steering_ratio};
 use crate::error::{Error, counted, last_part, stem};
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::intersample;
-use crate::mapping::{self, Source, time_column};
+use crate::mapping::{self, Source};
 use crate::options::LogOptions;
-use crate::read::check_options;
+use crate::read::{check_options, opened};
+use crate::recording::{self, Columns, Group, LogFile, Request, Wanted};
 use crate::role::Role;
 use crate::segments::{self, Clock};
 use crate::series::Series;
-use crate::table::{Columns, LogFile, Table};
+use aligned::Aligned;
 use channel::Channel;
 use span::Spans;
-use steerwright_formats::{ChannelSummary, SourceFile};
+use steerwright_formats::{ChannelSummary, SampleHash, SourceFile};
 
 pub use gate::{Piece, Sink};
 
@@ -76,33 +78,35 @@ fn in_chunks<E: From<Error>>(
         let expected = "none where logs are read in chunks".into();
         return Err(Error::Option { option: "window", value, expected }.into());
     }
-    let mut table = Table::open(file, options.decimal)?;
+    let mut file = opened(recording::open(file, options)?, options)?;
+    let groups: Vec<Group> = file.groups().cloned().collect();
+    let name = groups[0].file.clone();
     for role in [Role::Steering, Role::YawRate] {
-        if !brings(&table, role, options) {
-            return Err(Error::NotADrive { file: table.file, role: role.name() }.into());
+        if !groups.iter().any(|group| brings(group, role, options)) {
+            return Err(Error::NotADrive { file: name, role: role.name() }.into());
         }
     }
-    mapping::check_units_are_used(std::iter::once(&table), options)?;
+    mapping::check_units_are_used(groups.iter(), options)?;
     let mut warnings = Vec::new();
-    let mut sources = Vec::new();
-    let tables = [table];
-    for role in [Role::Steering, Role::YawRate, Role::Speed] {
-        if let Some(source) = mapping::find(&tables, options, role, &mut warnings)? {
-            sources.push((role, source));
-        }
-    }
-    let [read] = tables;
-    table = read;
+    let roles = [Role::Steering, Role::YawRate, Role::Speed];
+    let sources = sources(&groups, roles, options, &mut warnings)?;
     let has_speed = sources.iter().any(|(role, _)| *role == Role::Speed);
     if options.speed_window.is_some() && !has_speed {
-        return Err(Error::NoSpeedForWindow { drive: last_part(&table.file).into() }.into());
+        return Err(Error::NoSpeedForWindow { drive: last_part(&name).into() }.into());
     }
-    let mut reading = Reading::new(&table, &sources, options)?;
+    let mut clocks = Vec::new();
+    for (index, (group, &place)) in groups.iter().zip(&file.places).enumerate() {
+        let selected = Selected::of(group, place, index, &sources, options)?;
+        clocks.extend(selected.map(|selected| OfClock::new(group, selected)));
+    }
+    let wanted: Vec<Wanted> = clocks.iter().map(|own| own.selected.wanted.clone()).collect();
+    let mut reading = Reading::new(&groups, clocks, sources, options);
     let mut spans: Option<Spans> = None;
+    let request = Request { wanted: &wanted, window_s: None, most: chunk };
+    let scales = reading.clocks.iter().map(OfClock::seconds).collect();
+    let mut rows = Aligned::new(file.recording.rows(request)?, scales);
     loop {
-        let rows = table.rows(&reading.wanted, chunk)?;
-        let is_last = rows.lines.len() < chunk;
-        reading.take(rows, is_last)?;
+        let is_last = reading.take(rows.next()?)?;
         reading.leave_out_frozen(if is_last { None } else { Some(chunk) });
         match spans {
             Some(_) => {
@@ -139,20 +143,46 @@ fn in_chunks<E: From<Error>>(
         if channel.missing > 0 {
             warnings.push(format!(
                 "{}: column `{}`: {} missing; short runs are bridged by straight lines",
-                last_part(&table.file),
+                last_part(&name),
                 series.column,
                 counted(channel.missing, "sample")
             ));
         }
     }
+    drop(rows);
+    warnings.extend(file.recording.losses());
+    let samples = std::mem::take(&mut reading.hash);
     let summaries = reading.channels.iter().zip(&reading.drive.channels);
     Ok(Streamed {
-        name: stem(&table.file),
+        name: stem(&name),
         steering_ratio: reading.drive.steering_ratio,
         channels: summaries.map(|(c, series)| c.summary(series)).collect(),
         warnings,
-        source: table.finish(),
+        source: source_file(file.recording.as_mut(), &name, samples),
     })
+}
+
+/// A group of the file, and the state of its clock.
+struct OfClock {
+    group: Group,
+    selected: Selected,
+    rows: usize,
+    /// Its last instant, s.
+    before: f64,
+    /// Rows of the last instant read, which the next may repeat.
+    open: Columns,
+}
+
+impl OfClock {
+    fn new(group: &Group, selected: Selected) -> Self {
+        let (before, open) = (f64::NEG_INFINITY, Columns::default());
+        Self { group: group.clone(), selected, rows: 0, before, open }
+    }
+
+    /// The unit of its clock, s; `None` without a clock.
+    fn seconds(&self) -> Option<f64> {
+        self.selected.clock.as_ref().map(|(_, unit)| unit.to_si)
+    }
 }
 
 /// The rows at hand and the state of those before.
@@ -160,16 +190,10 @@ struct Reading {
     /// The rows not yet done with.
     drive: Drive,
     channels: Vec<Channel>,
-    /// Columns of the file: the clock, if it has one, and the channels.
-    wanted: Vec<usize>,
-    /// The clock's column and its unit in s.
-    clock: Option<(String, f64)>,
-    row_period_s: f64,
+    sources: Vec<(Role, Source)>,
+    clocks: Vec<OfClock>,
+    hash: SampleHash,
     options: LogOptions,
-    rows: usize,
-    before: f64,
-    /// Rows of the last instant read, which the next may repeat.
-    open: Columns,
     freezes: Freezes,
     /// Rows of the yaw rate that are decided upon: the rest may be frozen.
     alive: usize,
@@ -179,80 +203,69 @@ struct Reading {
 
 impl Reading {
     fn new(
-        table: &Table<'_>,
-        sources: &[(Role, Source)],
+        groups: &[Group],
+        clocks: Vec<OfClock>,
+        sources: Vec<(Role, Source)>,
         options: &LogOptions,
-    ) -> Result<Self, Error> {
-        let clock = time_column(table, options)?;
-        let channels = sources.iter().map(|(_, source)| Channel::new(source)).collect();
+    ) -> Self {
         let series = |(role, source): &(Role, Source)| {
-            Series::new(*role, &table.file, &table.header[source.column], source.unit)
+            Series::new(*role, &groups[source.group].place(), &source.name, source.unit)
         };
         let series: Vec<Series> = sources.iter().map(series).collect();
-        Ok(Self {
+        Self {
             doubtful: series[YAW_RATE].clone(),
             drive: Drive {
-                name: last_part(&table.file).into(),
+                name: last_part(&groups[0].file).into(),
                 channels: series,
                 places: Vec::new(),
                 files: Vec::new(),
                 steering_ratio: 1.0,
             },
-            wanted: clock
-                .iter()
-                .map(|(c, _)| *c)
-                .chain(sources.iter().map(|(_, s)| s.column))
-                .collect(),
-            clock: clock.map(|(c, unit)| (table.header[c].clone(), unit.to_si)),
-            channels,
-            row_period_s: options.row_period_s.unwrap_or(1.0),
+            channels: sources.iter().map(|_| Channel::default()).collect(),
+            sources,
+            clocks,
+            hash: SampleHash::default(),
             options: options.clone(),
-            rows: 0,
-            before: f64::NEG_INFINITY,
-            open: Columns::default(),
             freezes: Freezes::default(),
             alive: 0,
-        })
+        }
     }
 
-    /// Adds rows to every channel.
-    fn take(&mut self, rows: Columns, is_last: bool) -> Result<(), Error> {
-        let mut rows = std::mem::take(&mut self.open).and(rows);
-        if self.clock.is_some() && !is_last {
-            let time = &rows.values[0];
-            let last = time.iter().rev().copied().find(|t| !t.is_nan());
-            let first = last.and_then(|last| time.iter().position(|t| *t == last));
-            // A clock that stops is rejected below, not held back.
-            if let Some(first) = first.filter(|first| 2 * first > time.len()) {
-                self.open = rows.split_off(first);
-            }
-        }
-        let file = &self.drive.channels[0].file;
-        let mut values = rows.values.into_iter();
-        let time: Vec<f64> = match &self.clock {
-            Some((column, to_si)) => {
-                let mut time = values.next().unwrap_or_default();
-                time.iter_mut().for_each(|t| *t *= to_si);
-                self.before = check_clock(file, column, &time, &rows.lines, self.before)?;
-                time
-            }
-            None => {
-                let period = self.row_period_s;
-                (0..rows.lines.len()).map(|i| (self.rows + i) as f64 * period).collect()
-            }
-        };
-        self.rows += rows.lines.len();
+    /// Adds rows to every channel; whether they were the last.
+    fn take(&mut self, rows: aligned::Rows) -> Result<bool, Error> {
+        let aligned::Rows { of_groups, are_last } = rows;
         let yaw_rate = &mut self.drive.channels[YAW_RATE];
         self.alive = yaw_rate.value.len();
         yaw_rate.append(&mut self.doubtful);
         let from: Vec<usize> = self.drive.channels.iter().map(|c| c.value.len()).collect();
-        let both = self.channels.iter_mut().zip(&mut self.drive.channels);
-        for ((channel, series), value) in both.zip(values) {
-            channel.take(series, &time, value, &rows.lines, &self.options, is_last)?;
+        for (own, rows) in self.clocks.iter_mut().zip(of_groups) {
+            own.selected.hash(&own.group, &rows, &mut self.hash);
+            let mut rows = std::mem::take(&mut own.open).and(rows);
+            rows.values.resize(own.selected.wanted.channels.len(), Vec::new());
+            if own.selected.clock.is_some() && !are_last {
+                let time = &rows.values[0];
+                let last = time.iter().rev().copied().find(|t| !t.is_nan());
+                let first = last.and_then(|last| time.iter().position(|t| *t == last));
+                // A clock that stops is rejected below, not held back.
+                if let Some(first) = first.filter(|first| 2 * first > time.len()) {
+                    own.open = rows.split_off(first);
+                }
+            }
+            let time = own.selected.time(&rows, own.rows, &self.options);
+            if let Some((column, _)) = &own.selected.clock {
+                let place = own.group.place();
+                own.before = check_clock(&place, column, &time, &rows.lines, own.before)?;
+            }
+            own.rows += rows.lines.len();
+            for &i in &own.selected.sources {
+                let value = own.selected.values(&self.sources[i].1, &rows);
+                let (channel, series) = (&mut self.channels[i], &mut self.drive.channels[i]);
+                channel.take(series, &time, value, &rows.lines, &self.options, are_last)?;
+            }
         }
         let new = |c: usize| &self.drive.channels[c].value[from[c]..];
         self.freezes.note(new(YAW_RATE), new(STEERING));
-        Ok(())
+        Ok(are_last)
     }
 
     /// Leaves out the samples of a gyro that is frozen while the vehicle moves and is steered, and

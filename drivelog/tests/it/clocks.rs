@@ -144,7 +144,7 @@ impl std::io::Read for Slow<'_> {
 fn a_file_is_read_as_it_comes() {
     let text = [b"\xEF\xBB\xBF", b"\n \n".as_slice(), &good()].concat();
     let read = |budget: usize| {
-        let file = LogFile { name: "slow.csv".into(), reader: Box::new(Slow(&text, budget)) };
+        let file = LogFile::of_stream("slow.csv", Slow(&text, budget));
         read_drives(vec![file], Vec::new(), &LogOptions::default())
     };
     let log = read(usize::MAX).unwrap();

@@ -15,7 +15,11 @@ pub(crate) const AWKWARD: &str = "a \"drive\" <b>&amp; | `x` é\n\u{1}";
 pub(crate) fn provenance() -> Provenance {
     Provenance {
         version: "0.1.0".into(),
-        sources: vec![SourceFile { name: "drive <1>.csv".into(), sha256: "ab".repeat(32) }],
+        sources: vec![SourceFile {
+            name: "drive <1>.csv".into(),
+            sha256: "ab".repeat(32),
+            of_samples: false,
+        }],
         options: BTreeMap::from([("order".into(), "auto".into())]),
     }
 }

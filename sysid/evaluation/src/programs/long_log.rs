@@ -85,7 +85,7 @@ fn accumulate(path: &Path) -> Result<Accumulated, Box<dyn std::error::Error>> {
 }
 
 fn open(path: &Path) -> std::io::Result<LogFile<'static>> {
-    Ok(LogFile { name: path.display().to_string(), reader: Box::new(File::open(path)?) })
+    Ok(LogFile::of_file(&path.display().to_string(), File::open(path)?))
 }
 
 /// Writes drive after drive on one clock, of seeds from the given one; the bytes written.

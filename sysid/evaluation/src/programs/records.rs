@@ -4,7 +4,6 @@
 use super::options;
 use clap::Parser;
 use faer::Mat;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
 use steerwright_evaluation::{halves, pole_distance, recording, request, response_distance};
@@ -319,10 +318,7 @@ fn scale_car(folder: &Path) -> Result<(), String> {
         };
         let read = |name: &str| {
             let bytes = std::fs::read(folder.join(name)).map_err(|e| e.to_string())?;
-            Ok::<_, String>(vec![LogFile {
-                name: name.into(),
-                reader: Box::new(Cursor::new(bytes)),
-            }])
+            Ok::<_, String>(vec![LogFile::of_bytes(name, &bytes)])
         };
         let drives = vec![read("estimation.csv")?, read("validation.csv")?];
         let log = read_drives(Vec::new(), drives, &options).map_err(|e| e.to_string())?;

@@ -94,8 +94,8 @@ fn a_log_is_the_same_however_its_bytes_come() {
     let text = csv(4, 9_000);
     let whole = accumulated(&text).to_file();
     for bytes in [1, 7, 1000] {
-        let reader = Box::new(Trickle(Cursor::new(text.clone().into_bytes()), bytes));
-        let file = LogFile { name: "drive.csv".into(), reader };
+        let reader = Trickle(Cursor::new(text.clone().into_bytes()), bytes);
+        let file = LogFile::of_stream("drive.csv", reader);
         let state = Accumulated::of_log(file, &AccumulateOptions::default()).unwrap();
         assert_eq!(state.to_file(), whole, "{bytes}");
     }

@@ -6,79 +6,41 @@ mod comments;
 mod head;
 mod stamps;
 
+use super::bytes::LogFile;
+use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use crate::error::{Error, Place};
-use crate::options::DecimalMark;
-use crate::units::split_brackets;
+use crate::options::{DecimalMark, LogOptions};
 use comments::WithoutComments;
 use head::{Head, comma_number, is_blank, is_comment, is_missing, line};
 use stamps::Stamps;
 use std::io::{Cursor, Read};
 use std::rc::Rc;
-use steerwright_formats::{HashingReader, SourceFile};
-
-/// Where a log's bytes come from; they are read once, from the first to the last.
-pub struct LogFile<'a> {
-    /// The file as the caller names it.
-    pub name: String,
-    /// Its bytes.
-    pub reader: Box<dyn Read + 'a>,
-}
-
-impl<'a> LogFile<'a> {
-    /// A file whose bytes are here.
-    #[must_use]
-    pub fn of_bytes(name: &str, bytes: &'a [u8]) -> Self {
-        Self { name: name.into(), reader: Box::new(bytes) }
-    }
-}
-
-impl std::fmt::Debug for LogFile<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LogFile").field("name", &self.name).finish_non_exhaustive()
-    }
-}
+use steerwright_formats::HashingReader;
 
 /// The bytes after those that were looked at for the header, hashed on the way.
 type Bytes<'a> = HashingReader<std::io::Chain<Cursor<Vec<u8>>, Box<dyn Read + 'a>>>;
 
-pub(crate) struct Table<'a> {
-    pub(crate) file: String,
-    pub(crate) header: Vec<String>,
-    pub(crate) header_line: u64,
-    /// The unit of each column from the row under the header; empty where there is no such row.
-    units: Vec<String>,
+struct Csv<'a> {
+    groups: [Group; 1],
     decimal: Option<DecimalMark>,
     stamps: Vec<Option<Stamps>>,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
+    is_read: bool,
 }
 
-/// Columns of a table; a missing cell is NaN.
-#[derive(Default)]
-pub(crate) struct Columns {
-    pub(crate) values: Vec<Vec<f64>>,
-    pub(crate) lines: Rc<Vec<u64>>,
+/// Opens a text; reads its header.
+pub(super) fn open<'a>(
+    file: LogFile<'a>,
+    options: &LogOptions,
+) -> Result<Box<dyn Recording + 'a>, Error> {
+    Ok(Box::new(Csv::open(file, options.decimal)?))
 }
 
-impl Columns {
-    pub(crate) fn and(mut self, later: Self) -> Self {
-        if self.lines.is_empty() {
-            return later;
-        }
-        self.values.iter_mut().zip(later.values).for_each(|(all, mut new)| all.append(&mut new));
-        Rc::make_mut(&mut self.lines).extend_from_slice(&later.lines);
-        self
-    }
-
-    pub(crate) fn split_off(&mut self, row: usize) -> Self {
-        let values = self.values.iter_mut().map(|values| values.split_off(row)).collect();
-        Self { values, lines: Rc::new(Rc::make_mut(&mut self.lines).split_off(row)) }
-    }
-}
-
-impl<'a> Table<'a> {
+impl<'a> Csv<'a> {
     /// Reads the header; `decimal` is the mark that is stated.
-    pub(crate) fn open(file: LogFile<'a>, decimal: Option<DecimalMark>) -> Result<Self, Error> {
-        let LogFile { name, mut reader } = file;
+    fn open(file: LogFile<'a>, decimal: Option<DecimalMark>) -> Result<Self, Error> {
+        let name = file.name.clone();
+        let mut reader = file.into_reader();
         let (start, whole_lines) = start(&name, reader.as_mut())?;
         let head = Head::of(&name, &start[..whole_lines])?;
         for (i, column) in head.header.iter().enumerate() {
@@ -94,76 +56,59 @@ impl<'a> Table<'a> {
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
         let bytes = WithoutComments::new(bytes, head.delimiter);
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
-        let mut table = Self {
-            file: name,
-            header: head.header,
-            header_line: head.header_line,
-            units: head.units,
+        let channels = head.header.iter().enumerate().map(|(j, name)| {
+            let unit = head.units.get(j).map(|unit| head::bare_unit(unit));
+            let mut channel = Channel::new(name, unit);
+            channel.has_stamps = head.stamps[j].is_some();
+            channel
+        });
+        let mut group = Group::new(&name, "", channels.collect());
+        group.header_line = head.header_line;
+        let mut csv = Self {
+            groups: [group],
             decimal: decimal.or(head.decimal),
             stamps: head.stamps,
             reader,
+            is_read: false,
         };
         let mut record = csv::ByteRecord::new();
         for _ in 0..head.records {
-            table.next(&mut record)?;
+            csv.next(&mut record)?;
         }
-        Ok(table)
+        Ok(csv)
     }
 
     fn next(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
         let more = self.reader.read_byte_record(record).map_err(|e| {
             let line = e.position().map_or(1, csv::Position::line);
-            Error::Csv { file: self.file.clone(), line, problem: e.to_string() }
+            Error::Csv { file: self.groups[0].file.clone(), line, problem: e.to_string() }
         })?;
         if record.as_slice().contains(&0) {
-            return Err(Error::NotText { file: self.file.clone(), line: line(record) });
+            return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
         }
         Ok(more)
     }
 
-    pub(crate) fn unit_under(&self, column: usize) -> Option<&str> {
-        let text = head::bare_unit(self.units.get(column)?);
-        (!text.is_empty() && text != "-").then_some(text)
-    }
-
-    pub(crate) fn has_stamps(&self, column: usize) -> bool {
-        self.stamps[column].is_some()
-    }
-
-    /// The column with that header, brackets included or not.
-    pub(crate) fn find(&self, name: &str) -> Option<usize> {
-        self.header
-            .iter()
-            .position(|h| h == name)
-            .or_else(|| self.header.iter().position(|h| split_brackets(h).0 == name))
-    }
-
-    /// Reads the file to its end: the columns' numbers, as written in it, and its hash.
-    pub(crate) fn columns(mut self, wanted: &[usize]) -> Result<(Columns, SourceFile), Error> {
-        let mut columns = self.rows(wanted, usize::MAX)?;
-        columns.values.iter_mut().for_each(Vec::shrink_to_fit);
-        Ok((columns, self.finish()))
-    }
-
     /// Reads so many rows, or those that are left: the columns' numbers, as written in the file.
-    pub(crate) fn rows(&mut self, wanted: &[usize], most: usize) -> Result<Columns, Error> {
+    fn take(&mut self, wanted: &[usize], most: usize) -> Result<Columns, Error> {
         let mut values = vec![Vec::new(); wanted.len()];
         let mut lines = Vec::new();
         let mut record = csv::ByteRecord::new();
+        let columns = self.groups[0].channels.len();
         while lines.len() < most && self.next(&mut record)? {
             // A comment in quotes is one.
             if is_blank(&record) || is_comment(&record[0]) {
                 continue;
             }
             let line = line(&record);
-            let beyond = record.iter().skip(self.header.len());
+            let beyond = record.iter().skip(columns);
             let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
-            if record.len() < self.header.len() || is_longer {
+            if record.len() < columns || is_longer {
                 return Err(Error::RaggedRow {
-                    file: self.file.clone(),
+                    file: self.groups[0].file.clone(),
                     line,
                     got: record.len(),
-                    expected: self.header.len(),
+                    expected: columns,
                 });
             }
             lines.push(line);
@@ -172,13 +117,6 @@ impl<'a> Table<'a> {
             }
         }
         Ok(Columns { values, lines: Rc::new(lines) })
-    }
-
-    /// The file by name and hash, once all of it has been read.
-    pub(crate) fn finish(self) -> SourceFile {
-        let name = std::path::Path::new(&self.file);
-        let name = name.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        SourceFile { name, sha256: self.reader.into_inner().into_inner().sha256_hex() }
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
@@ -217,7 +155,30 @@ impl<'a> Table<'a> {
     }
 
     fn place(&self, line: u64, column: usize) -> Box<Place> {
-        Place::new(&self.file, line, &self.header[column])
+        Place::new(&self.groups[0].file, line, &self.groups[0].channels[column].name)
+    }
+}
+
+impl Recording for Csv<'_> {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
+        let Some(wanted) = request.wanted.first() else { return Ok(Box::new(std::iter::empty())) };
+        let pieces = std::iter::from_fn(move || {
+            if self.is_read {
+                return None;
+            }
+            let columns = self.take(&wanted.channels, request.most);
+            self.is_read = columns.as_ref().map_or(true, |c| c.lines.len() < request.most);
+            Some(columns.map(|columns| Rows { wanted: 0, columns }))
+        });
+        Ok(Box::new(pieces))
+    }
+
+    fn sha256(&mut self) -> Option<String> {
+        self.is_read.then(|| self.reader.get_ref().inner().sha256_hex())
     }
 }
 

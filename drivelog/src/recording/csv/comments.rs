@@ -38,8 +38,8 @@ impl<R: Read> WithoutComments<R> {
         Self { inner, delimiter, at: At::LineStart, slash: false, ready, from: 0, buffer }
     }
 
-    pub(super) fn into_inner(self) -> R {
-        self.inner
+    pub(super) fn inner(&self) -> &R {
+        &self.inner
     }
 
     fn take(&mut self, byte: u8) {

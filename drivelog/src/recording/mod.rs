@@ -1,0 +1,278 @@
+//! Log files of any format as channels in groups, each group with one clock.
+//!
+//! [`open`] recognises the format by the file's first bytes. A format is a file of this folder that
+//! implements [`Recording`], and a line in [`FORMATS`].
+
+mod bytes;
+mod csv;
+mod memory;
+
+pub use bytes::{Bytes, LogFile, ReadAt};
+pub use memory::in_memory;
+
+use crate::error::{Error, last_part};
+use crate::options::LogOptions;
+use crate::role::Role;
+use crate::units::split_brackets;
+use bytes::Head;
+use std::rc::Rc;
+
+/// A log file of one format.
+pub trait Recording {
+    /// The groups, in the order of the file.
+    fn groups(&self) -> &[Group];
+
+    /// Reads channels piece by piece, in memory that does not grow with the file.
+    ///
+    /// Rows of a group come in their order; groups advance together, so that none is far behind. A stream
+    /// is read once.
+    ///
+    /// # Errors
+    /// [`Error`] with the file and the place in it; a piece may be one, too, and is then the last.
+    fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error>;
+
+    /// What could not be read, after [`Self::rows`]: what it is and at which byte.
+    fn losses(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// SHA-256 of the file, if all of it has been read.
+    fn sha256(&mut self) -> Option<String> {
+        None
+    }
+}
+
+/// Pieces of the rows of a log.
+pub type Pieces<'r> = Box<dyn Iterator<Item = Result<Rows, Error>> + 'r>;
+
+/// What is to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'r> {
+    /// The channels, each group once.
+    pub wanted: &'r [Wanted],
+    /// First and last time, s on the clocks of the groups: rows outside may be left out.
+    pub window_s: Option<(f64, f64)>,
+    /// Most rows of a piece.
+    pub most: usize,
+}
+
+/// Channels to be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wanted {
+    /// The group.
+    pub group: usize,
+    /// Its channels.
+    pub channels: Vec<usize>,
+}
+
+/// Successive rows of a group.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Which of the [`Wanted`].
+    pub wanted: usize,
+    /// The values.
+    pub columns: Columns,
+}
+
+/// Values as written in the log, in the order of [`Wanted::channels`]; a missing one is NaN.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    /// Values of each channel.
+    pub values: Vec<Vec<f64>>,
+    /// Line of each row in a text; else the number of the row in its group, from 1.
+    pub lines: Rc<Vec<u64>>,
+}
+
+/// Rows of several groups as they follow each other in a file, in pieces.
+pub(crate) struct Batches {
+    columns: Vec<Columns>,
+    most: usize,
+}
+
+impl Batches {
+    pub(crate) fn new(request: &Request<'_>) -> Self {
+        let empty = |wanted: &Wanted| Columns {
+            values: vec![Vec::new(); wanted.channels.len()],
+            lines: Rc::default(),
+        };
+        Self { columns: request.wanted.iter().map(empty).collect(), most: request.most }
+    }
+
+    /// Adds a row of a group: its line or number, and its values in the order of [`Wanted::channels`].
+    pub(crate) fn push(&mut self, wanted: usize, line: u64, row: impl IntoIterator<Item = f64>) {
+        let columns = &mut self.columns[wanted];
+        columns.values.iter_mut().zip(row).for_each(|(values, x)| values.push(x));
+        Rc::make_mut(&mut columns.lines).push(line);
+    }
+
+    /// Whether a group has as many rows as a piece may have.
+    pub(crate) fn is_full(&self) -> bool {
+        self.columns.iter().any(|columns| columns.lines.len() >= self.most)
+    }
+
+    /// Takes the rows of all groups, so that none is behind.
+    pub(crate) fn drain(&mut self) -> Vec<Rows> {
+        let all = self.columns.iter_mut().enumerate().filter(|(_, c)| !c.lines.is_empty());
+        all.map(|(wanted, columns)| {
+            let values = columns.values.iter_mut().map(std::mem::take).collect();
+            let lines = std::mem::take(&mut columns.lines);
+            Rows { wanted, columns: Columns { values, lines } }
+        })
+        .collect()
+    }
+}
+
+impl Columns {
+    pub(crate) fn and(mut self, later: Self) -> Self {
+        if self.lines.is_empty() {
+            return later;
+        }
+        self.append(later);
+        self
+    }
+
+    pub(crate) fn append(&mut self, later: Self) {
+        self.values.resize(later.values.len().max(self.values.len()), Vec::new());
+        self.values.iter_mut().zip(later.values).for_each(|(all, mut new)| all.append(&mut new));
+        Rc::make_mut(&mut self.lines).extend_from_slice(&later.lines);
+    }
+
+    pub(crate) fn split_off(&mut self, row: usize) -> Self {
+        let values = self.values.iter_mut().map(|values| values.split_off(row)).collect();
+        Self { values, lines: Rc::new(Rc::make_mut(&mut self.lines).split_off(row)) }
+    }
+}
+
+/// Channels on one clock: a table, a topic, a message of a bus, a channel group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// The file as the caller names it.
+    pub file: String,
+    /// Its name within the file; empty where the file is one group.
+    pub name: String,
+    /// Its kind as the file states it, such as the type of a message; empty where there is none.
+    pub kind: String,
+    /// The channels.
+    pub channels: Vec<Channel>,
+    /// The channel that is the clock; `None` where its name decides.
+    pub clock: Option<usize>,
+    /// Number of rows, where it is known without reading them.
+    pub rows: Option<u64>,
+    /// First and last time, s, where they are known without reading the rows.
+    pub span_s: Option<(f64, f64)>,
+    /// Line of the header of a text.
+    pub(crate) header_line: u64,
+}
+
+/// A channel of a group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Its name in the file, of a message's field the path to it.
+    pub name: String,
+    /// Its unit as the file states it apart from the name.
+    pub unit: Option<String>,
+    /// What it represents, where the format or the type of the message defines it.
+    pub(crate) role: Option<Role>,
+    /// Whether its values are times as ISO 8601 writes them, which are read as seconds.
+    pub(crate) has_stamps: bool,
+}
+
+impl Channel {
+    pub(crate) fn new(name: &str, unit: Option<&str>) -> Self {
+        let unit = unit.map(str::trim).filter(|u| !u.is_empty() && *u != "-");
+        Self { name: name.into(), unit: unit.map(Into::into), role: None, has_stamps: false }
+    }
+
+    /// Whether it may be taken for the role where none is stated.
+    pub(crate) fn may_be(&self, role: Role) -> bool {
+        self.role.map_or_else(|| role.is_named_like(&self.name), |own| own == role)
+    }
+}
+
+impl Group {
+    pub(crate) fn new(file: &str, name: &str, channels: Vec<Channel>) -> Self {
+        Self {
+            file: file.into(),
+            name: name.into(),
+            kind: String::new(),
+            channels,
+            clock: None,
+            rows: None,
+            span_s: None,
+            header_line: 0,
+        }
+    }
+
+    /// The group in messages: the file, and of a file with several groups which of them.
+    pub(crate) fn place(&self) -> String {
+        if self.name.is_empty() {
+            self.file.clone()
+        } else {
+            format!("{}:{}", self.file, self.name)
+        }
+    }
+
+    /// One of its channels in messages.
+    pub(crate) fn label(&self, channel: &str) -> String {
+        if self.name.is_empty() { channel.into() } else { format!("{}.{channel}", self.name) }
+    }
+
+    pub(crate) fn names(&self) -> String {
+        let names: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
+        names.join(", ")
+    }
+
+    /// The channel of that name: with or without its unit in brackets, and with the group before it.
+    pub(crate) fn find(&self, name: &str) -> Option<usize> {
+        let names = || self.channels.iter().map(|c| c.name.as_str());
+        let found = names()
+            .position(|own| own == name)
+            .or_else(|| names().position(|own| split_brackets(own).0 == name));
+        if found.is_some() || self.name.is_empty() {
+            return found;
+        }
+        // `/imu/data/angular_velocity/z` is `angular_velocity.z` of `/imu/data`.
+        let plain = |text: &str| text.trim_start_matches('/').replace(['/', ':'], ".");
+        let (group, name) = (plain(&self.name), plain(name));
+        let rest = name.strip_prefix(&group)?.strip_prefix('.')?;
+        names().position(|own| plain(own) == rest)
+    }
+
+    /// Whether `name` is that of the file, of the group, or of both.
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        let file = [self.file.as_str(), last_part(&self.file)];
+        file.contains(&name) || !self.name.is_empty() && (self.name == name || self.place() == name)
+    }
+}
+
+/// A format of log files.
+struct Format {
+    recognises: fn(&Head<'_>) -> bool,
+    open: for<'a> fn(LogFile<'a>, &LogOptions) -> Result<Box<dyn Recording + 'a>, Error>,
+}
+
+/// The formats; a text that no other one recognises is CSV.
+const FORMATS: &[Format] = &[Format { recognises: |_| true, open: csv::open }];
+
+/// Opens a log: recognises its format and lists its channels.
+///
+/// # Errors
+/// [`Error`] where the format is none of those known, or the file's head or index is damaged.
+pub fn open<'a>(
+    mut file: LogFile<'a>,
+    options: &LogOptions,
+) -> Result<Box<dyn Recording + 'a>, Error> {
+    let start = file.start()?;
+    let head = Head { name: &file.name, start: &start };
+    let format = FORMATS.iter().find(|format| (format.recognises)(&head));
+    match format {
+        Some(format) => (format.open)(file, options),
+        None => Err(Error::EmptyFile { file: file.name }),
+    }
+}
+
+/// The last part of a path, as it is stored in provenance.
+pub(crate) fn file_name(path: &str) -> String {
+    let name = std::path::Path::new(path).file_name();
+    name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
