@@ -15,7 +15,7 @@ use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 /// R factors of several machines are merged there; the model is that of all logs together
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, read in chunks; each is one drive, with steering and yaw rate on one clock
+    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// File of the R factor
@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = Outputs::new(global.force, &arguments.logs)
         .file(&arguments.out, Kind::of::<AccumulatedDrives>())?;
     let options = AccumulateOptions {
-        log: arguments.log.options(),
+        log: arguments.log.options()?,
         input_kind: arguments.model_input,
         horizon: arguments.horizon,
     };

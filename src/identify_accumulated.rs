@@ -60,7 +60,7 @@ pub(crate) fn run(
     identify: &IdentifyArguments,
     out: &Output,
 ) -> Result<Outcome, Failure> {
-    if log.options() != LogOptions::default() || !log.drives.is_empty() {
+    if log.options()? != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
             "options for reading a log have no effect on an R factor",
             "pass them to steerwright accumulate",

@@ -4,14 +4,47 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions};
+use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions, Mapping};
 use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
+
+/// How the channels in a log file are found.
+#[derive(clap::Args, Debug, Clone)]
+#[command(next_help_heading = "Log")]
+pub(crate) struct SourceArguments {
+    /// Column of the time in every file; by default the first one with such a name
+    #[arg(long, value_name = "CHANNEL")]
+    pub(crate) time_channel: Option<String>,
+    /// Unit of a channel whose name does not state it
+    #[arg(long = "unit", value_name = "CHANNEL=UNIT", value_parser = channel_unit)]
+    pub(crate) units: Vec<(String, String)>,
+    /// Topic, message or channel group to use; may be repeated. By default all
+    #[arg(long = "topic", value_name = "NAME")]
+    pub(crate) topics: Vec<String>,
+    /// CAN database that decodes a raw bus; may be repeated
+    #[arg(long = "dbc", value_name = "FILE")]
+    pub(crate) dbc: Vec<PathBuf>,
+    /// Mapping file with the channels, units and databases of a team's vehicles. Options of the command line
+    /// override it
+    #[arg(long, value_name = "TOML")]
+    pub(crate) mapping: Option<PathBuf>,
+    /// Vehicle of the mapping file
+    #[arg(long, value_name = "NAME", requires = "mapping")]
+    pub(crate) vehicle: Option<String>,
+    /// Decimal mark of the numbers; by default the one that the first rows determine
+    #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
+    pub(crate) decimal: Option<DecimalMark>,
+    /// Time between rows of files without a clock
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
+    pub(crate) row_period: Option<f64>,
+}
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Log")]
 pub(crate) struct LogArguments {
+    #[command(flatten)]
+    pub(crate) source: SourceArguments,
     /// Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
     /// reverses the sign, FILE.csv:CHANNEL selects one of several files
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
@@ -23,18 +56,6 @@ pub(crate) struct LogArguments {
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
-    /// Column of the time in every file; by default the first one with such a name
-    #[arg(long, value_name = "CHANNEL")]
-    pub(crate) time_channel: Option<String>,
-    /// Unit of a channel whose name does not state it
-    #[arg(long = "unit", value_name = "CHANNEL=UNIT", value_parser = channel_unit)]
-    pub(crate) units: Vec<(String, String)>,
-    /// Topic, message or channel group to use; may be repeated. By default all
-    #[arg(long = "topic", value_name = "NAME")]
-    pub(crate) topics: Vec<String>,
-    /// Decimal mark of the numbers; by default the one that the first rows determine
-    #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
-    pub(crate) decimal: Option<DecimalMark>,
     /// Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     /// taken as it is
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
@@ -60,9 +81,6 @@ pub(crate) struct LogArguments {
     /// angle) or along straight lines (foh); auto decides by name, unit and values
     #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto", value_parser = intersample)]
     pub(crate) intersample: Auto<Intersample>,
-    /// Time between rows of files without a clock
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
-    pub(crate) row_period: Option<f64>,
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
@@ -123,33 +141,56 @@ pub(crate) struct Auto<T>(Option<T>);
 #[derive(Debug, Clone)]
 pub(crate) struct Files(Vec<PathBuf>);
 
+impl SourceArguments {
+    /// The options with the channels, units and databases that are stated here and in the mapping file.
+    pub(crate) fn complete(&self, options: LogOptions) -> Result<LogOptions, Failure> {
+        let mut options = LogOptions {
+            time: self.time_channel.clone(),
+            units: self.units.iter().cloned().collect(),
+            topics: self.topics.clone(),
+            decimal: self.decimal,
+            row_period_s: self.row_period,
+            ..options
+        };
+        let mut databases = self.dbc.clone();
+        if let Some(path) = &self.mapping {
+            let (text, name) = (files::read_text(path)?, path.display().to_string());
+            let mapping = Mapping::of_toml(&text, &name, self.vehicle.as_deref())?;
+            if databases.is_empty() {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                databases = mapping.dbc.iter().map(|name| folder.join(name)).collect();
+            }
+            mapping.apply(&mut options)?;
+        }
+        for path in databases {
+            options.dbc.push((path.display().to_string(), files::read(&path)?));
+        }
+        Ok(options)
+    }
+}
+
 impl LogArguments {
     /// The files of `--drive`.
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.drives.iter().flat_map(|drive| &drive.0)
     }
 
-    pub(crate) fn options(&self) -> LogOptions {
-        LogOptions {
+    pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
+        self.source.complete(LogOptions {
             input: self.input_channel.clone(),
             output: self.output_channel.clone(),
             speed: self.speed_channel.clone(),
-            time: self.time_channel.clone(),
-            units: self.units.iter().cloned().collect(),
-            topics: self.topics.clone(),
-            dbc: Vec::new(),
-            decimal: self.decimal,
             steering_full_scale_rad: self.steering_full_scale,
             steering_ratio: self.steering_ratio,
             windows: self.windows.clone(),
             speed_window: self.speed_window,
             sample_time_s: self.sample_time,
             intersample: self.intersample.0,
-            row_period_s: self.row_period,
             max_gap_s: self.max_gap,
             gnss_latency_s: self.gnss_latency,
             antenna_x_m: self.antenna_x,
-        }
+            ..LogOptions::default()
+        })
     }
 
     /// Reads the files of the log: the positional ones and those of `--drive`.
@@ -158,13 +199,14 @@ impl LogArguments {
         if paths.iter().chain(self.files()).filter(is_stdin).count() > 1 {
             return Err(Failure::new("standard input is named twice", "name - once"));
         }
+        let options = self.options()?;
         let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
             paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()
         };
         let drives =
             self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(steerwright_drivelog::read_drives(open(paths)?, drives, &self.options())?)
+        Ok(steerwright_drivelog::read_drives(open(paths)?, drives, &options)?)
     }
 }
 

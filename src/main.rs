@@ -19,6 +19,7 @@ mod gate;
 mod identify;
 mod identify_accumulated;
 mod identify_bicycle;
+mod inspect;
 mod log_options;
 mod manual;
 mod output;
@@ -69,6 +70,7 @@ enum Command {
     Demo(demo::Arguments),
     // Boxed: it has the options of all stages.
     Build(Box<build::Arguments>),
+    Inspect(inspect::Arguments),
     Identify(identify::Arguments),
     Accumulate(accumulate::Arguments),
     Bicycle(bicycle::Arguments),
@@ -88,6 +90,7 @@ fn run(command: Command, global: &Global) -> Result<Outcome, Failure> {
     match command {
         Command::Demo(arguments) => demo::run(&arguments, global),
         Command::Build(arguments) => build::run(&arguments, global),
+        Command::Inspect(arguments) => inspect::run(&arguments, global),
         Command::Identify(arguments) => identify::run(&arguments, global),
         Command::Accumulate(arguments) => accumulate::run(&arguments, global),
         Command::Bicycle(arguments) => bicycle::run(&arguments, global),

@@ -40,6 +40,8 @@ pub enum Error {
     NotSought { file: String },
     #[error("{file}: {problem}")]
     Columns { file: String, problem: String },
+    #[error("{file}: {problem}")]
+    Mapping { file: String, problem: String },
     #[error("{file}: there is no topic {topics}; there are: {available}")]
     NoSuchTopic { file: String, topics: String, available: String },
     #[error("the channels of `{expression}` (for the {role}) have different clocks")]
@@ -191,6 +193,9 @@ impl Error {
             }
             Self::NotSought { .. } => "name the file itself, not standard input or a pipe",
             Self::Columns { .. } => "use columns of equal length with different names",
+            Self::Mapping { .. } => {
+                "a mapping has steering, yaw_rate, speed, time, units, topics, dbc, steering_ratio and the like, for all vehicles or under [vehicle.NAME]"
+            }
             Self::NoSuchTopic { .. } => "spell the topic, message or channel group as it is listed",
             Self::SeveralClocks { .. } => {
                 "combine channels of one topic, message or channel group, or log them with one clock"

@@ -29,9 +29,11 @@ mod error;
 mod expression;
 mod faults;
 mod gnss;
+mod inspect;
 mod intersample;
 mod log;
 mod mapping;
+mod mapping_file;
 mod noise;
 mod options;
 mod read;
@@ -46,7 +48,9 @@ mod units;
 
 pub use error::{Error, Place};
 pub use gnss::{Gnss, GnssDrive};
+pub use inspect::{InspectedChannel, InspectedGroup, Inspection, inspect};
 pub use log::{DriveLog, Segment};
+pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{

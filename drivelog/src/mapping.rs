@@ -220,7 +220,12 @@ pub(crate) fn check_units_are_used<'a>(
     Ok(())
 }
 
-fn check_quantity(group: &Group, channel: usize, unit: Unit, role: Role) -> Result<(), Error> {
+pub(crate) fn check_quantity(
+    group: &Group,
+    channel: usize,
+    unit: Unit,
+    role: Role,
+) -> Result<(), Error> {
     let name = &group.channels[channel].name;
     if role.takes(unit.quantity) && !(role.is_rate(name) && unit.quantity == Quantity::Angle) {
         return Ok(());

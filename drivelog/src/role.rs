@@ -9,6 +9,7 @@ pub(crate) enum Role {
     Steering,
     YawRate,
     Speed,
+    LateralAcceleration,
     Time,
     /// Where a receiver's fix is, east and north or in degrees.
     East,
@@ -40,6 +41,7 @@ impl Role {
             Self::Steering => ["steering", "deg", "deg", "deg or rad"],
             Self::YawRate => ["yaw rate", "degps", "deg/s", "deg/s or rad/s, or deg or rad of yaw"],
             Self::Speed => ["speed", "kmh", "km/h", "m/s, km/h or mph"],
+            Self::LateralAcceleration => ["lateral acceleration", "mps2", "m/s2", "m/s2 or g"],
             Self::Time => ["time", "s", "s", "s, ms, us or ns"],
             Self::East => ["x of the position", "m", "m", "m"],
             Self::North => ["y of the position", "m", "m", "m"],
@@ -56,6 +58,7 @@ impl Role {
     pub(crate) fn key(self) -> &'static str {
         match self {
             Self::YawRate => "yaw_rate",
+            Self::LateralAcceleration => "lateral_acceleration",
             other => other.name(),
         }
     }
@@ -66,12 +69,28 @@ impl Role {
             Self::YawRate => options.output.as_deref(),
             Self::Speed => options.speed.as_deref(),
             Self::Time => options.time.as_deref(),
-            Self::East | Self::North | Self::Latitude | Self::Longitude => None,
+            Self::LateralAcceleration
+            | Self::East
+            | Self::North
+            | Self::Latitude
+            | Self::Longitude => None,
         }
     }
 
     /// The roles of a receiver's fixes.
     pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
+
+    /// The roles of channels.
+    pub(crate) const OF_CHANNELS: [Self; 8] = [
+        Self::Steering,
+        Self::YawRate,
+        Self::Speed,
+        Self::LateralAcceleration,
+        Self::East,
+        Self::North,
+        Self::Latitude,
+        Self::Longitude,
+    ];
 
     /// Whether it is one of [`Self::PLACES`].
     pub(crate) fn is_place(self) -> bool {
@@ -134,6 +153,10 @@ impl Role {
                     // openpilot, CarMaker.
                     || is(&["vego", "carv", "vfzg"])
             }
+            Self::LateralAcceleration => {
+                any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
+                    || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"])
+            }
             Self::Time => {
                 let header = header.to_lowercase();
                 header == "t"
@@ -175,6 +198,7 @@ impl Role {
                 Quantity::AngularRate | Quantity::Angle | Quantity::Dimensionless
             ),
             Self::Speed => quantity == Quantity::Speed,
+            Self::LateralAcceleration => quantity == Quantity::Acceleration,
             Self::Time => quantity == Quantity::Time,
             Self::East | Self::North => quantity == Quantity::Length,
             Self::Latitude | Self::Longitude => quantity == Quantity::Angle,

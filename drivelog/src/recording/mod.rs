@@ -175,17 +175,25 @@ pub struct Channel {
     pub(crate) role: Option<Role>,
     /// Whether its values are times as ISO 8601 writes them, which are read as seconds.
     pub(crate) has_stamps: bool,
+    /// Whether its values are texts, and so are not read.
+    pub(crate) is_text: bool,
 }
 
 impl Channel {
     pub(crate) fn new(name: &str, unit: Option<&str>) -> Self {
         let unit = unit.map(str::trim).filter(|u| !u.is_empty() && *u != "-");
-        Self { name: name.into(), unit: unit.map(Into::into), role: None, has_stamps: false }
+        Self {
+            name: name.into(),
+            unit: unit.map(Into::into),
+            role: None,
+            has_stamps: false,
+            is_text: false,
+        }
     }
 
     /// Whether it may be taken for the role where none is stated.
     pub(crate) fn may_be(&self, role: Role) -> bool {
-        self.role.map_or_else(|| role.is_named_like(&self.name), |own| own == role)
+        !self.is_text && self.role.map_or_else(|| role.is_named_like(&self.name), |own| own == role)
     }
 }
 

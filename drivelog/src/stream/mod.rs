@@ -20,7 +20,7 @@ use crate::intersample;
 use crate::mapping::{self, Source};
 use crate::options::LogOptions;
 use crate::read::{check_options, opened};
-use crate::recording::{self, Columns, Group, LogFile, Request, Wanted};
+use crate::recording::{Columns, Group, Recording, Request, Wanted};
 use crate::role::Role;
 use crate::segments::{self, Clock};
 use crate::series::Series;
@@ -54,20 +54,20 @@ pub struct Streamed {
     pub warnings: Vec<String>,
 }
 
-/// Reads one file to its end, piece by piece.
+/// Reads one recording to its end, piece by piece.
 ///
 /// # Errors
 /// [`Error`] with file, line and column, and what the sink returns.
 pub fn stream<E: From<Error>>(
-    file: LogFile<'_>,
+    recording: Box<dyn Recording + '_>,
     options: &LogOptions,
     sink: &mut Sink<'_, E>,
 ) -> Result<Streamed, E> {
-    in_chunks(file, options, CHUNK, sink)
+    in_chunks(recording, options, CHUNK, sink)
 }
 
 fn in_chunks<E: From<Error>>(
-    file: LogFile<'_>,
+    recording: Box<dyn Recording + '_>,
     options: &LogOptions,
     chunk: usize,
     sink: &mut Sink<'_, E>,
@@ -78,7 +78,7 @@ fn in_chunks<E: From<Error>>(
         let expected = "none where logs are read in chunks".into();
         return Err(Error::Option { option: "window", value, expected }.into());
     }
-    let mut file = opened(recording::open(file, options)?, options)?;
+    let mut file = opened(recording, options)?;
     let groups: Vec<Group> = file.groups().cloned().collect();
     let name = groups[0].file.clone();
     for role in [Role::Steering, Role::YawRate] {

@@ -1,16 +1,28 @@
 //! A file read in chunks brings what it brings when it is read whole.
 
-use super::{Piece, in_chunks};
-use crate::{DriveLog, LogFile, LogOptions, read_log};
+use super::{Piece, Streamed, in_chunks};
+use crate::{
+    DriveLog, Error, Group, LogFile, LogOptions, Pieces, Recording, Request, Rows, Wanted,
+    in_memory, open, read_log, read_recordings,
+};
 use steerwright_formats::ChannelSummary;
 
 /// Segments of (steering, yaw rate, speed).
 type Segments = Vec<[Vec<f64>; 3]>;
 
 fn streamed(csv: &str, options: &LogOptions, chunk: usize) -> (f64, Segments, Vec<ChannelSummary>) {
-    let (mut step, mut segments, mut open) = (0.0, Segments::new(), false);
     let file = LogFile::of_bytes("drive.csv", csv.as_bytes());
-    let read = in_chunks::<crate::Error>(file, options, chunk, &mut |sample_time_s, piece| {
+    let (step, segments, read) = of_recording(open(file, options).unwrap(), options, chunk);
+    (step, segments, read.channels)
+}
+
+fn of_recording(
+    recording: Box<dyn Recording + '_>,
+    options: &LogOptions,
+    chunk: usize,
+) -> (f64, Segments, Streamed) {
+    let (mut step, mut segments, mut open) = (0.0, Segments::new(), false);
+    let read = in_chunks::<crate::Error>(recording, options, chunk, &mut |sample_time_s, piece| {
         step = sample_time_s;
         match piece {
             Piece::Samples { steering, yaw_rate, speed } => {
@@ -27,7 +39,7 @@ fn streamed(csv: &str, options: &LogOptions, chunk: usize) -> (f64, Segments, Ve
         Ok(())
     })
     .unwrap();
-    (step, segments, read.channels)
+    (step, segments, read)
 }
 
 fn whole(csv: &str, options: &LogOptions) -> (DriveLog, Segments) {
@@ -213,4 +225,70 @@ fn a_bad_sample_of_a_slow_sensor_is_a_spike() {
     let (log, _) = whole(&csv, &LogOptions::default());
     assert_eq!(log.channels[1].spikes_s, [20.9, 30.3, 49.9, 59.5]);
     assert_same(&csv, &LogOptions::default(), 1);
+}
+
+/// Tables on clocks of their own as groups of one file.
+struct Several {
+    tables: Vec<Box<dyn Recording>>,
+    groups: Vec<Group>,
+}
+
+impl Recording for Several {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
+        let mut pieces = Vec::new();
+        for (index, wanted) in request.wanted.iter().enumerate() {
+            let own = [Wanted { group: 0, channels: wanted.channels.clone() }];
+            let rows = self.tables[wanted.group].rows(Request { wanted: &own, ..request })?;
+            for (k, rows) in rows.enumerate() {
+                pieces.push((k, Rows { wanted: index, ..rows? }));
+            }
+        }
+        pieces.sort_by_key(|(k, rows)| (*k, rows.wanted));
+        Ok(Box::new(pieces.into_iter().map(|(_, rows)| Ok(rows))))
+    }
+}
+
+#[test]
+fn groups_with_clocks_of_their_own_bring_what_they_bring_when_read_whole() {
+    let several = || {
+        let table = |name: &str, rate: f64, from: f64, f: fn(f64) -> f64| {
+            let time: Vec<f64> =
+                (0..(60.0 * rate) as usize).map(|k| from + k as f64 / rate).collect();
+            let value = time.iter().map(|t| f(*t)).collect();
+            in_memory("bus", vec![("time_s".into(), time), (name.into(), value)]).unwrap()
+        };
+        let tables = vec![
+            table("roadwheel_angle_rad", 83.0, 0.0, |t| {
+                0.02 * (1.3 * t).sin() + 0.01 * (0.1 * t * t).cos()
+            }),
+            table("yaw_rate_radps", 100.0, 0.4, |t| {
+                0.2 * (1.3 * t + 0.4).sin() + 0.03 * (7.0 * t).sin()
+            }),
+            table("speed_mps", 10.0, 0.1, |t| 15.0 + t.sin()),
+        ];
+        let groups = tables.iter().enumerate().map(|(k, table)| {
+            let mut group = table.groups()[0].clone();
+            group.name = format!("message {k}");
+            group
+        });
+        Box::new(Several { groups: groups.collect(), tables }) as Box<dyn Recording>
+    };
+    let options = LogOptions::default();
+    let log = read_recordings(vec![several()], &options).unwrap();
+    assert_eq!(log.segments.len(), 1);
+    for chunk in [500, 1000, 100_000] {
+        let (step, segments, read) = of_recording(several(), &options, chunk);
+        assert_eq!((step, segments.len()), (log.sample_time_s, 1));
+        assert_eq!(read.source, log.sources[0]);
+        let expected = [&log.input, &log.output, log.speed.as_ref().unwrap()];
+        for (got, expected) in segments[0].iter().zip(expected) {
+            assert_eq!(got.len(), expected.len(), "chunks of {chunk}");
+            let differ = got.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(differ < 1e-11, "chunks of {chunk}: {differ}");
+        }
+    }
 }

@@ -26,6 +26,8 @@ pub(super) struct Head {
     /// The unit of each column from the row under the header; empty where there is no such row.
     pub(super) units: Vec<String>,
     pub(super) stamps: Vec<Option<Stamps>>,
+    /// Columns whose first cells are all texts.
+    pub(super) are_texts: Vec<bool>,
     /// Records from the file's start to the first row of values.
     pub(super) records: usize,
 }
@@ -59,14 +61,22 @@ impl Head {
         }
         let mut marks = Marks::default();
         let mut stamps: Vec<Option<Option<Stamps>>> = vec![None; header.len()];
+        let mut cells = vec![(0, 0); header.len()];
         for _ in 0..SAMPLE {
             let Some(row) = rows.next() else { break };
-            for (cell, stamps) in row.iter().zip(&mut stamps) {
+            for ((cell, stamps), (all, texts)) in row.iter().zip(&mut stamps).zip(&mut cells) {
                 let cell = std::str::from_utf8(cell).unwrap_or_default().trim();
                 marks.note(cell);
-                if !is_missing(cell) && stamps.is_none() {
+                if is_missing(cell) {
+                    continue;
+                }
+                if stamps.is_none() {
                     *stamps = Some(Stamps::like(cell));
                 }
+                *all += 1;
+                // `1.234,5` and `12:00` are faults of a number.
+                *texts +=
+                    u32::from(!is_value(cell) && !cell.contains(|c: char| c.is_ascii_digit()));
             }
         }
         Ok(Self {
@@ -76,6 +86,7 @@ impl Head {
             header_line,
             units,
             stamps: stamps.into_iter().map(Option::flatten).collect(),
+            are_texts: cells.into_iter().map(|(all, texts)| all > 0 && texts == all).collect(),
             records,
         })
     }

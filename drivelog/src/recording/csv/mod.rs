@@ -60,6 +60,7 @@ impl<'a> Csv<'a> {
             let unit = head.units.get(j).map(|unit| head::bare_unit(unit));
             let mut channel = Channel::new(name, unit);
             channel.has_stamps = head.stamps[j].is_some();
+            channel.is_text = head.are_texts[j];
             channel
         });
         let mut group = Group::new(&name, "", channels.collect());

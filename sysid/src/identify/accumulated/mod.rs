@@ -16,7 +16,7 @@ use crate::data::scaled::driving_input;
 use crate::subspace::{Accumulator, Decomposition};
 use crate::validation::spectra::Sums;
 use std::collections::BTreeMap;
-use steerwright_drivelog::{LogFile, LogOptions, Piece, stream};
+use steerwright_drivelog::{LogFile, LogOptions, Piece, Recording, open, stream};
 use steerwright_formats::{ChannelSummary, InputKind, SourceFile};
 
 /// Samples of a block, some seconds, so that validation windows come from all of a drive.
@@ -61,13 +61,24 @@ pub struct Accumulated {
 }
 
 impl Accumulated {
-    /// Accumulates one log, a file that brings steering and yaw rate on one clock.
+    /// Accumulates one log, a file that brings steering and yaw rate.
     ///
     /// # Errors
     /// As [`read_drives`](steerwright_drivelog::read_drives); [`steerwright_drivelog::Error::NotADrive`] for a file that does not bring both
     /// channels, [`steerwright_drivelog::Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
     /// is not within 2 to 200.
     pub fn of_log(file: LogFile<'_>, options: &AccumulateOptions) -> Result<Self, Error> {
+        Self::of_recording(open(file, &options.log)?, options)
+    }
+
+    /// Accumulates one recording, such as columns in memory.
+    ///
+    /// # Errors
+    /// As [`Self::of_log`].
+    pub fn of_recording(
+        recording: Box<dyn Recording + '_>,
+        options: &AccumulateOptions,
+    ) -> Result<Self, Error> {
         if !(2..=200).contains(&options.horizon) {
             return Err(Error::option("horizon", options.horizon, "2 to 200"));
         }
@@ -78,7 +89,7 @@ impl Accumulated {
             taken: 0,
             speed: Some((0.0, 0.0, 0.0)),
         };
-        let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
+        let read = stream(recording, &options.log, &mut |step, piece| taking.take(step, piece))?;
         let Some(([estimation, validation], mut spectra)) = taking.states else {
             return Err(Error::too_few(0, 2 * options.horizon, 0.0));
         };

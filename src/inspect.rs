@@ -1,0 +1,183 @@
+//! `steerwright inspect`: what is in a log.
+
+use crate::failure::{Failure, Outcome};
+use crate::log_options::{SourceArguments, log_file};
+use crate::output::{Kind, Outputs};
+use crate::progress::Progress;
+use crate::{Global, console};
+use std::fmt::Write;
+use std::path::PathBuf;
+use steerwright_drivelog::{InspectedChannel, InspectedGroup, Inspection, LogOptions, inspect};
+use steerwright_report::{
+    Block, Figure, Panel, Section, Series, Style, Table, palette, report_html,
+};
+
+/// Most panels of a page where no channel is named.
+const PANELS: usize = 24;
+
+/// List the channels of a log: units, rates, ranges, gaps, and which of them look like steering, yaw rate,
+/// speed, lateral acceleration or GNSS
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The log
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// List and draw this channel only, named as it is listed; may be repeated
+    #[arg(long = "channel", value_name = "CHANNEL")]
+    channels: Vec<String>,
+    /// Draw the channels over time on a page (HTML): those that look like something, else all
+    #[arg(long, value_name = "HTML")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    source: SourceArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let plot = Outputs::new(global.force, [&arguments.log])
+        .optional(arguments.plot.as_ref(), Kind::Html)?;
+    let options = arguments.source.complete(LogOptions::default())?;
+    let progress = Progress::start(format!("reading {}", arguments.log.display()));
+    let mut found = inspect(log_file(&arguments.log, &progress)?, &options)?;
+    drop(progress);
+    select(&mut found, &arguments.channels)?;
+    for loss in &found.losses {
+        console::warning(loss);
+    }
+    if let Some(plot) = &plot {
+        plot.write(page(&found).as_bytes())?;
+    }
+    console::result(&text(&found), &found)?;
+    if let Some(plot) = &plot {
+        console::note(format!("written to {plot}"));
+    }
+    Ok(Outcome::Done)
+}
+
+/// A channel as the options of the other commands name it.
+fn label(group: &InspectedGroup, channel: &InspectedChannel) -> String {
+    if group.name.is_empty() {
+        channel.name.clone()
+    } else {
+        format!("{}.{}", group.name, channel.name)
+    }
+}
+
+/// Leaves the named channels.
+fn select(found: &mut Inspection, names: &[String]) -> Result<(), Failure> {
+    let is = |group: &InspectedGroup, c: &InspectedChannel, name: &String| {
+        c.name == *name || label(group, c) == *name
+    };
+    for name in names {
+        if !found.groups.iter().any(|g| g.channels.iter().any(|c| is(g, c, name))) {
+            return Err(Failure::new(
+                format!("--channel {name}: {} has no such channel", found.file),
+                "spell it as it is listed without the option",
+            ));
+        }
+    }
+    if names.is_empty() {
+        return Ok(());
+    }
+    for group in &mut found.groups {
+        let all = std::mem::take(&mut group.channels);
+        let named = all.into_iter().filter(|c| names.iter().any(|name| is(group, c, name)));
+        group.channels = named.collect();
+    }
+    found.groups.retain(|group| !group.channels.is_empty());
+    Ok(())
+}
+
+fn text(found: &Inspection) -> String {
+    let mut text = String::new();
+    for group in &found.groups {
+        match (group.name.as_str(), group.kind.as_str()) {
+            ("", _) => {}
+            (name, "") => text += &format!("{name}\n"),
+            (name, kind) => text += &format!("{name} ({kind})\n"),
+        }
+        let _ = writeln!(text, "{}\n", clock_in_words(group));
+        let mut table =
+            Table::new(["channel", "unit", "values", "smallest", "largest", "looks like"]);
+        for channel in &group.channels {
+            let shown = |x: Option<f64>| x.map_or_else(|| "–".into(), number);
+            let is_clock = group.clock.as_ref() == Some(&channel.name);
+            table = table.row([
+                channel.name.clone(),
+                channel.unit.clone().unwrap_or_else(|| "not stated".into()),
+                channel.values.to_string(),
+                shown(channel.min),
+                shown(channel.max),
+                if is_clock { "time".into() } else { channel.candidate_for.join(", ") },
+            ]);
+        }
+        let _ = writeln!(text, "{}", console::table(&table));
+    }
+    text
+}
+
+fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else if (1e-3..1e7).contains(&x.abs()) {
+        let digits = (4.0 - x.abs().log10().floor()).clamp(0.0, 6.0);
+        format!("{x:.*}", digits as usize)
+    } else {
+        format!("{x:.3e}")
+    }
+}
+
+fn clock_in_words(group: &InspectedGroup) -> String {
+    let mut text = format!("{} rows", group.rows);
+    if let (Some(rate), Some([from, to])) = (group.rate_hz, group.span_s) {
+        let _ = write!(text, " at {rate} Hz, {from:.3} to {to:.3} s ({:.2} s)", to - from);
+    }
+    if let Some([from, to]) = group.longest_gap_s {
+        let plural = if group.gaps == 1 { "gap" } else { "gaps" };
+        let _ = write!(
+            text,
+            ", {} {plural}, the longest {:.3} s at {from:.3} s",
+            group.gaps,
+            to - from
+        );
+    }
+    if let Some(hint) = &group.no_clock {
+        let _ = write!(text, "; no clock: {hint}");
+    }
+    text
+}
+
+/// The channels over time, a panel each.
+fn page(found: &Inspection) -> String {
+    let all = || found.groups.iter().flat_map(|g| g.channels.iter().map(move |c| (g, c)));
+    let drawn = |c: &InspectedChannel| c.outline.len() > 1;
+    let mut shown: Vec<_> =
+        all().filter(|(_, c)| !c.candidate_for.is_empty() && drawn(c)).collect();
+    if shown.is_empty() {
+        let others = all().filter(|(g, c)| g.clock.as_ref() != Some(&c.name) && drawn(c));
+        shown = others.take(PANELS).collect();
+    }
+    let panel = |(group, channel): &(&InspectedGroup, &InspectedChannel)| {
+        let unit = channel.unit.as_deref().unwrap_or("unit not stated");
+        let x = if group.span_s.is_some() { "time, s" } else { "row" };
+        // Where a part has several values, its outline is drawn down and up.
+        let points = channel.outline.iter().flat_map(|&[t, least, most]| {
+            let second = (most > least).then_some((t, most));
+            std::iter::once((t, least)).chain(second)
+        });
+        let name = label(group, channel);
+        let series = Series::new(name.clone(), points.collect(), Style::line(palette::BLUE));
+        let caption = match &channel.candidate_for[..] {
+            [] => clock_in_words(group),
+            roles => format!("looks like {}; {}", roles.join(", "), clock_in_words(group)),
+        };
+        let mut panel = Panel::new(x, unit).with(series);
+        panel.link = "log";
+        Block::Figure { figure: Figure::new(name, vec![panel]), height: 220, caption }
+    };
+    let name = found.file.rsplit(['/', '\\']).next().unwrap_or(&found.file);
+    let mut sections = vec![Section::new("Channels", shown.iter().map(panel).collect())];
+    if !found.losses.is_empty() {
+        sections.push(Section::new("Not read", vec![Block::List(found.losses.clone())]));
+    }
+    report_html(name, "The channels of the log over time.", &sections)
+}
