@@ -18,6 +18,7 @@ mod fmus;
 mod folders;
 mod gate;
 mod identify_bicycle;
+mod inspect;
 mod installed;
 mod jacobi_loop;
 mod nonlinear_vehicle;

@@ -90,18 +90,44 @@ impl<'a> Csv<'a> {
         Ok(more)
     }
 
-    /// Reads so many rows, or those that are left: the columns' numbers, as written in the file.
-    fn take(&mut self, wanted: &[usize], most: usize) -> Result<Columns, Error> {
-        let mut values = vec![Vec::new(); wanted.len()];
+    /// Reads so many rows, or those that are left: the columns' numbers, as written in the file. The rows before a
+    /// fault come with it.
+    fn take(&mut self, wanted: &[usize], most: usize) -> (Columns, Option<Error>) {
+        let mut columns =
+            Columns { values: vec![Vec::new(); wanted.len()], lines: Rc::new(Vec::new()) };
         let mut lines = Vec::new();
         let mut record = csv::ByteRecord::new();
+        let mut fault = None;
+        while lines.len() < most {
+            match self.row(&mut record, wanted, &mut columns.values) {
+                Ok(Some(line)) => lines.push(line),
+                Ok(None) => break,
+                Err(error) => {
+                    fault = Some(error);
+                    break;
+                }
+            }
+        }
+        // Cells of the row with the fault.
+        columns.values.iter_mut().for_each(|values| values.truncate(lines.len()));
+        columns.lines = Rc::new(lines);
+        (columns, fault)
+    }
+
+    /// Reads a row: its numbers to the end of `values`; its line, or `None` at the end.
+    fn row(
+        &mut self,
+        record: &mut csv::ByteRecord,
+        wanted: &[usize],
+        values: &mut [Vec<f64>],
+    ) -> Result<Option<u64>, Error> {
         let columns = self.groups[0].channels.len();
-        while lines.len() < most && self.next(&mut record)? {
+        while self.next(record)? {
             // A comment in quotes is one.
-            if is_blank(&record) || is_comment(&record[0]) {
+            if is_blank(record) || is_comment(&record[0]) {
                 continue;
             }
-            let line = line(&record);
+            let line = line(record);
             let beyond = record.iter().skip(columns);
             let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
             if record.len() < columns || is_longer {
@@ -112,12 +138,12 @@ impl<'a> Csv<'a> {
                     expected: columns,
                 });
             }
-            lines.push(line);
             for (values, &j) in values.iter_mut().zip(wanted) {
                 values.push(self.number(&record[j], line, j)?);
             }
+            return Ok(Some(line));
         }
-        Ok(Columns { values, lines: Rc::new(lines) })
+        Ok(None)
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
@@ -167,13 +193,18 @@ impl Recording for Csv<'_> {
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
         let Some(wanted) = request.wanted.first() else { return Ok(Box::new(std::iter::empty())) };
+        let mut fault = None;
         let pieces = std::iter::from_fn(move || {
+            if let Some(error) = fault.take() {
+                return Some(Err(error));
+            }
             if self.is_read {
                 return None;
             }
-            let columns = self.take(&wanted.channels, request.most);
-            self.is_read = columns.as_ref().map_or(true, |c| c.lines.len() < request.most);
-            Some(columns.map(|columns| Rows { wanted: 0, columns }))
+            let columns;
+            (columns, fault) = self.take(&wanted.channels, request.most);
+            self.is_read = columns.lines.len() < request.most;
+            Some(Ok(Rows { wanted: 0, columns }))
         });
         Ok(Box::new(pieces))
     }

@@ -1,0 +1,91 @@
+//! `steerwright inspect`, and mapping files, as a person uses them.
+
+use crate::support::{done, read_json, run, text_of};
+use serde_json::Value;
+
+#[test]
+fn channels_of_a_recorded_drive_are_listed_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let output =
+        done(folder.path(), "inspect {data}/multibody/drive.csv --plot channels.html --json");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let group = &found["groups"][0];
+    assert_eq!((&group["rows"], &group["rate_hz"]), (&10_300.into(), &100.0.into()));
+    let candidates: Vec<(&str, &str)> = group["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|c| c["candidate_for"].as_array().unwrap().iter().map(|r| (&c["name"], r)))
+        .map(|(name, role)| (name.as_str().unwrap(), role.as_str().unwrap()))
+        .collect();
+    let expected = [
+        ("steering_command_rad", "steering"),
+        ("steering_angle_rad", "steering"),
+        ("yaw_rate_radps", "yaw rate"),
+        ("speed_mps", "speed"),
+        ("lateral_acceleration_mps2", "lateral acceleration"),
+    ];
+    assert_eq!(candidates, expected);
+    let page = std::fs::read_to_string(folder.path().join("channels.html")).unwrap();
+    assert_eq!(page.matches("<figure").count(), expected.len());
+    let text =
+        text_of(&run(folder.path(), "inspect {data}/multibody/drive.csv --channel speed_mps"));
+    assert!(text.contains("speed_mps") && !text.contains("yaw_rate"), "{text}");
+    let refused = run(folder.path(), "inspect {data}/multibody/drive.csv --channel speed");
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+#[test]
+fn gaps_texts_and_damage_are_reported_and_the_rest_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |k: usize| format!("{:.2},manual,{}\n", k as f64 * 0.01, k % 7);
+    let rows: String = (0..300).chain(400..900).map(row).collect();
+    let log = format!("time_s,mode,steer_deg\n{rows}9.00,manual,x7\n");
+    std::fs::write(folder.path().join("log.csv"), log).unwrap();
+    let output = run(folder.path(), "inspect log.csv");
+    let text = text_of(&output);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("1 gap, the longest 1.010 s at 2.990 s"), "{text}");
+    assert!(text.contains("text"), "{text}");
+    assert!(
+        text.contains("warning: log.csv:802: column `steer_deg`: `x7` is not a number"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_mapping_file_replaces_the_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let mapping = "yaw_rate = \"yaw_rate_radps\"\n[vehicle.car]\nsteering = \"steering_command_rad\"\n\
+                   steering_ratio = 1\n[vehicle.other]\nsteering = \"nothing\"\n";
+    std::fs::write(folder.path().join("mapping.toml"), mapping).unwrap();
+    let line = "identify {data}/multibody/drive.csv --order 2 --horizon 10";
+    done(folder.path(), &format!("{line} --mapping mapping.toml --vehicle car -o mapped.json"));
+    done(
+        folder.path(),
+        &format!(
+            "{line} --input-channel steering_command_rad --output-channel yaw_rate_radps --steering-ratio 1 -o stated.json"
+        ),
+    );
+    let read = |name: &str| read_json(&folder.path().join(name));
+    assert_eq!(read("mapped.json"), read("stated.json"));
+    let several = run(folder.path(), &format!("{line} --mapping mapping.toml"));
+    assert_eq!(several.status.code(), Some(2));
+    assert!(text_of(&several).contains("which vehicle? There are: car, other"));
+}
+
+#[test]
+fn an_expression_of_channels_is_a_channel() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "identify {data}/multibody/drive.csv --order 2 --horizon 10 --steering-ratio 1";
+    let sum = "2 * steering_command_rad - steering_command_rad";
+    let arguments = |channel: &str, out: &str| {
+        let mut all = crate::support::words(line, std::path::Path::new(""));
+        all.extend(["--input-channel", channel, "-o", out].map(String::from));
+        crate::support::steerwright(folder.path(), &all)
+    };
+    assert!(arguments(sum, "sum.json").status.success());
+    assert!(arguments("steering_command_rad", "one.json").status.success());
+    let read = |name: &str| read_json(&folder.path().join(name));
+    assert_eq!(read("sum.json")["discrete"], read("one.json")["discrete"]);
+}
