@@ -38,6 +38,14 @@ pub enum Error {
         "{file}: a file of this format is read at several places, and a stream cannot be sought"
     )]
     NotSought { file: String },
+    #[error(
+        "{file}: the file is compressed as a whole (gzip), and its format is read at several places"
+    )]
+    Gzip { file: String },
+    #[error("{file}: a raw bus with {kinds} kinds of frames, and no database is named")]
+    NoDatabase { file: String, kinds: usize },
+    #[error("{file}: none of the {kinds} kinds of frames is in the databases")]
+    NotInDatabase { file: String, kinds: usize },
     #[error("{file}: {problem}")]
     Columns { file: String, problem: String },
     #[error("{file}: {problem}")]
@@ -192,6 +200,9 @@ impl Error {
                 "the file is damaged or was not written to its end: copy it again, or export the part that can be read"
             }
             Self::NotSought { .. } => "name the file itself, not standard input or a pipe",
+            Self::Gzip { .. } => "decompress it first: gunzip FILE",
+            Self::NoDatabase { .. } => "name the CAN database (DBC) of the vehicle",
+            Self::NotInDatabase { .. } => "name the database of this vehicle and bus",
             Self::Columns { .. } => "use columns of equal length with different names",
             Self::Mapping { .. } => {
                 "a mapping has steering, yaw_rate, speed, time, units, topics, dbc, steering_ratio and the like, for all vehicles or under [vehicle.NAME]"

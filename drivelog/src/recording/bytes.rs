@@ -1,6 +1,7 @@
 //! Where the bytes of a log come from.
 
 use crate::error::Error;
+use flate2::read::MultiGzDecoder;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -50,6 +51,9 @@ impl ReadAt for Vec<u8> {
 pub enum Bytes<'a> {
     /// Read once, from the first to the last: standard input, a pipe. Text only.
     Stream(Box<dyn Read + 'a>),
+    /// A stream whose first bytes are known, which come again.
+    #[doc(hidden)]
+    Begun(Vec<u8>, Box<dyn Read + 'a>),
     /// Read where they are needed.
     File(Arc<dyn ReadAt>),
 }
@@ -68,10 +72,8 @@ impl std::fmt::Debug for LogFile<'_> {
     }
 }
 
-/// The name and the first bytes of a file, by which its format is recognised.
+/// The first bytes of a file, by which its format is recognised.
 pub(super) struct Head<'h> {
-    #[allow(dead_code)] // for formats without a mark
-    pub(super) name: &'h str,
     pub(super) start: &'h [u8],
 }
 
@@ -82,7 +84,7 @@ impl<'a> LogFile<'a> {
     /// A file whose bytes are here.
     #[must_use]
     pub fn of_bytes(name: &str, bytes: &[u8]) -> Self {
-        Self { name: name.into(), bytes: Bytes::File(Arc::new(bytes.to_vec())) }
+        Self::of_file(name, bytes.to_vec())
     }
 
     /// A file that is read at any place.
@@ -97,41 +99,83 @@ impl<'a> LogFile<'a> {
         Self { name: name.into(), bytes: Bytes::Stream(Box::new(reader)) }
     }
 
-    /// The first bytes, which a stream still has afterwards.
-    pub(super) fn start(&mut self) -> Result<Vec<u8>, Error> {
-        let mut start = Vec::new();
-        let reader: &mut dyn Read = match &mut self.bytes {
-            Bytes::Stream(reader) => reader,
-            Bytes::File(bytes) => &mut At::new(Arc::clone(bytes)),
+    /// Looks at the first bytes of a stream, which it still has afterwards.
+    pub(super) fn look(&mut self) -> Result<(), Error> {
+        let Bytes::Stream(reader) = &mut self.bytes else { return Ok(()) };
+        let mut reader = std::mem::replace(reader, Box::new(io::empty()));
+        let start = first(reader.as_mut()).map_err(|e| self.failed(&e))?;
+        let whole = Cursor::new(start.clone()).chain(reader);
+        let (start, reader): (Vec<u8>, Box<dyn Read + 'a>) = if is_gzip(&start) {
+            let mut text = MultiGzDecoder::new(whole);
+            let start = first(&mut text).map_err(|e| self.failed(&e))?;
+            (start.clone(), Box::new(Cursor::new(start).chain(text)))
+        } else {
+            (start, Box::new(whole))
         };
-        reader.take(START).read_to_end(&mut start).map_err(|e| self.failed(&e))?;
-        if let Bytes::Stream(reader) = &mut self.bytes {
-            let rest = std::mem::replace(reader, Box::new(io::empty()));
-            *reader = Box::new(Cursor::new(start.clone()).chain(rest));
-        }
-        Ok(start)
+        self.bytes = Bytes::Begun(start, reader);
+        Ok(())
     }
 
-    /// The bytes in their order.
-    pub(super) fn into_reader(self) -> Box<dyn Read + 'a> {
-        match self.bytes {
-            Bytes::Stream(reader) => reader,
-            Bytes::File(bytes) => Box::new(At::new(bytes)),
+    /// The first bytes, of a text in gzip those of the text.
+    pub(super) fn head(&self) -> Result<Vec<u8>, Error> {
+        match &self.bytes {
+            Bytes::Stream(_) => Ok(Vec::new()),
+            Bytes::Begun(start, _) => Ok(start.clone()),
+            Bytes::File(_) => first(self.reader()?.as_mut()).map_err(|e| self.failed(&e)),
         }
+    }
+
+    /// The bytes in their order, of a text in gzip those of the text.
+    pub(super) fn into_reader(self) -> Result<Box<dyn Read + 'a>, Error> {
+        match self.bytes {
+            Bytes::Stream(reader) | Bytes::Begun(_, reader) => Ok(reader),
+            Bytes::File(_) => self.reader(),
+        }
+    }
+
+    /// The same of a text that is read several times.
+    pub(super) fn reader(&self) -> Result<Box<dyn Read>, Error> {
+        let bytes = self.sought_any()?;
+        let start = first(&mut At::new(Arc::clone(&bytes))).map_err(|e| self.failed(&e))?;
+        let reader = At::new(bytes);
+        Ok(if is_gzip(&start) {
+            Box::new(MultiGzDecoder::new(io::BufReader::with_capacity(1 << 16, reader)))
+        } else {
+            Box::new(reader)
+        })
     }
 
     /// The bytes of a format that is read at several places.
     #[allow(dead_code)] // used by the formats
     pub(super) fn sought(&self) -> Result<Arc<dyn ReadAt>, Error> {
+        let bytes = self.sought_any()?;
+        let start = first(&mut At::new(Arc::clone(&bytes))).map_err(|e| self.failed(&e))?;
+        if is_gzip(&start) { Err(Error::Gzip { file: self.name.clone() }) } else { Ok(bytes) }
+    }
+
+    fn sought_any(&self) -> Result<Arc<dyn ReadAt>, Error> {
         match &self.bytes {
             Bytes::File(bytes) => Ok(Arc::clone(bytes)),
-            Bytes::Stream(_) => Err(Error::NotSought { file: self.name.clone() }),
+            _ => Err(Error::NotSought { file: self.name.clone() }),
         }
     }
 
     fn failed(&self, error: &io::Error) -> Error {
         Error::Read { file: self.name.clone(), byte: 0, problem: error.to_string() }
     }
+}
+
+fn first(reader: &mut dyn Read) -> io::Result<Vec<u8>> {
+    let mut start = Vec::new();
+    match reader.take(START).read_to_end(&mut start) {
+        // What comes before the damage decides the format.
+        Err(error) if start.is_empty() => Err(error),
+        _ => Ok(start),
+    }
+}
+
+fn is_gzip(start: &[u8]) -> bool {
+    start.starts_with(&[0x1F, 0x8B])
 }
 
 /// A place in bytes, from which they are read in order.

@@ -4,6 +4,7 @@
 //! implements [`Recording`], and a line in [`FORMATS`].
 
 mod bytes;
+mod can;
 mod csv;
 mod memory;
 
@@ -260,7 +261,10 @@ struct Format {
 }
 
 /// The formats; a text that no other one recognises is CSV.
-const FORMATS: &[Format] = &[Format { recognises: |_| true, open: csv::open }];
+const FORMATS: &[Format] = &[
+    Format { recognises: can::recognises, open: can::open },
+    Format { recognises: |_| true, open: csv::open },
+];
 
 /// Opens a log: recognises its format and lists its channels.
 ///
@@ -270,8 +274,9 @@ pub fn open<'a>(
     mut file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    let start = file.start()?;
-    let head = Head { name: &file.name, start: &start };
+    file.look()?;
+    let start = file.head()?;
+    let head = Head { start: &start };
     let format = FORMATS.iter().find(|format| (format.recognises)(&head));
     match format {
         Some(format) => (format.open)(file, options),

@@ -40,7 +40,7 @@ impl<'a> Csv<'a> {
     /// Reads the header; `decimal` is the mark that is stated.
     fn open(file: LogFile<'a>, decimal: Option<DecimalMark>) -> Result<Self, Error> {
         let name = file.name.clone();
-        let mut reader = file.into_reader();
+        let mut reader = file.into_reader()?;
         let (start, whole_lines) = start(&name, reader.as_mut())?;
         let head = Head::of(&name, &start[..whole_lines])?;
         for (i, column) in head.header.iter().enumerate() {

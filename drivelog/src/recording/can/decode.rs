@@ -1,0 +1,195 @@
+//! Frames → signals: which groups a bus has, and the values of a frame.
+
+use super::dbc::{Condition, Database, Message};
+use crate::options::LogOptions;
+use crate::recording::{Channel, Group};
+use std::collections::BTreeMap;
+
+/// A kind of frame on a bus.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::recording) struct Identifier {
+    pub(in crate::recording) bus: String,
+    pub(in crate::recording) id: u32,
+    pub(in crate::recording) is_extended: bool,
+}
+
+/// How often a kind of frame is in a log, and from when to when, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::recording) struct Seen {
+    pub(in crate::recording) frames: u64,
+    pub(in crate::recording) span_s: (f64, f64),
+}
+
+impl Seen {
+    /// Counts a frame.
+    pub(in crate::recording) fn note(
+        seen: &mut BTreeMap<Identifier, Self>,
+        id: Identifier,
+        time: f64,
+    ) {
+        let new = Self { frames: 0, span_s: (time, time) };
+        let own = seen.entry(id).or_insert(new);
+        own.frames += 1;
+        own.span_s = (own.span_s.0.min(time), own.span_s.1.max(time));
+    }
+}
+
+/// The databases, and which message each group of a log is.
+#[derive(Debug)]
+pub(in crate::recording) struct Decoder {
+    databases: Vec<Database>,
+    /// Message (database and place in it) and signals of each group.
+    groups: Vec<Part>,
+    of_frames: BTreeMap<Identifier, Vec<usize>>,
+}
+
+/// The signals of a message that have the same conditions: these have one clock.
+#[derive(Debug)]
+struct Part {
+    database: usize,
+    message: usize,
+    conditions: Vec<Condition>,
+    signals: Vec<usize>,
+}
+
+impl Decoder {
+    /// Reads the databases.
+    pub(in crate::recording) fn new(options: &LogOptions) -> Self {
+        let databases = options.dbc.iter().map(|(name, text)| Database::of_text(name, text));
+        Self { databases: databases.collect(), groups: Vec::new(), of_frames: BTreeMap::new() }
+    }
+
+    /// What of the databases could not be read, and which kinds of frames they do not have.
+    pub(in crate::recording) fn losses(&self, file: &str) -> Vec<String> {
+        let mut losses: Vec<String> =
+            self.databases.iter().flat_map(|d| d.faults.iter().cloned()).collect();
+        let unknown = self.of_frames.iter().filter(|(_, groups)| groups.is_empty());
+        let ids: Vec<String> = unknown.map(|(id, _)| format!("{:#X}", id.id)).collect();
+        if !ids.is_empty() {
+            const SHOWN: usize = 8;
+            let more = if ids.len() > SHOWN { ", …" } else { "" };
+            losses.push(format!(
+                "{file}: {} kinds of frames are in no database: {}{more}",
+                ids.len(),
+                ids[..ids.len().min(SHOWN)].join(", ")
+            ));
+        }
+        losses
+    }
+
+    /// The groups of a log with these frames: the messages, and those of their signals that a multiplexer
+    /// selects. The first channel is the time.
+    pub(in crate::recording) fn groups(
+        &mut self,
+        file: &str,
+        seen: &BTreeMap<Identifier, Seen>,
+    ) -> Vec<Group> {
+        let mut all = Vec::new();
+        for (identifier, seen_here) in seen {
+            let same = |other: &Identifier| {
+                (other.id, other.is_extended) == (identifier.id, identifier.is_extended)
+            };
+            let is_on_several = seen.keys().filter(|other| same(other)).count() > 1;
+            let mut own = Vec::new();
+            if let Some((database, place)) = self.find(identifier) {
+                let message = &self.databases[database].messages[place];
+                let bus =
+                    if is_on_several { format!("{}:", identifier.bus) } else { String::new() };
+                for (conditions, signals) in parts(message) {
+                    let name = format!("{bus}{}{}", message.name, in_words(message, &conditions));
+                    all.push(group(file, &name, message, &signals, &conditions, *seen_here));
+                    own.push(self.groups.len());
+                    self.groups.push(Part { database, message: place, conditions, signals });
+                }
+            }
+            self.of_frames.insert(identifier.clone(), own);
+        }
+        all
+    }
+
+    fn find(&self, identifier: &Identifier) -> Option<(usize, usize)> {
+        self.databases.iter().enumerate().find_map(|(d, database)| {
+            let is = |m: &Message| (m.id, m.is_extended) == (identifier.id, identifier.is_extended);
+            Some((d, database.messages.iter().position(is)?))
+        })
+    }
+
+    /// The groups that frames of a kind are in.
+    pub(in crate::recording) fn of_frame(&self, identifier: &Identifier) -> &[usize] {
+        self.of_frames.get(identifier).map_or(&[], Vec::as_slice)
+    }
+
+    /// The values of the channels of a group, the time among them; `None` where the multiplexer selects
+    /// others.
+    pub(in crate::recording) fn values(
+        &self,
+        group: usize,
+        channels: &[usize],
+        time: f64,
+        data: &[u8],
+    ) -> Option<Vec<f64>> {
+        let part = &self.groups[group];
+        let signals = &self.databases[part.database].messages[part.message].signals;
+        let selects = |condition: &Condition| {
+            let value = signals[condition.multiplexer].bits.raw(data);
+            let Some(super::bits::Raw::Integer(value)) = value else { return false };
+            condition
+                .ranges
+                .iter()
+                .any(|(from, to)| (i128::from(*from)..=i128::from(*to)).contains(&value))
+        };
+        if !part.conditions.iter().all(selects) {
+            return None;
+        }
+        let value = |c: &usize| match c.checked_sub(1) {
+            None => time,
+            Some(k) => signals[part.signals[k]].value(data).unwrap_or(f64::NAN),
+        };
+        Some(channels.iter().map(value).collect())
+    }
+}
+
+/// The signals of a message by their conditions, those without first.
+fn parts(message: &Message) -> Vec<(Vec<Condition>, Vec<usize>)> {
+    let mut parts: Vec<(Vec<Condition>, Vec<usize>)> = Vec::new();
+    for (k, signal) in message.signals.iter().enumerate() {
+        match parts.iter_mut().find(|(conditions, _)| *conditions == signal.conditions) {
+            Some((_, signals)) => signals.push(k),
+            None => parts.push((signal.conditions.clone(), vec![k])),
+        }
+    }
+    parts.sort_by_key(|(conditions, _)| conditions.len());
+    parts
+}
+
+/// Such as `[Mode=1]`.
+fn in_words(message: &Message, conditions: &[Condition]) -> String {
+    let range = |&(from, to): &(u64, u64)| {
+        if from == to { from.to_string() } else { format!("{from}-{to}") }
+    };
+    let condition = |c: &Condition| {
+        let ranges: Vec<String> = c.ranges.iter().map(range).collect();
+        format!("{}={}", message.signals[c.multiplexer].name, ranges.join("+"))
+    };
+    let all: Vec<String> = conditions.iter().map(condition).collect();
+    if all.is_empty() { String::new() } else { format!("[{}]", all.join(",")) }
+}
+
+fn group(
+    file: &str,
+    name: &str,
+    message: &Message,
+    signals: &[usize],
+    conditions: &[Condition],
+    seen: Seen,
+) -> Group {
+    let time = std::iter::once(Channel::new("time", Some("s")));
+    let signals = signals.iter().map(|&k| &message.signals[k]);
+    let signals = signals.map(|signal| Channel::new(&signal.name, Some(&signal.unit)));
+    let mut group = Group::new(file, name, time.chain(signals).collect());
+    group.kind = format!("CAN {:#X}", message.id);
+    group.clock = Some(0);
+    group.span_s = Some(seen.span_s);
+    group.rows = conditions.is_empty().then_some(seen.frames);
+    group
+}
