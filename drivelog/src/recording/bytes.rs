@@ -146,7 +146,6 @@ impl<'a> LogFile<'a> {
     }
 
     /// The bytes of a format that is read at several places.
-    #[allow(dead_code)] // used by the formats
     pub(super) fn sought(&self) -> Result<Arc<dyn ReadAt>, Error> {
         let bytes = self.sought_any()?;
         let start = first(&mut At::new(Arc::clone(&bytes))).map_err(|e| self.failed(&e))?;

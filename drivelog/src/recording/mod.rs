@@ -6,6 +6,7 @@
 mod bytes;
 mod can;
 mod csv;
+mod mdf;
 mod memory;
 
 pub use bytes::{Bytes, LogFile, ReadAt};
@@ -262,6 +263,7 @@ struct Format {
 
 /// The formats; a text that no other one recognises is CSV.
 const FORMATS: &[Format] = &[
+    Format { recognises: mdf::recognises, open: mdf::open },
     Format { recognises: can::recognises, open: can::open },
     Format { recognises: |_| true, open: csv::open },
 ];

@@ -7,6 +7,7 @@ mod clocks;
 mod drives;
 mod exports;
 mod gaps;
+mod mdf;
 mod units;
 
 use std::collections::BTreeMap;
