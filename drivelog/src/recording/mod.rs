@@ -8,6 +8,7 @@ mod can;
 mod csv;
 mod mdf;
 mod memory;
+mod parquet;
 
 pub use bytes::{Bytes, LogFile, ReadAt};
 pub use memory::in_memory;
@@ -264,6 +265,7 @@ struct Format {
 /// The formats; a text that no other one recognises is CSV.
 const FORMATS: &[Format] = &[
     Format { recognises: mdf::recognises, open: mdf::open },
+    Format { recognises: parquet::recognises, open: parquet::open },
     Format { recognises: can::recognises, open: can::open },
     Format { recognises: |_| true, open: csv::open },
 ];

@@ -53,7 +53,9 @@ fn read(folder: &Path, channel: &Value) -> Result<[Vec<f64>; 2], String> {
     let found = groups.filter_map(|(g, group)| {
         let label = |c: &str| c == name || format!("{}.{c}", group.name) == name;
         let c = group.channels.iter().position(|c| label(&c.name))?;
-        Some((g, vec![group.clock?, c]))
+        let named = channel["clock"].as_str();
+        let clock = named.map_or(group.clock, |n| group.channels.iter().position(|c| c.name == n));
+        Some((g, vec![clock?, c]))
     });
     let found: Vec<_> = found.collect();
     let [(group, channels)] = &found[..] else {
@@ -93,4 +95,10 @@ fn same(what: &str, got: &[f64], channel: &Value) -> Result<(), String> {
 fn mdf_as_asammdf_and_cantools_read_it() {
     let dbc = data().join("comma2k19/can/toyota_prius_2010_pt.dbc");
     assert!(compare("mdf.py", &[&dbc]) > 150);
+}
+
+#[test]
+#[ignore = "needs Python: cargo xtask test"]
+fn parquet_as_pyarrow_reads_it() {
+    assert!(compare("parquet.py", &[]) > 200);
 }
