@@ -288,6 +288,11 @@ pub fn open<'a>(
     }
 }
 
+/// Calls a library that may panic on damaged bytes; `None` where it did.
+fn contained<T>(call: impl FnOnce() -> T) -> Option<T> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(call)).ok()
+}
+
 /// The last part of a path, as it is stored in provenance.
 pub(crate) fn file_name(path: &str) -> String {
     let name = std::path::Path::new(path).file_name();

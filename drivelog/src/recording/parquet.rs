@@ -4,13 +4,13 @@
 //! timestamps as seconds since 1970. Null is a missing value; repeated columns are not listed.
 
 use super::bytes::{At, Head, LogFile, ReadAt};
-use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
+use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::error::Error;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};
 use bytes::Bytes;
-use parquet::basic::{Compression, LogicalType, TimeUnit, Type};
+use parquet::basic::{Compression, Encoding, LogicalType, TimeUnit, Type};
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::column::reader::{ColumnReader, get_column_reader};
 use parquet::errors::{ParquetError, Result as Outcome};
@@ -39,9 +39,10 @@ pub(super) fn open<'a>(
     let failed = |byte, problem: String| Error::Read { file: file.name.clone(), byte, problem };
     let size = bytes.size().map_err(|e| failed(0, e.to_string()))?;
     let source = Source { bytes, size };
-    let reader = SerializedFileReader::new(source.clone());
+    let reader = contained(|| SerializedFileReader::new(source.clone())).unwrap_or_else(damaged);
     let reader = reader.map_err(|e| failed(size.saturating_sub(8), e.to_string()))?;
     let metadata = reader.metadata().clone();
+    check(&metadata, size).map_err(|problem| failed(size.saturating_sub(8), problem))?;
     let (mut channels, mut columns) = (Vec::new(), Vec::new());
     for (k, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         if let Some(scale) = Scale::of(column) {
@@ -67,6 +68,24 @@ pub(super) fn open<'a>(
         columns,
         losses: Vec::new(),
     }))
+}
+
+/// The library takes for granted that the places of a footer are in the file.
+fn check(metadata: &ParquetMetaData, size: u64) -> Result<(), String> {
+    for group in metadata.row_groups() {
+        if group.num_rows() < 0 {
+            return Err(format!("a row group of {} rows", group.num_rows()));
+        }
+        for column in group.columns() {
+            let from = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
+            let place = u64::try_from(from).ok().zip(u64::try_from(column.compressed_size()).ok());
+            let end = place.and_then(|(from, length)| from.checked_add(length));
+            if end.is_none_or(|end| end > size) || column.data_page_offset() < 0 {
+                return Err(format!("column `{}` is not within the file", column.column_path()));
+            }
+        }
+    }
+    Ok(())
 }
 
 struct Table {
@@ -201,7 +220,8 @@ impl Recording for Table {
                         continue;
                     }
                     let open = |(c, scale): &(usize, Scale)| {
-                        Ok((reader(source, metadata, k, *c)?, *scale))
+                        let opened = contained(|| reader(source, metadata, k, *c));
+                        Ok((opened.unwrap_or_else(damaged)?, *scale))
                     };
                     match own.iter().map(open).collect::<Outcome<Vec<_>>>() {
                         Ok(opened) => readers = opened,
@@ -213,7 +233,9 @@ impl Recording for Table {
                     }
                 }
                 let most = request.most.min(usize::try_from(end - row).unwrap_or(usize::MAX));
-                let values = readers.iter_mut().map(|(reader, scale)| read(reader, *scale, most));
+                let values = readers.iter_mut().map(|(reader, scale)| {
+                    contained(|| read(reader, *scale, most)).unwrap_or_else(damaged)
+                });
                 let (mut values, fault) = match values.collect::<Outcome<Vec<Vec<f64>>>>() {
                     Ok(values) => (values, ParquetError::EOF("no more values".into())),
                     Err(error) => (vec![Vec::new(); own.len()], error),
@@ -239,6 +261,10 @@ impl Recording for Table {
     }
 }
 
+fn damaged<T>() -> Outcome<T> {
+    Err(ParquetError::General("the bytes are damaged".into()))
+}
+
 fn lost(name: &str, group: &RowGroupMetaData, rows: u64, error: &ParquetError) -> String {
     let byte = group.file_offset().unwrap_or_else(|| group.column(0).byte_range().0 as i64);
     format!("{name}: {rows} rows of the row group at byte {byte} are not read: {error}")
@@ -261,9 +287,8 @@ fn reader(
     let rows = usize::try_from(group.num_rows())?;
     let pages =
         SerializedPageReader::new(Arc::clone(source), plain.as_ref().unwrap_or(chunk), rows, None)?;
-    let pages: Box<dyn PageReader> =
-        if is_zstd { Box::new(Zstandard(Box::new(pages))) } else { Box::new(pages) };
-    Ok(get_column_reader(chunk.column_descr_ptr(), pages))
+    let pages = Pages { inner: Box::new(pages), is_zstd, has_dictionary: false };
+    Ok(get_column_reader(chunk.column_descr_ptr(), Box::new(pages)))
 }
 
 /// Reads the values of so many rows; null is NaN.
@@ -298,11 +323,28 @@ fn read(reader: &mut ColumnReader, scale: Scale, most: usize) -> Outcome<Vec<f64
     })
 }
 
-/// Pages in Zstandard, decompressed in Rust.
-struct Zstandard(Box<dyn PageReader>);
+/// Pages, those in Zstandard decompressed in Rust.
+struct Pages {
+    inner: Box<dyn PageReader>,
+    is_zstd: bool,
+    has_dictionary: bool,
+}
 
-impl Zstandard {
-    fn page(page: Page) -> Outcome<Page> {
+impl Pages {
+    /// Refuses a page whose dictionary is not there, at which the library panics.
+    fn check(&mut self, page: &Page) -> Outcome<()> {
+        let of_dictionary = [Encoding::RLE_DICTIONARY, Encoding::PLAIN_DICTIONARY];
+        match page {
+            Page::DictionaryPage { .. } => self.has_dictionary = true,
+            _ if of_dictionary.contains(&page.encoding()) && !self.has_dictionary => {
+                return Err(ParquetError::General("a page without its dictionary".into()));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn decompressed(page: Page) -> Outcome<Page> {
         let text = |buffer: &[u8], plain: usize| -> Outcome<Bytes> {
             let failed = |e: String| ParquetError::General(format!("Zstandard: {e}"));
             let plain =
@@ -365,7 +407,7 @@ impl Zstandard {
     }
 }
 
-impl Iterator for Zstandard {
+impl Iterator for Pages {
     type Item = Outcome<Page>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -373,17 +415,19 @@ impl Iterator for Zstandard {
     }
 }
 
-impl PageReader for Zstandard {
+impl PageReader for Pages {
     fn get_next_page(&mut self) -> Outcome<Option<Page>> {
-        self.0.get_next_page()?.map(Self::page).transpose()
+        let Some(page) = self.inner.get_next_page()? else { return Ok(None) };
+        self.check(&page)?;
+        Ok(Some(if self.is_zstd { Self::decompressed(page)? } else { page }))
     }
 
     fn peek_next_page(&mut self) -> Outcome<Option<PageMetadata>> {
-        self.0.peek_next_page()
+        self.inner.peek_next_page()
     }
 
     fn skip_next_page(&mut self) -> Outcome<()> {
-        self.0.skip_next_page()
+        self.inner.skip_next_page()
     }
 }
 

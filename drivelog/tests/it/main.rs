@@ -8,6 +8,7 @@ mod drives;
 mod exports;
 mod gaps;
 mod mdf;
+mod parquet;
 mod units;
 
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ mod version3;
 
 use super::bytes::{Head, LogFile, ReadAt};
 use super::can::{Decoder, Identifier, Seen};
-use super::{Batches, Channel, Columns, Group, Pieces, Recording, Request, Rows};
+use super::{Batches, Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::error::Error;
 use crate::options::LogOptions;
 use falcon_mdf::error::Mf4Error;
@@ -36,7 +36,7 @@ pub(super) fn open<'a>(
     if file.head()?.get(8).is_some_and(|digit| (b'0'..b'4').contains(digit)) {
         return version3::open(&file, source);
     }
-    let mdf = Mf4File::from_source(Arc::new(source));
+    let mdf = contained(|| Mf4File::from_source(Arc::new(source))).unwrap_or_else(damaged);
     let mdf = mdf.map_err(|e| failed(place(&e), e.to_string()))?;
     let (mut groups, mut parts, mut losses) = (Vec::new(), Vec::new(), Vec::new());
     let mut buses = Vec::new();
@@ -182,7 +182,8 @@ impl Recording for Mdf {
                     ready.extend(batches.drain());
                     break;
                 };
-                let signals = match reading.chunks.next() {
+                let next = contained(|| reading.chunks.next()).unwrap_or_else(|| Some(damaged()));
+                let signals = match next {
                     Some(Ok(signals)) => signals,
                     Some(Err(error)) => {
                         losses.push(format!(
@@ -270,6 +271,10 @@ fn numbers(signal: &Signal) -> Vec<f64> {
         values.iter_mut().zip(valid).filter(|(_, is)| !is).for_each(|(x, _)| *x = f64::NAN);
     }
     values
+}
+
+fn damaged<T>() -> Result<T, Mf4Error> {
+    Err(Mf4Error::parse_error("the bytes are damaged"))
 }
 
 /// The byte that an error names.
