@@ -256,10 +256,12 @@ impl Group {
     }
 }
 
+type Opened<'a> = Result<Box<dyn Recording + 'a>, Error>;
+
 /// A format of log files.
 struct Format {
     recognises: fn(&Head<'_>) -> bool,
-    open: for<'a> fn(LogFile<'a>, &LogOptions) -> Result<Box<dyn Recording + 'a>, Error>,
+    open: for<'a> fn(LogFile<'a>, &LogOptions) -> Opened<'a>,
 }
 
 /// The formats; a text that no other one recognises is CSV.

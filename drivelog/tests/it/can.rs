@@ -85,7 +85,7 @@ fn a_drive_is_read_from_the_bus_by_an_expression() {
         input: Some("STEER_ANGLE + STEER_FRACTION".into()),
         output: Some("KINEMATICS.YAW_RATE".into()),
         speed: Some("SPEED.SPEED".into()),
-        topics: ["STEER_ANGLE_SENSOR", "KINEMATICS", "SPEED"].map(|t| format!("{t}")).into(),
+        topics: ["STEER_ANGLE_SENSOR", "KINEMATICS", "SPEED"].map(str::to_owned).into(),
         units: [("STEER_ANGLE", "deg"), ("YAW_RATE", "deg/s")]
             .map(|(a, b)| (a.to_owned(), b.to_owned()))
             .into(),

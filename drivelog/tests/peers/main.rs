@@ -94,11 +94,17 @@ fn same(what: &str, got: &[f64], channel: &Value) -> Result<(), String> {
 #[ignore = "needs Python: cargo xtask test"]
 fn mdf_as_asammdf_and_cantools_read_it() {
     let dbc = data().join("comma2k19/can/toyota_prius_2010_pt.dbc");
-    assert!(compare("mdf.py", &[&dbc]) > 150);
+    assert!(compare("mdf_files.py", &[&dbc]) > 150);
 }
 
 #[test]
 #[ignore = "needs Python: cargo xtask test"]
 fn parquet_as_pyarrow_reads_it() {
-    assert!(compare("parquet.py", &[]) > 200);
+    assert!(compare("parquet_files.py", &[]) > 200);
+}
+
+#[test]
+#[ignore = "needs Python: cargo xtask test"]
+fn raw_buses_as_python_can_and_cantools_read_them() {
+    assert!(compare("raw_can.py", &[]) > 100);
 }

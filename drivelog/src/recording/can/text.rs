@@ -166,7 +166,7 @@ fn candump(line: &str) -> Line {
 
 fn bytes(hex: &str) -> Option<Vec<u8>> {
     let digits = hex.as_bytes();
-    if digits.len() % 2 != 0 || digits.len() > 128 {
+    if !digits.len().is_multiple_of(2) || digits.len() > 128 {
         return None;
     }
     let digit = |d: u8| char::from(d).to_digit(16);
