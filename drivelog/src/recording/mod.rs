@@ -6,9 +6,11 @@
 mod bytes;
 mod can;
 mod csv;
+mod mcap;
 mod mdf;
 mod memory;
 mod parquet;
+mod ros;
 
 pub use bytes::{Bytes, LogFile, ReadAt};
 pub use memory::in_memory;
@@ -176,6 +178,8 @@ pub struct Channel {
     pub unit: Option<String>,
     /// What it represents, where the format or the type of the message defines it.
     pub(crate) role: Option<Role>,
+    /// Whether its name decides what it represents, where nothing else does.
+    pub(crate) has_role_by_name: bool,
     /// Whether its values are times as ISO 8601 writes them, which are read as seconds.
     pub(crate) has_stamps: bool,
     /// Whether its values are texts, and so are not read.
@@ -189,6 +193,7 @@ impl Channel {
             name: name.into(),
             unit: unit.map(Into::into),
             role: None,
+            has_role_by_name: true,
             has_stamps: false,
             is_text: false,
         }
@@ -196,7 +201,8 @@ impl Channel {
 
     /// Whether it may be taken for the role where none is stated.
     pub(crate) fn may_be(&self, role: Role) -> bool {
-        !self.is_text && self.role.map_or_else(|| role.is_named_like(&self.name), |own| own == role)
+        let is_named_like = || self.has_role_by_name && role.is_named_like(&self.name);
+        !self.is_text && self.role.map_or_else(is_named_like, |own| own == role)
     }
 }
 
@@ -268,6 +274,7 @@ struct Format {
 const FORMATS: &[Format] = &[
     Format { recognises: mdf::recognises, open: mdf::open },
     Format { recognises: parquet::recognises, open: parquet::open },
+    Format { recognises: mcap::recognises, open: mcap::open },
     Format { recognises: can::recognises, open: can::open },
     Format { recognises: |_| true, open: csv::open },
 ];

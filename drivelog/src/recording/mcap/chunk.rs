@@ -1,0 +1,79 @@
+//! Chunks: records that are compressed together.
+
+use super::records::{ChunkStart, HEAD, View, head};
+use lz4_flex::frame::FrameDecoder;
+use ruzstd::decoding::StreamingDecoder;
+use std::io::{self, Read};
+
+/// Largest chunk that is decompressed, bytes.
+const MOST: u64 = 1 << 28;
+
+/// The records of a chunk, as far as they can be read, and what is wrong with the rest.
+pub(super) struct Chunk {
+    pub(super) records: Vec<u8>,
+    pub(super) problem: Option<String>,
+}
+
+impl Chunk {
+    /// The chunk whose record is at `at` and ends at `end` or, if it was cut off, with the file.
+    pub(super) fn read(view: &mut View, at: u64, end: u64) -> io::Result<Self> {
+        let lost = |problem: String| Self { records: Vec::new(), problem: Some(problem) };
+        if end.min(view.size).saturating_sub(at) > MOST {
+            return Ok(lost(format!("a chunk of more than {MOST} bytes is not read")));
+        }
+        let whole = view.get(at, end - at, end)?;
+        let content = whole.get(HEAD as usize..).unwrap_or_default();
+        let Some(start) = ChunkStart::of(content) else {
+            return Ok(lost("the start of a chunk is damaged".into()));
+        };
+        let bytes = &content[start.at..];
+        let is_cut = (bytes.len() as u64) < start.compressed;
+        let bytes = &bytes[..bytes.len().min(start.compressed as usize)];
+        if start.uncompressed > MOST {
+            return Ok(lost(format!("a chunk of {} bytes is not read", start.uncompressed)));
+        }
+        let (records, failure) = match start.compression.as_str() {
+            "" => (bytes.to_vec(), None),
+            "zstd" => match StreamingDecoder::new(bytes) {
+                Ok(decoder) => decompressed(decoder, start.uncompressed),
+                Err(error) => (Vec::new(), Some(error.to_string())),
+            },
+            "lz4" => decompressed(FrameDecoder::new(bytes), start.uncompressed),
+            other => return Ok(lost(format!("chunks with `{other}` compression are not read"))),
+        };
+        let is_whole = records.len() as u64 == start.uncompressed;
+        let problem = if is_cut {
+            Some("a chunk is cut off".to_owned())
+        } else if let Some(failure) = failure {
+            Some(format!("a chunk cannot be decompressed ({failure})"))
+        } else if !is_whole {
+            Some("a chunk is shorter than stated".to_owned())
+        } else if start.crc != 0 && crc32fast::hash(&records) != start.crc {
+            // Any of its numbers may be wrong.
+            return Ok(lost("a chunk differs from its checksum".into()));
+        } else {
+            None
+        };
+        let problem = problem.map(|text| {
+            format!("{text}: {} of its {} bytes are read", records.len(), start.uncompressed)
+        });
+        Ok(Self { records, problem })
+    }
+}
+
+fn decompressed(decoder: impl Read, count: u64) -> (Vec<u8>, Option<String>) {
+    let mut records = Vec::new();
+    let result = decoder.take(count).read_to_end(&mut records);
+    (records, result.err().map(|error| error.to_string()))
+}
+
+/// The records in a chunk: operation code and content; the rest of a damaged one is passed over.
+pub(super) fn records(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
+    let mut rest = bytes;
+    std::iter::from_fn(move || {
+        let (code, length) = head(rest)?;
+        let content = rest.get(HEAD as usize..)?.get(..usize::try_from(length).ok()?)?;
+        rest = &rest[HEAD as usize + content.len()..];
+        Some((code, content))
+    })
+}

@@ -1,0 +1,87 @@
+//! MCAP files with messages of ROS 2 or in JSON: a topic is a group, a number in its messages a channel.
+//!
+//! The summary at the end of the file states which chunks hold which topics and times, and only those that are
+//! wanted are read. A file without one is read once when it is opened. Messages come in the order of their log
+//! times, and of a topic in that of its stamps.
+
+mod chunk;
+mod content;
+mod records;
+mod rows;
+mod topic;
+
+use super::bytes::{Head, LogFile};
+use super::{Group, Pieces, Recording, Request};
+use crate::error::Error;
+use crate::options::LogOptions;
+use content::Content;
+use records::{MAGIC, View};
+use rows::Reading;
+use std::io;
+use topic::{Messages, Topic};
+
+pub(super) struct Mcap {
+    file: String,
+    view: View,
+    content: Content,
+    groups: Vec<Group>,
+    topics: Vec<Topic>,
+}
+
+pub(super) fn recognises(head: &Head<'_>) -> bool {
+    head.start.starts_with(MAGIC)
+}
+
+/// Opens a file; reads its summary, or all of it.
+pub(super) fn open<'a>(
+    file: LogFile<'a>,
+    _: &LogOptions,
+) -> Result<Box<dyn Recording + 'a>, Error> {
+    let failed = |error: io::Error| Error::Read {
+        file: file.name.clone(),
+        byte: 0,
+        problem: error.to_string(),
+    };
+    let mut view = View::new(file.sought()?).map_err(failed)?;
+    let content = Content::of(&mut view).map_err(failed)?;
+    let (groups, topics) = topic::topics(&file.name, &content);
+    if groups.is_empty() {
+        let problem = content.losses.first().cloned();
+        let problem = problem.unwrap_or_else(|| "the MCAP file has no messages".into());
+        return Err(Error::Read { file: file.name, byte: MAGIC.len() as u64, problem });
+    }
+    Ok(Box::new(Mcap { file: file.name, view, content, groups, topics }))
+}
+
+impl Mcap {
+    fn failed(&self, byte: u64, error: &io::Error) -> Error {
+        Error::Read { file: self.file.clone(), byte, problem: error.to_string() }
+    }
+}
+
+impl Topic {
+    /// Why its messages are not read, or not to their end.
+    fn unread(&self) -> Option<String> {
+        match &self.messages {
+            Messages::Unread(why) => Some(why.clone()),
+            Messages::Ros(layout) => {
+                layout.ends_at.as_ref().map(|what| format!("{what} are not read"))
+            }
+            Messages::Json(_) => None,
+        }
+    }
+}
+
+impl Recording for Mcap {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
+        Ok(Box::new(Reading::new(self, &request)))
+    }
+
+    fn losses(&self) -> Vec<String> {
+        self.content.losses.clone()
+    }
+}

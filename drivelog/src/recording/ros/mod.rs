@@ -1,0 +1,14 @@
+//! Messages of ROS 2: their definitions, and their numbers in Common Data Representation (CDR).
+
+mod cdr;
+mod meaning;
+mod schema;
+
+pub(super) use cdr::{Encapsulation, Layout};
+pub(super) use meaning::describe;
+pub(super) use schema::Schema;
+
+/// Instants and durations in s, from the nanoseconds that they are logged in.
+pub(super) fn seconds(nanoseconds: i64) -> f64 {
+    nanoseconds as f64 / 1e9
+}
