@@ -108,3 +108,9 @@ fn parquet_as_pyarrow_reads_it() {
 fn raw_buses_as_python_can_and_cantools_read_them() {
     assert!(compare("raw_can.py", &[]) > 100);
 }
+
+#[test]
+#[ignore = "needs Python: cargo xtask test"]
+fn mcap_as_rosbags_and_mcap_ros2_support_read_it() {
+    assert!(compare("mcap_files.py", &[]) > 1000);
+}
