@@ -4,7 +4,9 @@
 use super::{good, rate, read_one, refused, steer, units};
 use proptest::prelude::*;
 use std::fmt::Write;
-use steerwright_drivelog::{DecimalMark, DriveLog, Error, Intersample, LogOptions};
+use steerwright_drivelog::{
+    DecimalMark, DriveLog, Error, Intersample, LogFile, LogOptions, inspect,
+};
 
 /// A drive of 10 s at 100 Hz, rows made by `row` of time (s), steering (°), yaw rate (°/s), speed (km/h).
 fn rows(row: impl Fn(usize, f64, f64, f64, f64) -> String) -> String {
@@ -366,4 +368,32 @@ fn a_quote_in_a_comment_hides_no_row() {
     let broken = body.replacen("9.990,", "9.990,x", 1);
     let e = refused(format!("{plain}{broken}").into_bytes(), &o());
     assert!(matches!(e, Error::NotANumber { ref at, .. } if at.line == 1008), "{e:?}");
+}
+
+#[test]
+fn the_steering_control_table_of_comma_has_its_units() {
+    let mut text = String::from(
+        "t,latActive,steeringPressed,vEgo,aEgo,steeringAngleDeg,steer,steerFiltered,roll,latAccelDesired,\
+         latAccelSteeringAngle,latAccelLocalizer,epsFwVersion\n",
+    );
+    for k in 0..300 {
+        let t = 0.1 * f64::from(k);
+        text += &format!(
+            "{t:.1},True,False,25.1,0.02,{:.3},{:.4},0.1,0.01,0.2,0.2,{:.4},b'8965'\n",
+            5.0 * t.sin(),
+            0.1 * t.sin(),
+            0.3 * t.sin()
+        );
+    }
+    let file = LogFile::of_bytes("00000.csv", text.as_bytes());
+    let found = inspect(file, &LogOptions::default()).unwrap();
+    assert_eq!(found.losses, Vec::<String>::new());
+    assert_eq!(found.groups[0].clock.as_deref(), Some("t"));
+    let unit = |name: &str| {
+        let channel = found.groups[0].channels.iter().find(|c| c.name == name).unwrap();
+        channel.unit.clone().unwrap()
+    };
+    assert_eq!(["vEgo", "steer", "roll"].map(unit), ["m/s", "1", "rad"]);
+    assert_eq!(["latAccelLocalizer", "steeringAngleDeg"].map(unit), ["m/s2", "deg"]);
+    assert_eq!(unit("epsFwVersion"), "text");
 }

@@ -123,8 +123,8 @@ impl<R: Read> Frames<R> {
     }
 }
 
-/// `(1436509052.249713) can0 044#2A366C2BBA`, with `##` and flags for CAN FD, or in columns
-/// `(1436509052.249713)  can0  044   [5]  2A 36 6C 2B BA`.
+/// `(1436509052.249713) can0 044#2A366C2B7F`, with `##` and flags for CAN FD, or in columns
+/// `(1436509052.249713)  can0  044   [5]  2A 36 6C 2B 7F`.
 fn candump(line: &str) -> Line {
     if line.is_empty() || line.starts_with('#') {
         return Line::Other;

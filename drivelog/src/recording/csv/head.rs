@@ -75,8 +75,8 @@ impl Head {
                 }
                 *all += 1;
                 // `1.234,5` and `12:00` are faults of a number.
-                *texts +=
-                    u32::from(!is_value(cell) && !cell.contains(|c: char| c.is_ascii_digit()));
+                let begins_number = |c: char| c.is_ascii_digit() || "+-−.,".contains(c);
+                *texts += u32::from(!is_value(cell) && !cell.starts_with(begins_number));
             }
         }
         Ok(Self {

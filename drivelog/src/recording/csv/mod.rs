@@ -3,6 +3,7 @@
 //! The text is read once and never held: what stays of a row are its numbers.
 
 mod comments;
+mod dialect;
 mod head;
 mod stamps;
 
@@ -58,6 +59,7 @@ impl<'a> Csv<'a> {
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
         let channels = head.header.iter().enumerate().map(|(j, name)| {
             let unit = head.units.get(j).map(|unit| head::bare_unit(unit));
+            let unit = unit.or_else(|| dialect::unit(&head.header, name));
             let mut channel = Channel::new(name, unit);
             channel.has_stamps = head.stamps[j].is_some();
             channel.is_text = head.are_texts[j];
