@@ -7,6 +7,7 @@ mod clocks;
 mod drives;
 mod exports;
 mod gaps;
+mod mcap;
 mod mdf;
 mod parquet;
 mod units;

@@ -1,6 +1,6 @@
 //! Chunks: records that are compressed together.
 
-use super::records::{ChunkStart, HEAD, View, head};
+use super::records::{ChunkStart, HEAD, View, head, op};
 use lz4_flex::frame::FrameDecoder;
 use ruzstd::decoding::StreamingDecoder;
 use std::io::{self, Read};
@@ -15,6 +15,18 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
+    /// Whether a chunk begins at `at`, and the file ends before it does.
+    pub(super) fn is_cut(view: &mut View, at: u64) -> io::Result<bool> {
+        const MOST_START: u64 = 64;
+        let size = view.size;
+        let bytes = view.get(at, MOST_START, size)?;
+        let start = bytes.get(HEAD as usize..).and_then(ChunkStart::of);
+        Ok(head(bytes).zip(start).is_some_and(|((code, length), start)| {
+            let content = start.compressed.checked_add(start.at as u64);
+            code == op::CHUNK && content == Some(length) && length > size - at - HEAD
+        }))
+    }
+
     /// The chunk whose record is at `at` and ends at `end` or, if it was cut off, with the file.
     pub(super) fn read(view: &mut View, at: u64, end: u64) -> io::Result<Self> {
         let lost = |problem: String| Self { records: Vec::new(), problem: Some(problem) };

@@ -211,17 +211,14 @@ impl Content {
 
     /// The next place to read from, after what is no record.
     fn pass_damage(&mut self, view: &mut View, at: u64, end: u64) -> io::Result<u64> {
-        let start = view.get(at, HEAD, end)?;
-        let is_cut_chunk = start.first() == Some(&op::CHUNK);
-        let next = view.next_record(at + 1, end)?;
-        let lost = next.unwrap_or(end) - at;
-        if next.is_none() && end == view.size && is_cut_chunk {
-            // What is there of the last chunk of a file that was cut off.
+        if end == view.size && Chunk::is_cut(view, at)? {
+            // The file was cut off: what is there of its last chunk.
             self.scan_chunk(view, at, end)?;
-        } else {
-            self.note_loss(format!("byte {at}: {lost} bytes are no records and are not read"));
+            return Ok(end);
         }
-        Ok(next.unwrap_or(end))
+        let next = view.next_record(at + 1, end)?.unwrap_or(end);
+        self.note_loss(format!("byte {at}: {} bytes are no records and are not read", next - at));
+        Ok(next)
     }
 
     fn scan_chunk(&mut self, view: &mut View, at: u64, end: u64) -> io::Result<()> {
