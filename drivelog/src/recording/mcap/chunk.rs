@@ -53,23 +53,22 @@ impl Chunk {
             "lz4" => decompressed(FrameDecoder::new(bytes), start.uncompressed),
             other => return Ok(lost(format!("chunks with `{other}` compression are not read"))),
         };
-        let is_whole = records.len() as u64 == start.uncompressed;
-        let problem = if is_cut {
-            Some("a chunk is cut off".to_owned())
-        } else if let Some(failure) = failure {
-            Some(format!("a chunk cannot be decompressed ({failure})"))
-        } else if !is_whole {
-            Some("a chunk is shorter than stated".to_owned())
+        if is_cut {
+            let (some, all) = (records.len(), start.uncompressed);
+            let problem = format!("a chunk is cut off: {some} of its {all} bytes are read");
+            return Ok(Self { records, problem: Some(problem) });
+        }
+        // Any number of a damaged chunk may be wrong.
+        let problem = if let Some(failure) = failure {
+            format!("a chunk cannot be decompressed ({failure})")
+        } else if records.len() as u64 != start.uncompressed {
+            "a chunk is shorter than stated".into()
         } else if start.crc != 0 && crc32fast::hash(&records) != start.crc {
-            // Any of its numbers may be wrong.
-            return Ok(lost("a chunk differs from its checksum".into()));
+            "a chunk differs from its checksum".into()
         } else {
-            None
+            return Ok(Self { records, problem: None });
         };
-        let problem = problem.map(|text| {
-            format!("{text}: {} of its {} bytes are read", records.len(), start.uncompressed)
-        });
-        Ok(Self { records, problem })
+        Ok(lost(format!("{problem}: its {} bytes are not read", start.uncompressed)))
     }
 }
 
