@@ -38,6 +38,8 @@ pub(crate) struct Selected {
     /// The clock's channel and its unit.
     pub(crate) clock: Option<(String, Unit)>,
     pub(crate) wanted: Wanted,
+    /// How often each of the channels is used.
+    uses: Vec<usize>,
     /// Which of the sources are in the group.
     pub(crate) sources: Vec<usize>,
 }
@@ -58,16 +60,22 @@ impl Selected {
         }
         let clock = time_column(group, options)?;
         let mut channels: Vec<usize> = clock.iter().map(|(c, _)| *c).collect();
+        let mut uses = vec![1; channels.len()];
         for source in own.iter().map(|&i| &sources[i].1) {
             for &c in source.terms.iter().flat_map(|term| &term.channels) {
-                if !channels.contains(&c) {
-                    channels.push(c);
+                match channels.iter().position(|own| *own == c) {
+                    Some(place) => uses[place] += 1,
+                    None => {
+                        channels.push(c);
+                        uses.push(1);
+                    }
                 }
             }
         }
         Ok(Some(Self {
             clock: clock.map(|(c, unit)| (group.channels[c].name.clone(), unit)),
             wanted: Wanted { group: place, channels },
+            uses,
             sources: own,
         }))
     }
@@ -87,6 +95,19 @@ impl Selected {
     pub(crate) fn values(&self, source: &Source, columns: &Columns) -> Vec<f64> {
         let place = |c| self.wanted.channels.iter().position(|own| *own == c).unwrap_or_default();
         Term::sum(&source.terms, &columns.values, place)
+    }
+
+    /// The same; a channel that is in no other source is not copied.
+    fn take_values(&self, source: &Source, columns: &mut Columns) -> Vec<f64> {
+        let place = |c| self.wanted.channels.iter().position(|own| *own == c);
+        match &source.terms[..] {
+            [Term { factor: 1.0, channels }] if channels.len() == 1 => {
+                let place = place(channels[0]).filter(|p| self.uses[*p] == 1);
+                let taken = place.map(|p| std::mem::take(&mut columns.values[p]));
+                taken.unwrap_or_else(|| self.values(source, columns))
+            }
+            _ => self.values(source, columns),
+        }
     }
 
     /// Adds the rows to the hash of the samples.
@@ -143,9 +164,12 @@ pub(crate) fn read(
             let rows = rows?;
             columns[rows.wanted].append(rows.columns);
         }
+        columns.iter_mut().flat_map(|c| &mut c.values).for_each(Vec::shrink_to_fit);
         let mut hash = SampleHash::default();
         for ((group, own), mut columns) in selected.into_iter().zip(columns) {
-            own.hash(&group, &columns, &mut hash);
+            if !file.recording.hashes_bytes() {
+                own.hash(&group, &columns, &mut hash);
+            }
             columns.values.resize(own.wanted.channels.len(), Vec::new());
             let (place, lines) = (group.place(), Rc::clone(&columns.lines));
             let time = Rc::new(own.time(&columns, 0, options));
@@ -156,7 +180,7 @@ pub(crate) fn read(
                 let (role, source) = &sources[i];
                 let empty = Series::new(*role, &place, &source.name, source.unit);
                 let (time, line) = (Rc::clone(&time), Rc::clone(&lines));
-                let value = own.values(source, &columns);
+                let value = own.take_values(source, &mut columns);
                 let raw = Series { time, value, line, ..empty };
                 channels.push((i, finished(raw, options, warnings)?));
             }

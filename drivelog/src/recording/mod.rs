@@ -41,6 +41,11 @@ pub trait Recording {
         Vec::new()
     }
 
+    /// Whether all of the file is read, and hashed on the way.
+    fn hashes_bytes(&self) -> bool {
+        false
+    }
+
     /// SHA-256 of the file, if all of it has been read.
     fn sha256(&mut self) -> Option<String> {
         None

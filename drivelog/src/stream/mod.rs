@@ -101,6 +101,7 @@ fn in_chunks<E: From<Error>>(
     }
     let wanted: Vec<Wanted> = clocks.iter().map(|own| own.selected.wanted.clone()).collect();
     let mut reading = Reading::new(&groups, clocks, sources, options);
+    reading.hash = (!file.recording.hashes_bytes()).then(SampleHash::default);
     let mut spans: Option<Spans> = None;
     let request = Request { wanted: &wanted, window_s: None, most: chunk };
     let scales = reading.clocks.iter().map(OfClock::seconds).collect();
@@ -151,7 +152,7 @@ fn in_chunks<E: From<Error>>(
     }
     drop(rows);
     warnings.extend(file.recording.losses());
-    let samples = std::mem::take(&mut reading.hash);
+    let samples = reading.hash.take().unwrap_or_default();
     let summaries = reading.channels.iter().zip(&reading.drive.channels);
     Ok(Streamed {
         name: stem(&name),
@@ -192,7 +193,8 @@ struct Reading {
     channels: Vec<Channel>,
     sources: Vec<(Role, Source)>,
     clocks: Vec<OfClock>,
-    hash: SampleHash,
+    /// Of the samples, where the bytes are not hashed.
+    hash: Option<SampleHash>,
     options: LogOptions,
     freezes: Freezes,
     /// Rows of the yaw rate that are decided upon: the rest may be frozen.
@@ -224,7 +226,7 @@ impl Reading {
             channels: sources.iter().map(|_| Channel::default()).collect(),
             sources,
             clocks,
-            hash: SampleHash::default(),
+            hash: None,
             options: options.clone(),
             freezes: Freezes::default(),
             alive: 0,
@@ -239,7 +241,9 @@ impl Reading {
         yaw_rate.append(&mut self.doubtful);
         let from: Vec<usize> = self.drive.channels.iter().map(|c| c.value.len()).collect();
         for (own, rows) in self.clocks.iter_mut().zip(of_groups) {
-            own.selected.hash(&own.group, &rows, &mut self.hash);
+            if let Some(hash) = &mut self.hash {
+                own.selected.hash(&own.group, &rows, hash);
+            }
             let mut rows = std::mem::take(&mut own.open).and(rows);
             rows.values.resize(own.selected.wanted.channels.len(), Vec::new());
             if own.selected.clock.is_some() && !are_last {

@@ -211,6 +211,10 @@ impl Recording for Csv<'_> {
         Ok(Box::new(pieces))
     }
 
+    fn hashes_bytes(&self) -> bool {
+        true
+    }
+
     fn sha256(&mut self) -> Option<String> {
         self.is_read.then(|| self.reader.get_ref().inner().sha256_hex())
     }
