@@ -60,7 +60,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("models", NOTHING),
     ("model-description", NOTHING),
     ("binaries", NOTHING),
-    ("fuzzing", &["fmi2-export", "host", "model-description", "slaves"]),
+    ("fuzzing", &["drivelog", "fmi2-export", "host", "model-description", "slaves"]),
     ("xtask", NOTHING),
     ("abi", NOTHING),
     ("bench-fmus", &["fmi2-export"]),

@@ -9,6 +9,7 @@ mod archives;
 mod calls;
 mod cursor;
 mod documents;
+mod logs;
 mod model_files;
 mod resource_uris;
 
@@ -16,11 +17,13 @@ mod resource_uris;
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is also its corpus' folder.
-pub const TARGETS: [(&str, Target); 4] = [
+pub const TARGETS: [(&str, Target); 6] = [
     ("model_files", model_files::model_files),
     ("resource_uris", resource_uris::resource_uris),
     ("archives", archives::archives),
     ("calls", calls::calls),
+    ("logs", logs::logs),
+    ("databases", logs::databases),
 ];
 
 /// The target of that name.

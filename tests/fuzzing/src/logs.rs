@@ -1,0 +1,31 @@
+//! Drive logs of every format, and the databases of buses.
+
+use steerwright_drivelog::{LogFile, LogOptions, inspect};
+
+/// A database with the frames of the logs in the corpus.
+const DATABASE: &[u8] = b"BO_ 37 A: 8 X\n SG_ B : 3|12@0- (1.5,0) [0|0] \"deg\" X\n SG_ C M : 0|2@1+ (1,0) [0|0] \"\" X\n";
+const BUS: &[u8] =
+    b"(1.0) a 025#00001000C00000FD\n(1.1) b 025##0FF00AA5512345678\n(1.2) a 00000025#01\n";
+
+/// A log is refused with a reason or read to its end.
+pub(crate) fn logs(bytes: &[u8]) {
+    // The crate for Parquet panics on some damaged bytes, which the reader contains and the fuzzer does not.
+    if cfg!(fuzzing) && bytes.starts_with(b"PAR1") {
+        return;
+    }
+    read(bytes, DATABASE);
+}
+
+/// A database is read as far as it is one.
+pub(crate) fn databases(bytes: &[u8]) {
+    read(BUS, bytes);
+}
+
+fn read(log: &[u8], database: &[u8]) {
+    let dbc = vec![("fuzzed.dbc".to_owned(), database.to_vec())];
+    let options = LogOptions { dbc, ..LogOptions::default() };
+    if let Err(error) = inspect(LogFile::of_bytes("fuzzed", log), &options) {
+        assert!(!error.to_string().is_empty());
+        assert!(!error.hint().is_empty());
+    }
+}
