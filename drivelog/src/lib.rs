@@ -54,8 +54,8 @@ pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{
-    Bytes, Channel, Columns, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted,
-    in_memory, open,
+    Channel, Columns, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted, in_memory,
+    open,
 };
 pub use steerwright_formats::Intersample;
 pub use stream::{Piece, Sink, Streamed, stream};

@@ -48,11 +48,10 @@ impl ReadAt for Vec<u8> {
 }
 
 /// The bytes of a log.
-pub enum Bytes<'a> {
+enum Bytes<'a> {
     /// Read once, from the first to the last: standard input, a pipe. Text only.
     Stream(Box<dyn Read + 'a>),
     /// A stream whose first bytes are known, which come again.
-    #[doc(hidden)]
     Begun(Vec<u8>, Box<dyn Read + 'a>),
     /// Read where they are needed.
     File(Arc<dyn ReadAt>),
@@ -62,8 +61,7 @@ pub enum Bytes<'a> {
 pub struct LogFile<'a> {
     /// The file as the caller names it.
     pub name: String,
-    /// Its bytes.
-    pub bytes: Bytes<'a>,
+    bytes: Bytes<'a>,
 }
 
 impl std::fmt::Debug for LogFile<'_> {

@@ -12,7 +12,7 @@ mod memory;
 mod parquet;
 mod ros;
 
-pub use bytes::{Bytes, LogFile, ReadAt};
+pub use bytes::{LogFile, ReadAt};
 pub use memory::in_memory;
 
 use crate::error::{Error, last_part};
