@@ -241,6 +241,23 @@ fn chunks_that_overlap_are_merged() {
 }
 
 #[test]
+fn a_drive_is_that_of_the_same_samples_in_csv() {
+    let mut csv = String::from("time_s,steering_tire_angle_rad,heading_yaw_rate_radps,speed_mps\n");
+    for k in 0..1000 {
+        let ([t, angle], rate) = (expected(k), f64::from(rate(0.01 * k as f64) as f32));
+        csv += &format!("{t},{angle},{rate},15\n");
+    }
+    let read = |name: &str, bytes: &[u8]| {
+        let file = LogFile::of_bytes(name, bytes);
+        read_drives(vec![file], Vec::new(), &LogOptions::default()).unwrap()
+    };
+    let [csv, mcap] =
+        [read("drive.csv", csv.as_bytes()), read("drive.mcap", &write(&messages(), FORM))];
+    assert_eq!((csv.input, csv.output, csv.speed), (mcap.input, mcap.output, mcap.speed));
+    assert_eq!(csv.segments, mcap.segments);
+}
+
+#[test]
 fn types_of_messages_state_roles_and_units() {
     let file = write(&messages(), FORM);
     let found = read(&file);
