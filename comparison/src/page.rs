@@ -23,7 +23,7 @@ pub struct OutputFile {
 pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
     let mut files = Vec::new();
     let mut add = |name: String, bytes: Vec<u8>| {
-        let source = SourceFile::of(name.as_ref(), &bytes);
+        let source = SourceFile::named(name, &bytes);
         files.push(OutputFile { source, bytes });
     };
     add("results.csv".into(), tables::csv(c).into_bytes());
@@ -41,7 +41,7 @@ pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
     }
     let written: Vec<SourceFile> = files.iter().map(|f: &OutputFile| f.source.clone()).collect();
     let bytes = html(c, figures, &written).into_bytes();
-    let source = SourceFile::of(PAGE.as_ref(), &bytes);
+    let source = SourceFile::named(PAGE, &bytes);
     files.push(OutputFile { source, bytes });
     Ok(files)
 }

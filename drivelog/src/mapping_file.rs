@@ -4,7 +4,7 @@
 //! steering_ratio = 15.3              # of all vehicles, unless one states another
 //!
 //! [vehicle.rav4]
-//! dbc = ["toyota.dbc"]               # beside the mapping file
+//! dbc = ["toyota.dbc"]               # next to the mapping file
 //! steering = "STEER_ANGLE + STEER_FRACTION"
 //! yaw_rate = "-YAW_RATE"
 //! speed = "can0:SPEED.SPEED"

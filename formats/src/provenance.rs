@@ -35,7 +35,13 @@ impl SourceFile {
     #[must_use]
     pub fn of(path: &std::path::Path, bytes: &[u8]) -> Self {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Self { name, sha256: sha256_hex(bytes), of_samples: false }
+        Self::named(name, bytes)
+    }
+
+    /// A file with this name, which may have folders in it, and the hash of its bytes.
+    #[must_use]
+    pub fn named(name: impl Into<String>, bytes: &[u8]) -> Self {
+        Self { name: name.into(), sha256: sha256_hex(bytes), of_samples: false }
     }
 }
 

@@ -227,7 +227,7 @@ fn roads(
         remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
         remarks.extend(recorded.excess.map(|excess| format!("{name}: {excess}")));
         let mut path = recorded.path;
-        path.provenance.sources = vec![SourceFile::of(name.as_ref(), text.as_bytes())];
+        path.provenance.sources = vec![SourceFile::named(name.clone(), text.as_bytes())];
         roads.push((RECORDED_ROAD, path));
     }
     Ok(roads)
@@ -301,7 +301,7 @@ impl Writer {
         std::fs::create_dir_all(folder)
             .and_then(|()| std::fs::write(&path, bytes))
             .map_err(|e| Failure::file(&path, &e))?;
-        self.written.push(SourceFile::of(name.as_ref(), bytes));
+        self.written.push(SourceFile::named(name, bytes));
         Ok(path)
     }
 
