@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, each on its own clock
+    /// Logs: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Folder for all results

@@ -14,9 +14,9 @@ use steerwright_formats::{Bicycle, Plant};
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, each on its own clock: one drive each if every file has steering and yaw
-    /// rate, otherwise the channels of one drive. Or R factors (.rfactor) written by `accumulate`, which are
-    /// merged
+    /// Logs: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc. One drive each if every file has
+    /// steering and yaw rate, otherwise the channels of one drive. Or R factors (.rfactor) written by
+    /// `accumulate`, which are merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Model file; by default plant.json, or bicycle.json for `--structure bicycle`

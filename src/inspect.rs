@@ -19,7 +19,7 @@ const PANELS: usize = 24;
 /// speed, lateral acceleration or GNSS
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// The log
+    /// The log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// List and draw this channel only, named as it is listed; may be repeated

@@ -46,7 +46,8 @@ pub(crate) struct LogArguments {
     #[command(flatten)]
     pub(crate) source: SourceArguments,
     /// Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
-    /// reverses the sign, FILE.csv:CHANNEL selects one of several files
+    /// reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several topics or
+    /// messages, "A + 0.1 * B" combines channels of one of these
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) input_channel: Option<String>,
     /// Channel of the yaw rate, or of the yaw, which is then differenced; recognised by its name by
