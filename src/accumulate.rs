@@ -7,7 +7,7 @@ use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use steerwright_formats::AccumulatedDrives;
 use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
@@ -31,25 +31,38 @@ pub(crate) struct Arguments {
     log: LogArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    if !arguments.log.drives.is_empty() {
-        return Err(Failure::new(
-            "--drive: accumulate reads each file as one drive",
-            "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
-        ));
+impl Arguments {
+    pub(crate) fn options(&self) -> Result<AccumulateOptions, Failure> {
+        if !self.log.drives.is_empty() {
+            return Err(Failure::new(
+                "--drive: accumulate reads each file as one drive",
+                "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
+            ));
+        }
+        Ok(AccumulateOptions {
+            log: self.log.options()?,
+            input_kind: self.model_input,
+            horizon: self.horizon,
+        })
     }
+}
+
+/// The R factor of one log.
+pub(crate) fn one(
+    path: &Path,
+    options: &AccumulateOptions,
+    progress: &Progress,
+) -> Result<Accumulated, Failure> {
+    progress.now(format!("reading {}", path.display()));
+    Ok(Accumulated::of_log(log_file(path, progress)?, options)?)
+}
+
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let options = arguments.options()?;
     let out = Outputs::new(global.force, &arguments.logs)
         .file(&arguments.out, Kind::of::<AccumulatedDrives>())?;
-    let options = AccumulateOptions {
-        log: arguments.log.options()?,
-        input_kind: arguments.model_input,
-        horizon: arguments.horizon,
-    };
     let progress = Progress::start("reading the logs");
-    let all = merged(arguments.logs.iter().map(|path| {
-        progress.now(format!("reading {}", path.display()));
-        Ok(Accumulated::of_log(log_file(path, &progress)?, &options)?)
-    }))?;
+    let all = merged(arguments.logs.iter().map(|path| one(path, &options, &progress)))?;
     drop(progress);
     let file = all.to_file();
     out.document(&file)?;

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
-use crate::{console, quantity};
+use crate::{console, program, quantity};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use steerwright_checker::{Report, Severity, run};
@@ -72,9 +72,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn check(fmu: &Path, time_limit: Option<Duration>) -> Result<Report, Failure> {
     let mut report = steerwright_checker::check_file(fmu)?;
     if let Some(time_limit) = time_limit {
-        let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
+        let (program, mut arguments) =
+            program::words().map_err(|error| Failure::file(fmu, &error))?;
+        arguments.push("check".into());
         let command =
-            run::Command { program, arguments: vec!["check".into()], option: "--run-child".into() };
+            run::Command { program: program.into(), arguments, option: "--run-child".into() };
         let findings = run::supervise(&command, fmu, &report, time_limit)?;
         report.extend(findings);
     }

@@ -74,7 +74,7 @@ struct RoadArguments {
     lateral_acceleration: f64,
     /// Gain of the integral of the cross-track error in the path follower, such as 0.05/s; by default
     /// that of the path, or none
-    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
+    #[arg(long, value_name = "PER_SECOND", allow_hyphen_values = true, value_parser = quantity::rate)]
     cross_track_integral: Option<f64>,
     /// A cross-track error beyond this is off the path
     #[arg(long, value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]

@@ -5,11 +5,11 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
-use crate::specification::SpecificationArguments;
+use crate::specification::{SpecificationArguments, Specified};
 use crate::{Global, console};
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
-use steerwright_formats::Pid;
+use steerwright_formats::{Pid, SourceFile};
 use steerwright_report::figures::{self, OpenLoop};
 use steerwright_report::{Figure, StepResponse, WIDTH};
 
@@ -31,9 +31,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     #[command(flatten)]
-    gate: GateArguments,
+    pub(crate) gate: GateArguments,
     #[command(flatten)]
-    specification: SpecificationArguments,
+    pub(crate) specification: SpecificationArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
@@ -47,9 +47,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let plant =
         model.design_plant().map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
     let progress = Progress::start("designing");
-    let mut pid = steerwright_control::design(&plant, &source, &specified.design)?;
-    progress.now("running the loop of FMUs");
-    steerwright_comparison::verify(&mut pid, &document, &plant)?;
+    let pid = designed(&document, &plant, &source, &specified, |what| progress.now(what))?;
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];
@@ -64,8 +62,33 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::when(pid.evidence.met && (by_all || !specified.must_be_robust)))
 }
 
+/// The controller, verified in the loop of FMUs. `now` is called with what is being done.
+pub(crate) fn designed(
+    document: &str,
+    plant: &DesignPlant,
+    source: &SourceFile,
+    specified: &Specified,
+    now: impl Fn(&str),
+) -> Result<Pid, Failure> {
+    let mut pid = steerwright_control::design(plant, source, &specified.design)?;
+    now("running the loop of FMUs");
+    steerwright_comparison::verify(&mut pid, document, plant)?;
+    Ok(pid)
+}
+
 /// Writes the plots; where they are.
 fn plots<'a>(files: &'a Files, plant: &DesignPlant, pid: &Pid) -> Result<Vec<&'a Path>, Failure> {
+    figures(plant, pid)?
+        .iter()
+        .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))
+        .collect()
+}
+
+/// The figures of a controller, each with the name of its file and its height, px.
+pub(crate) fn figures(
+    plant: &DesignPlant,
+    pid: &Pid,
+) -> Result<[(&'static str, Figure, u32); 4], Failure> {
     let points = steerwright_control::loop_response(plant, pid, POINTS)?;
     let open = OpenLoop {
         frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
@@ -87,13 +110,10 @@ fn plots<'a>(files: &'a Files, plant: &DesignPlant, pid: &Pid) -> Result<Vec<&'a
     let e = &pid.evidence;
     let [bode, nyquist, plain, offset] = PLOTS;
     let title = "Yaw step on the model with a steering offset";
-    let all: [(&str, Figure, u32); 4] = [
+    Ok([
         (bode, figures::bode(&open), 620),
         (nyquist, figures::nyquist(&open), 620),
         (plain, figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
         (offset, figure(title, &step(true, s.steady_state_time_s)?, &e.step_with_offset), 680),
-    ];
-    all.iter()
-        .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))
-        .collect()
+    ])
 }

@@ -4,11 +4,10 @@ use crate::console;
 use std::fmt;
 use std::io::Write;
 use std::path::Path;
-use std::process::ExitCode;
 
 /// Why a command ended without doing its work, with what the reader can do about it.
 #[derive(Debug)]
-pub(crate) struct Failure {
+pub struct Failure {
     message: String,
     hint: String,
     status: u8,
@@ -37,10 +36,22 @@ impl Failure {
         Self::new(format!("{}: {error}", file.display()), hint)
     }
 
+    /// What is wrong, and where.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What to do about it, with the options of the command line where they help.
+    #[must_use]
+    pub fn hint(&self) -> &str {
+        &self.hint
+    }
+
     /// Prints it on stderr and returns its exit status.
-    pub(crate) fn report(&self) -> ExitCode {
+    pub(crate) fn report(&self) -> u8 {
         console::error(&self.message, &self.hint, self.status);
-        ExitCode::from(self.status)
+        self.status
     }
 
     /// As [`Failure::report`], and ends the process with another status.
@@ -53,7 +64,7 @@ impl Failure {
 pub(crate) const BAD_INPUT: u8 = 2;
 
 /// Prints an error of the arguments, or the requested help.
-pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
+pub(crate) fn report_usage(error: &clap::Error) -> u8 {
     const CLOSING: &str = "For more information, try '--help'.";
     const HINT: &str = "--help lists the arguments with their units and defaults";
     let status = u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT);
@@ -71,7 +82,7 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         let text = text.replacen("error", &console::styled(console::BAD, "error"), 1);
         let _ = write!(anstream::stderr(), "{text}");
     }
-    ExitCode::from(status)
+    status
 }
 
 impl From<console::NoOutput> for Failure {
@@ -219,13 +230,12 @@ impl Outcome {
     pub(crate) fn when(met: bool) -> Self {
         if met { Self::Done } else { Self::RequirementNotMet }
     }
-}
 
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        Self::from(match outcome {
-            Outcome::Done => 0,
-            Outcome::RequirementNotMet => 1,
-        })
+    /// The exit status.
+    pub(crate) fn status(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::RequirementNotMet => 1,
+        }
     }
 }

@@ -10,6 +10,8 @@ use crate::{Global, console, identify_accumulated};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{Bicycle, Plant};
+use steerwright_sysid::IdentifyOptions;
+use steerwright_sysid::bicycle::BicycleOptions;
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -37,6 +39,25 @@ pub(crate) struct Arguments {
     identify: IdentifyArguments,
     #[command(flatten)]
     bicycle: BicycleArguments,
+}
+
+impl Arguments {
+    /// Options of the bicycle, where that is the structure.
+    pub(crate) fn bicycle_options(&self) -> Result<Option<BicycleOptions>, Failure> {
+        self.bicycle.options(&self.identify)
+    }
+
+    pub(crate) fn options(&self) -> IdentifyOptions {
+        self.identify.options()
+    }
+
+    pub(crate) fn log(&self) -> &LogArguments {
+        &self.log
+    }
+
+    pub(crate) fn identify(&self) -> &IdentifyArguments {
+        &self.identify
+    }
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {

@@ -54,12 +54,11 @@ pub(crate) fn merged(
     Ok(all)
 }
 
-pub(crate) fn run(
-    paths: &[PathBuf],
+/// The options of an identification from R factors; those that only a log has are rejected.
+pub(crate) fn check_factor_options(
     log: &LogArguments,
     identify: &IdentifyArguments,
-    out: &Output,
-) -> Result<Outcome, Failure> {
+) -> Result<IdentifyOptions, Failure> {
     if log.options()? != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
             "options for reading a log have no effect on an R factor",
@@ -75,6 +74,16 @@ pub(crate) fn run(
             "omit it",
         ));
     }
+    Ok(options)
+}
+
+pub(crate) fn run(
+    paths: &[PathBuf],
+    log: &LogArguments,
+    identify: &IdentifyArguments,
+    out: &Output,
+) -> Result<Outcome, Failure> {
+    let options = check_factor_options(log, identify)?;
     let progress = Progress::start("identifying");
     let all = merged(paths.iter().map(|path| {
         let (file, _) = files::read_document::<AccumulatedDrives>(path)?;

@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     sideslip_per_yaw_rate: Option<f64>,
     /// Gain of the integral of the cross-track error, such as 0.05/s; none by default
-    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
+    #[arg(long, value_name = "PER_SECOND", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
 }
 

@@ -5,6 +5,7 @@
 
 use crate::console;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::cell::RefCell;
 use std::io::{IsTerminal, Read};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -25,6 +26,34 @@ pub(crate) struct Progress {
     shared: Arc<Shared>,
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// What is being done in a thread, for whoever shows it in place of the lines on stderr.
+#[derive(Debug, Clone, Default)]
+pub struct Observer(Arc<Mutex<Option<Arc<Shared>>>>);
+
+impl Observer {
+    /// The present work, and how much of how much is done, 0 of 0 if that is unknown; `None` between works.
+    #[must_use]
+    pub fn state(&self) -> Option<(String, u64, u64)> {
+        let shared = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()?;
+        let what = shared.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let [done, all] = [&shared.done, &shared.all].map(|n| n.load(Ordering::Relaxed));
+        Some((what, done, all))
+    }
+}
+
+thread_local! {
+    /// The observer of this thread's work.
+    static OBSERVER: RefCell<Option<Observer>> = const { RefCell::new(None) };
+}
+
+/// Does work whose progress is observed instead of printed.
+pub(crate) fn observed<T>(observer: &Observer, work: impl FnOnce() -> T) -> T {
+    OBSERVER.set(Some(observer.clone()));
+    let done = work();
+    OBSERVER.set(None);
+    done
 }
 
 #[derive(Debug, Default)]
@@ -66,6 +95,11 @@ impl Progress {
     /// Starts work, such as "reading drive.csv".
     pub(crate) fn start(what: impl Into<String>) -> Self {
         let shared = Arc::new(Shared { what: Mutex::new(what.into()), ..Shared::default() });
+        if let Some(observer) = OBSERVER.with_borrow(Clone::clone) {
+            let mut current = observer.0.lock().unwrap_or_else(PoisonError::into_inner);
+            *current = Some(Arc::clone(&shared));
+            return Self { shared, stop: None, thread: None };
+        }
         let (stop, stopped) = mpsc::channel();
         let show = Arc::clone(&shared);
         let thread = std::thread::spawn(move || {

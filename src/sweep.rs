@@ -3,7 +3,7 @@
 use crate::failure::{BAD_INPUT, Failure, Outcome};
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, console, quantity};
+use crate::{Global, console, program, quantity};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -194,7 +194,9 @@ fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure 
 /// This command once more, for the FMUs of one thread.
 fn isolated(arguments: &Arguments) -> Command {
     // Without the path of this program, the start fails with an error.
-    let mut command = Command::new(std::env::current_exe().unwrap_or_default());
+    let (program, first) = program::words().unwrap_or_default();
+    let mut command = Command::new(program);
+    command.args(first);
     command.arg("sweep").arg(&arguments.study).arg("--serve");
     command.arg("--timeout").arg(format!("{}s", arguments.timeout));
     if let Some(folder) = &arguments.trajectories {

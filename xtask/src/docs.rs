@@ -1,8 +1,8 @@
 //! `cargo xtask docs`: the book, built by mdBook, and the links of all documents.
 
 use crate::files::{below, read};
-use crate::formats;
 use crate::run::{answer, cargo, root, run, target};
+use crate::{formats, python_types};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,14 +14,18 @@ const MDBOOK: &str = "0.4.52";
 
 /// Builds the book into the target folder and checks it; every fault is listed.
 ///
-/// `update` writes the page that is generated; otherwise it has to be current.
+/// `update` writes the files that are generated; otherwise they have to be current.
 pub(crate) fn docs(update: bool) -> Result<(), String> {
-    let page = root().join("docs/formats.md");
-    let generated = formats::page()?;
-    if update {
-        fs::write(&page, generated).map_err(|e| format!("{}: {e}", page.display()))?;
-    } else if generated != read(&page)? {
-        return Err("docs/formats.md is out of date: run `cargo xtask docs --update`".into());
+    for (file, generated) in [
+        ("docs/formats.md", formats::page()?),
+        ("python/steerwright/documents.py", python_types::module()?),
+    ] {
+        let path = root().join(file);
+        if update {
+            fs::write(&path, generated).map_err(|e| format!("{}: {e}", path.display()))?;
+        } else if generated != read(&path)? {
+            return Err(format!("{file} is out of date: run `cargo xtask docs --update`"));
+        }
     }
     let mut problems = documents()?;
     let book = build()?;
@@ -61,7 +65,7 @@ fn build() -> Result<PathBuf, String> {
 }
 
 /// The folders whose files the documents name.
-const FOLDERS: [&str; 12] = [
+const FOLDERS: [&str; 13] = [
     "comparison/",
     "control/",
     "docs/",
@@ -70,6 +74,7 @@ const FOLDERS: [&str; 12] = [
     "formats/",
     "modelDescription/",
     "packaging/",
+    "python/",
     "report/",
     "sweep/",
     "sysid/",

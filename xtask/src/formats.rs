@@ -30,12 +30,27 @@ the keys or in the descriptions; angles are in rad, signs follow ISO 8855. A key
 ";
 
 /// A type with what its source states about it.
-struct Described {
-    text: String,
+pub(crate) struct Described {
+    pub(crate) text: String,
     /// Key, type, description.
-    rows: Vec<(String, String, String)>,
+    pub(crate) rows: Vec<(String, String, String)>,
     refers_to: Vec<String>,
-    is_struct: bool,
+    pub(crate) is_struct: bool,
+}
+
+/// The types of the documents and of their parts by name, each after those that refer to it.
+pub(crate) fn types() -> Result<Vec<(String, Described)>, String> {
+    let mut types = BTreeMap::new();
+    read(&root().join("formats/src"), &mut types)?;
+    let mut next: VecDeque<String> = DOCUMENTS.map(|(name, _)| name.to_owned()).into();
+    let mut found = Vec::new();
+    while let Some(name) = next.pop_front() {
+        if let Some(described) = types.remove(&name) {
+            next.extend(described.refers_to.iter().cloned());
+            found.push((name, described));
+        }
+    }
+    Ok(found)
 }
 
 /// The page as Markdown.

@@ -15,6 +15,7 @@ mod importers;
 mod licenses;
 mod lint;
 mod python;
+mod python_types;
 mod readme;
 mod run;
 mod stress;
@@ -58,7 +59,7 @@ enum Command {
     Readme,
     /// Build the book with mdBook and check the links of all documents
     Docs {
-        /// Write the page that is generated from the crate formats
+        /// Write the files that are generated from the crate formats
         #[arg(long)]
         update: bool,
     },

@@ -72,7 +72,7 @@ fn across(platforms: &[Platform], python: &Path) -> Result<PathBuf, String> {
     let binaries = cross::binaries();
     // By their names: `--package steerwright` would give shared dependencies other features, and
     // compile nearly everything once more. The tests of other crates load no packed library.
-    let mut tests = cargo(&["test", "--release", "--no-fail-fast", "--bin", "steerwright"]);
+    let mut tests = cargo(&["test", "--release", "--no-fail-fast", "--lib"]);
     tests.args(["--test", "system", "--test", "python"]);
     tests.args(["--", "--include-ignored"]);
     run(tests.env("STEERWRIGHT_PYTHON", python).env("STEERWRIGHT_FMU_BINARIES", &binaries))?;

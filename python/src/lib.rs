@@ -1,0 +1,184 @@
+//! The native part of the Python package `steerwright`: logs, stages and the command line. `_native.pyi` states
+//! the types; the package in `steerwright/` makes of it what users see.
+
+mod arrays;
+mod options;
+mod work;
+
+use arrays::{Log, Traces};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use steerwright::stages::{self, Source};
+
+type Documents = Vec<(String, String)>;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<Log>()?;
+    module.add_class::<Traces>()?;
+    for function in [
+        wrap_pyfunction!(main, module)?,
+        wrap_pyfunction!(describe, module)?,
+        wrap_pyfunction!(words, module)?,
+        wrap_pyfunction!(read, module)?,
+        wrap_pyfunction!(identify, module)?,
+        wrap_pyfunction!(accumulate, module)?,
+        wrap_pyfunction!(merge, module)?,
+        wrap_pyfunction!(identify_accumulated, module)?,
+        wrap_pyfunction!(design, module)?,
+        wrap_pyfunction!(yaw_step, module)?,
+        wrap_pyfunction!(figures_of_plant, module)?,
+        wrap_pyfunction!(figures_of_controller, module)?,
+        wrap_pyfunction!(page_of_plant, module)?,
+    ] {
+        module.add_function(function)?;
+    }
+    Ok(())
+}
+
+/// The command line; returns the exit status. `program` starts it in another process.
+#[pyfunction]
+fn main(py: Python<'_>, arguments: Vec<OsString>, program: Vec<OsString>) -> u8 {
+    py.detach(|| steerwright::run(arguments, Some(program)))
+}
+
+/// Options of a subcommand, or of reading a log: (name, value, values, repeated, default, help).
+#[pyfunction]
+fn describe(subcommand: &str) -> PyResult<Vec<options::Described>> {
+    options::described(subcommand)
+}
+
+/// Keyword arguments as words of the command line.
+#[pyfunction]
+fn words(subcommand: &str, keywords: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
+    let options = options::of_keywords(subcommand, keywords)?;
+    let word = |(name, value): (String, Option<String>)| match value {
+        Some(value) => format!("--{name}={value}"),
+        None => format!("--{name}"),
+    };
+    Ok(options.into_iter().map(word).collect())
+}
+
+/// Files, or tables: each a name and a dict of float64 columns, which are copied.
+fn source(files: Option<Vec<PathBuf>>, tables: Option<&Bound<'_, PyList>>) -> PyResult<Source> {
+    match tables {
+        None => Ok(Source::Files(files.unwrap_or_default())),
+        Some(tables) => Ok(Source::Tables(arrays::tables(tables)?)),
+    }
+}
+
+/// Reads a log.
+#[pyfunction]
+fn read(
+    py: Python<'_>,
+    files: Option<Vec<PathBuf>>,
+    tables: Option<&Bound<'_, PyList>>,
+    keywords: &Bound<'_, PyDict>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Log> {
+    let options = options::of_keywords("read", keywords)?;
+    let source = source(files, tables)?;
+    Ok(Log::new(work::done(py, progress, move || stages::read(source, &options))?))
+}
+
+/// Identifies a model: its document, and the signals.
+#[pyfunction]
+fn identify(
+    py: Python<'_>,
+    log: &Bound<'_, Log>,
+    keywords: &Bound<'_, PyDict>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<(String, Traces)> {
+    let options = options::of_keywords("identify", keywords)?;
+    let log = log.get().shared();
+    let found = work::done(py, progress, move || stages::identify(&log, &options))?;
+    Ok((found.json(), Traces::new(found.traces().clone())))
+}
+
+/// The R factor of logs: its document.
+#[pyfunction]
+fn accumulate(
+    py: Python<'_>,
+    files: Option<Vec<PathBuf>>,
+    tables: Option<&Bound<'_, PyList>>,
+    keywords: &Bound<'_, PyDict>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let options = options::of_keywords("accumulate", keywords)?;
+    let source = source(files, tables)?;
+    work::done(py, progress, move || stages::accumulate(source, &options))
+}
+
+/// The R factor of several: its document.
+#[pyfunction]
+fn merge(py: Python<'_>, documents: Documents) -> PyResult<String> {
+    work::done(py, None, move || stages::merge(&documents))
+}
+
+/// Identifies the plant of R factors: its document.
+#[pyfunction]
+fn identify_accumulated(
+    py: Python<'_>,
+    documents: Documents,
+    keywords: &Bound<'_, PyDict>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let options = options::of_keywords("identify", keywords)?;
+    work::done(py, progress, move || stages::identify_accumulated(&documents, &options))
+}
+
+/// Designs a controller: its document.
+#[pyfunction]
+fn design(
+    py: Python<'_>,
+    document: String,
+    file: String,
+    keywords: &Bound<'_, PyDict>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let options = options::of_keywords("design", keywords)?;
+    work::done(py, progress, move || stages::design(&document, &file, &options))
+}
+
+/// The yaw step of a controller on its model.
+#[pyfunction]
+fn yaw_step(
+    py: Python<'_>,
+    document: String,
+    controller: String,
+    until_s: f64,
+) -> PyResult<Vec<Py<PyAny>>> {
+    let step = work::done(py, None, move || stages::yaw_step(&document, &controller, until_s))?;
+    step.into_iter().map(|values| arrays::owned(py, values)).collect()
+}
+
+/// The figures of a plant, SVG by name.
+#[pyfunction]
+fn figures_of_plant(
+    py: Python<'_>,
+    document: String,
+    traces: &Bound<'_, Traces>,
+) -> PyResult<Vec<(String, String)>> {
+    let traces = traces.get().shared();
+    work::done(py, None, move || stages::figures_of_plant(&document, &traces))
+}
+
+/// The figures of a controller, SVG by name.
+#[pyfunction]
+fn figures_of_controller(
+    py: Python<'_>,
+    document: String,
+    controller: String,
+) -> PyResult<Vec<(String, String)>> {
+    work::done(py, None, move || stages::figures_of_controller(&document, &controller))
+}
+
+/// The page of a plant, HTML.
+#[pyfunction]
+fn page_of_plant(py: Python<'_>, document: String, traces: &Bound<'_, Traces>) -> PyResult<String> {
+    let traces = traces.get().shared();
+    work::done(py, None, move || stages::page_of_plant(&document, &traces))
+}

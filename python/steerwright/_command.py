@@ -1,0 +1,124 @@
+"""Subcommands in a process of their own: an FMU that crashes or hangs ends that process only."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import threading
+import warnings
+from collections.abc import Iterable, Iterator
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+from . import _native, _progress
+from .__main__ import PROGRAM
+from ._errors import Error, Warning
+
+END_S = 10.0
+"""Time for a command to end after an interruption."""
+
+
+class Outcome(NamedTuple):
+    met: bool
+    """Whether all requirements are met."""
+    value: Any
+    """What the command printed, as JSON."""
+
+
+def run(
+    command: str, positional: Iterable[Any], options: dict[str, Any], stacklevel: int = 3
+) -> Outcome:
+    """Runs a subcommand with keyword arguments as options."""
+    words = [*_native.words(command, options), "--json", "--"]
+    arguments = [*PROGRAM, command, *words, *(os.fspath(item) for item in positional)]
+    errors: list[dict[str, Any]] = []
+    other: list[str] = []
+    with _progress.shown() as progress, _started(arguments) as process:
+
+        def listen() -> None:
+            assert process.stderr is not None
+            for line in process.stderr:
+                try:
+                    (kind, value), *_ = json.loads(line).items()
+                except (ValueError, AttributeError, TypeError):
+                    other.append(line.rstrip())
+                    continue
+                if kind == "error":
+                    errors.append(value)
+                elif kind == "warning":
+                    found.append(value["message"])
+                elif kind == "progress" and progress is not None:
+                    progress(value["message"], value.get("done", 0), value.get("of", 0))
+
+        found: list[str] = []
+        listener = threading.Thread(target=listen, daemon=True)
+        listener.start()
+        assert process.stdout is not None
+        printed = process.stdout.read()
+        status = process.wait()
+        listener.join()
+    for message in found:
+        warnings.warn(message, Warning, stacklevel=stacklevel)
+    if errors:
+        raise Error(errors[0]["message"], errors[0]["hint"])
+    if status not in (0, 1):
+        cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
+        said = "\n".join(other[-20:])
+        raise Error(
+            f"steerwright {command} ended with {cause}{': ' if said else ''}{said}",
+            "a binary of an FMU may have crashed: steerwright.check(FMU, run=True) tries it",
+        )
+    return Outcome(status == 0, json.loads(printed))
+
+
+@contextlib.contextmanager
+def _started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        arguments,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
+    )
+    try:
+        yield process
+    except BaseException:
+        process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
+        try:
+            process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        raise
+    finally:
+        for stream in (process.stdout, process.stderr):
+            if stream is not None:
+                stream.close()
+
+
+@contextlib.contextmanager
+def folder() -> Iterator[FilePath]:
+    """A folder that is removed at the end."""
+    with tempfile.TemporaryDirectory(prefix="steerwright-") as name:
+        yield FilePath(name)
+
+
+def as_files(items: Iterable[Any], where: FilePath) -> list[FilePath]:
+    """Files of documents: objects of this package are written into a folder, paths stay."""
+    files = []
+    for index, item in enumerate(items):
+        if hasattr(item, "to_json") and hasattr(item, "FILE"):
+            # Objects of one kind in a folder each, since their names say what they are.
+            name = FilePath(item._file).name
+            file = where / name if not (where / name).exists() else where / str(index) / name
+            file.parent.mkdir(exist_ok=True)
+            item.save(file)
+            files.append(file)
+        else:
+            files.append(FilePath(os.fspath(item)))
+    return files

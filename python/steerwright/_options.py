@@ -1,0 +1,47 @@
+"""Documentation of options, from the command line's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from . import _native
+
+F = TypeVar("F", bound=Callable[..., object])
+
+OUTPUTS = {
+    "force",
+    "json",
+    "output",
+    "out",
+    "traces",
+    "plots",
+    "report",
+    "plot",
+    "trajectories",
+}
+"""Options for files that the command line writes, where a function returns an object instead."""
+
+
+def lines(command: str, without: set[str] = OUTPUTS) -> list[str]:
+    """The options of a subcommand as text, one paragraph each."""
+    found = []
+    for name, value, values, repeated, default, text in _native.describe(command):
+        if name in without:
+            continue
+        kind = "|".join(values) or value or "True"
+        kind += ", repeated in a list" if repeated else ""
+        kind += f"; default {default}" if default else ""
+        found.append(f"{name.replace('-', '_')}: {kind}\n    {' '.join(text.split())}")
+    return found
+
+
+def documented(command: str, without: set[str] = OUTPUTS) -> Callable[[F], F]:
+    """Adds the options of a subcommand to the documentation of a function."""
+
+    def add(function: F) -> F:
+        options = "\n".join(lines(command, without))
+        function.__doc__ = f"{(function.__doc__ or '').rstrip()}\n\nOptions\n-------\n{options}\n"
+        return function
+
+    return add

@@ -1,0 +1,212 @@
+"""Formats that other libraries read, as tables: a format is a function in `READERS`.
+
+The libraries come with ``pip install steerwright[logs]``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from ._errors import Error
+
+Tables = list[tuple[str, dict[str, Any]]]
+
+
+def tables(file: FilePath) -> Tables | None:
+    """The tables of a file; `None` where the package reads it without another library."""
+    for (ending, start), reader in READERS.items():
+        if file.suffix.lower() == ending and _starts(file, start):
+            found = reader(file)
+            if not found:
+                raise Error(f"{file}: no channel of numbers", "check that the file is complete")
+            return found
+    return None
+
+
+def _starts(file: FilePath, start: bytes) -> bool:
+    if not start:
+        return True
+    try:
+        with open(file, "rb") as opened:
+            return opened.read(len(start)) == start
+    except OSError:
+        # The reader of the package names the fault.
+        return False
+
+
+def _library(name: str, file: FilePath) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        package = {"nptdms": "nptdms", "can": "python-can"}.get(name.split(".")[0], name)
+        package = package.split(".")[0]
+        raise Error(
+            f"{file}: {file.suffix} files are read by {package}, which is not installed",
+            "pip install steerwright[logs]",
+        ) from error
+
+
+def tdms(file: FilePath) -> Tables:
+    """LabVIEW's TDMS: a table for each group and clock of waveforms."""
+    nptdms = _library("nptdms", file)
+    found: dict[Any, tuple[str, dict[str, Any]]] = {}
+    with nptdms.TdmsFile.open(file) as opened:
+        for group in opened.groups():
+            for channel in group.channels():
+                if len(channel) == 0 or channel.dtype.kind not in "fiuM":
+                    continue
+                values = channel[:]
+                clock: tuple[Any, ...] = (group.name, len(channel))
+                time = None
+                step = channel.properties.get("wf_increment")
+                if step:
+                    offset = float(channel.properties.get("wf_start_offset", 0.0))
+                    begin = channel.properties.get("wf_start_time")
+                    if begin is not None:
+                        moment = np.datetime64(begin, "ns").astype(np.int64) * 1e-9
+                        offset += float(moment)
+                    clock = (*clock, step, offset)
+                    time = offset + float(step) * np.arange(len(channel))
+                name, columns = found.setdefault(clock, (f"{file}: {group.name}", {}))
+                if time is not None:
+                    columns.setdefault("time_s", time)
+                columns[_named(channel.name, channel.properties.get("unit_string"))] = _float(values)
+    return _complete(list(found.values()))
+
+
+def blf_bus(file: FilePath) -> Tables:
+    """Vector's BLF has frames of a bus, whose decoding needs a database."""
+    raise Error(
+        f"{file}: BLF files hold frames of a bus",
+        "convert it: python -m can.logconvert drive.blf drive.asc, and read drive.asc with dbc=",
+    )
+
+
+def mat(file: FilePath) -> Tables:
+    """MATLAB's MAT, version 5 by SciPy and 7.3 by h5py: vectors of equal length are a table."""
+    with open(file, "rb") as opened:
+        is_hdf = b"MATLAB 7.3" in opened.read(128)
+    named: dict[str, Any] = {}
+    if is_hdf:
+        h5py = _library("h5py", file)
+        with h5py.File(file, "r") as opened:
+            opened.visititems(
+                lambda name, item: (
+                    named.__setitem__(name.replace("/", "."), np.asarray(item))
+                    if isinstance(item, h5py.Dataset) and not name.startswith("#")
+                    else None
+                )
+            )
+    else:
+        scipy_io = _library("scipy.io", file)
+        for name, value in scipy_io.loadmat(file, simplify_cells=True).items():
+            if not name.startswith("__"):
+                _flatten(name, value, named)
+    return _by_length(file, named)
+
+
+def _flatten(name: str, value: Any, into: dict[str, Any]) -> None:
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _flatten(f"{name}.{key}", item, into)
+    else:
+        into[name] = np.asarray(value)
+
+
+def _by_length(file: FilePath, named: dict[str, Any]) -> Tables:
+    groups: dict[int, dict[str, Any]] = {}
+    for name, array in named.items():
+        if array.dtype.kind not in "fiub" or array.size < 2 or max(array.shape) != array.size:
+            continue
+        groups.setdefault(array.size, {})[name] = _float(array.reshape(-1))
+    return _complete([(f"{file}: {size} rows", columns) for size, columns in groups.items()])
+
+
+def bag(file: FilePath) -> Tables:
+    """ROS 1 bags and ROS 2's SQLite bags, by rosbags: a table for each topic."""
+    highlevel = _library("rosbags.highlevel", file)
+    typesys = _library("rosbags.typesys", file)
+    store = typesys.get_typestore(typesys.Stores.LATEST)
+    rows: dict[str, dict[str, list[float]]] = {}
+    times: dict[str, list[float]] = {}
+    with highlevel.AnyReader([_bag_folder(file)], default_typestore=store) as reader:
+        for connection, stamp, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            values: dict[str, float] = {}
+            _fields("", message, values)
+            if not values:
+                continue
+            columns = rows.setdefault(connection.topic, {})
+            count = len(times.setdefault(connection.topic, []))
+            times[connection.topic].append(_stamp(message, stamp))
+            for name, value in values.items():
+                columns.setdefault(name, [float("nan")] * count).append(value)
+            for column in columns.values():
+                if len(column) == count:
+                    column.append(float("nan"))
+    return [
+        (f"{file}: {topic}", {"time_s": np.array(times[topic]), **_arrays(columns)})
+        for topic, columns in rows.items()
+    ]
+
+
+def _bag_folder(file: FilePath) -> FilePath:
+    """What rosbags opens: the file of a ROS 1 bag, the folder with the metadata of a ROS 2 bag."""
+    if file.suffix.lower() == ".bag" or not (file.parent / "metadata.yaml").exists():
+        return file
+    return file.parent
+
+
+def _stamp(message: Any, received_ns: int) -> float:
+    """The stamp of the header, as for MCAP; the time of reception where there is none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None) or getattr(message, "stamp", None)
+    if stamp is not None and hasattr(stamp, "sec"):
+        seconds = stamp.sec + 1e-9 * getattr(stamp, "nanosec", getattr(stamp, "nsec", 0))
+        if seconds > 0:
+            return float(seconds)
+    return received_ns * 1e-9
+
+
+def _fields(name: str, value: Any, into: dict[str, float]) -> None:
+    if isinstance(value, (bool, int, float, np.number, np.bool_)):
+        into[name] = float(value)
+    elif hasattr(value, "__dataclass_fields__"):
+        for field in value.__dataclass_fields__:
+            if not field.startswith("__"):
+                _fields(f"{name}.{field}" if name else field, getattr(value, field), into)
+
+
+def _arrays(columns: dict[str, list[float]]) -> dict[str, Any]:
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def _named(name: str, unit: Any) -> str:
+    unit = str(unit).strip() if unit else ""
+    return f"{name} [{unit}]" if unit and "[" not in name else name
+
+
+def _float(values: Any) -> Any:
+    array = np.asarray(values)
+    if array.dtype.kind == "M":
+        return array.astype("datetime64[ns]").astype(np.int64) * 1e-9
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _complete(found: Tables) -> Tables:
+    """Tables with more than a clock."""
+    return [(name, columns) for name, columns in found if set(columns) - {"time_s"}]
+
+
+READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
+    (".tdms", b"TDSm"): tdms,
+    (".blf", b"LOGG"): blf_bus,
+    (".mat", b""): mat,
+    (".bag", b"#ROSBAG V2.0"): bag,
+    (".db3", b"SQLite format 3"): bag,
+}
+"""Ending and first bytes, and the function that reads such a file."""

@@ -1,0 +1,202 @@
+"""What works on files: packing, checking, comparing, sweeping."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+from . import _command, documents
+from ._options import documented, lines
+from .controller import Controller
+from .plant import Bicycle, Document, Plant
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .options import (
+        BuildOptions,
+        CheckOptions,
+        CompareOptions,
+        InspectOptions,
+        PackageOptions,
+        PathOptions,
+        SweepOptions,
+    )
+
+File = Union[str, "os.PathLike[str]"]
+
+
+def options(command: str) -> None:
+    """Prints the options of a function with their units and defaults."""
+    print("\n".join(lines(command)))
+
+
+class Path(Document, documents.Path):
+    """A reference path. The attributes are the keys of path.json."""
+
+    FILE = "path.json"
+
+    def __repr__(self) -> str:
+        return f"<Path {self.name}: {self.points[-1].distance_m:.0f} m at {self.speed_mps} m/s>"
+
+
+@documented("path")
+def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
+    """Makes a reference path: from recorded points (CSV, GPX, NMEA), from segments (TOML), or the standard road.
+
+    ``pid`` and ``plant`` may be objects of this package.
+    """
+    keywords: dict[str, Any] = dict(options)
+    with _command.folder() as folder:
+        for name in ("pid", "plant"):
+            if keywords.get(name) is not None:
+                keywords[name] = _command.as_files([keywords[name]], folder)[0]
+        out = folder / "out" / "path.json"
+        out.parent.mkdir()
+        positional = [] if track is None else [track]
+        _command.run("path", positional, {**keywords, "output": out})
+        return Path(out.read_text("utf-8"))
+
+
+@documented("package", {"force", "json"})
+def package(
+    models: Sequence[Plant | Bicycle | Controller | Path | File],
+    **options: Unpack[PackageOptions],
+) -> dict[str, FilePath]:
+    """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
+
+    Returns the files by the names of their models, such as ``IdentifiedPlant``; a package by that of its file.
+    """
+    with _command.folder() as folder:
+        files = _command.as_files(models, folder)
+        written = _command.run("package", files, dict(options)).value
+    return {w.get("fmu") or FilePath(w["file"]).stem: FilePath(w["file"]) for w in written}
+
+
+class Finding(NamedTuple):
+    """A finding of the checker."""
+
+    severity: str
+    """``error``, ``warning`` or ``note``."""
+    message: str
+    """What is found, where, and by which rule."""
+    details: dict[str, Any]
+    """The finding as ``steerwright check --json`` prints it."""
+
+
+class Checked(NamedTuple):
+    """The findings of an archive."""
+
+    archive: str
+    errors: int
+    warnings: int
+    findings: list[Finding]
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether there are no errors."""
+        return self.errors == 0
+
+
+@documented("check", {"force", "json"})
+def check(fmu: File, **options: Unpack[CheckOptions]) -> Checked:
+    """Checks an FMU of any tool against FMI 2.0; with ``run=True`` also its binary, in another process."""
+    (report,) = _command.run("check", [fmu], dict(options)).value
+    findings = [Finding(f["severity"], f.get("message", ""), f) for f in report["findings"]]
+    return Checked(report["archive"], report["errors"], report["warnings"], findings)
+
+
+@documented("inspect")
+def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
+    """The channels of a log: units, rates, ranges, gaps, and which look like steering, yaw rate or speed.
+
+    Returns what ``steerwright inspect --json`` prints.
+    """
+    found: dict[str, Any] = _command.run("inspect", [log], dict(options)).value
+    return found
+
+
+@documented("compare", {"force", "json"})
+def compare(
+    models: Sequence[Plant | Bicycle | File], **options: Unpack[CompareOptions]
+) -> dict[str, Any]:
+    """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
+
+    ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.
+    """
+    keywords: dict[str, Any] = dict(options)
+    with _command.folder() as folder:
+        files = _command.as_files(models, folder)
+        controllers = keywords.get("pid")
+        if controllers is not None and not isinstance(controllers, (str, os.PathLike)):
+            controllers = [controllers] if isinstance(controllers, Controller) else controllers
+            keywords["pid"] = [
+                str(item if isinstance(item, str) else _command.as_files([item], folder)[0])
+                for item in controllers
+            ]
+        found: dict[str, Any] = _command.run("compare", files, keywords).value
+    return found
+
+
+@documented("build", {"force", "json"})
+def build(log: File | Sequence[File], **options: Unpack[BuildOptions]) -> dict[str, Any]:
+    """Identifies, designs, packs, tracks and reports for one drive, into the folder ``out``.
+
+    Returns what ``steerwright build --json`` prints.
+    """
+    logs = list(log) if isinstance(log, (list, tuple)) else [log]
+    found: dict[str, Any] = _command.run("build", logs, dict(options)).value
+    return found
+
+
+class Sweep:
+    """The results of a study."""
+
+    def __init__(self, file: FilePath, summary: dict[str, Any], met: bool) -> None:
+        self.file = file
+        """The results, a row a run."""
+        self.summary = summary
+        """What ``steerwright sweep --json`` prints."""
+        self.met = met
+        """Whether all requirements are met."""
+
+    def to_pandas(self) -> Any:
+        """The results as a pandas data frame."""
+        import pandas
+
+        return pandas.read_csv(self.file)
+
+    def to_numpy(self) -> Any:
+        """The results as a structured array, a field a column."""
+        import numpy
+
+        return numpy.genfromtxt(
+            self.file, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars=""
+        )
+
+    def __repr__(self) -> str:
+        outcomes = self.summary.get("outcomes", [])
+        text = ", ".join(f"{o['runs']} {o['outcome']}" for o in outcomes)
+        return f"<Sweep of {self.summary.get('rows')} runs: {text}>"
+
+
+@documented("sweep", {"force", "json", "serve"})
+def sweep(study: File, **options: Unpack[SweepOptions]) -> Sweep:
+    """Runs a Monte Carlo study (TOML) over closed loops of FMUs; the results go to ``output`` (results.csv).
+
+    Ctrl-C keeps the finished runs: ``resume=True`` continues.
+    """
+    met, summary = _command.run("sweep", [study], dict(options))
+    return Sweep(FilePath(summary["file"]), summary, met)
+
+
+def load(file: File) -> Any:
+    """The object of any document of this package: plant, bicycle, controller, path."""
+    text = FilePath(file).read_text("utf-8")
+    schema = str(json.loads(text).get("schema", ""))
+    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Controller, Path)}
+    kind = kinds.get(f"{schema.split('/')[1] if '/' in schema else ''}.json", Plant)
+    return kind(text, file=os.fspath(file))

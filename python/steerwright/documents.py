@@ -1,0 +1,1508 @@
+"""The JSON documents, typed. Generated from the crate `formats` by `cargo xtask docs --update`.
+
+Angles are in rad, signs follow ISO 8855; other units are in the names of the keys or in their descriptions.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Union
+
+from ._record import Array, Record
+
+InputKind = Literal[
+    "steering",
+    "steering*speed",
+]
+"""Input of the model."""
+
+EstimationFocus = Literal[
+    "prediction",
+    "simulation",
+]
+"""The errors that the estimate minimises."""
+
+Grade = Literal[
+    "pass",
+    "warn",
+    "fail",
+]
+"""The grade of a model or of one reason; later ones are worse."""
+
+Intersample = Literal[
+    "zoh",
+    "foh",
+    "bl",
+]
+"""The behaviour of a channel between its samples (the terms of MATLAB's `InterSample`)."""
+
+FactorMethod = Literal[
+    "gram",
+    "qr",
+]
+"""A method to compute the R factor."""
+
+ReasonCode = Literal[
+    "not-validated",
+    "weak-steering",
+    "narrow-band",
+    "noisy-yaw-rate",
+    "low-validation-fit",
+    "slow-log",
+    "no-continuous-model",
+    "model-error",
+    "uncertain-gain",
+    "wrong-sign",
+    "implausible-gain",
+    "non-minimum-phase",
+    "uninformative-validation",
+    "spikes",
+    "frozen-yaw-rate",
+    "steering-play",
+    "offset",
+    "coarse-resolution",
+    "early-yaw-rate",
+    "late-yaw-rate",
+]
+"""The subject of a reason; its name in files is stable."""
+
+Information = Literal[
+    "good",
+    "weak",
+    "none",
+]
+"""Whether a log is informative."""
+
+
+class Plant(Record):
+    """The identified plant: model, operating point, noise, evidence and provenance. The model's input is
+    `steering − steering_offset_rad` (times speed where `InputKind::SteeringTimesSpeed`), delayed by
+    `input_delay_s`; its output is `yaw rate − yaw_rate_offset_radps`."""
+
+    schema: str
+    """`steerwright/plant/1`."""
+    name: str
+    """A name, such as the log's."""
+    input: InputKind
+    """Input of the model."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    input_delay_s: float
+    """Pure delay from steering angle to the model's input, in seconds."""
+    operating_point: OperatingPoint
+    """The point about which the model is valid."""
+    discrete: Discrete
+    """The model in innovation form (eq 3–5)."""
+    continuous: Union[Continuous, None]
+    """The continuous model (eq 6–11); absent if A has no real logarithm."""
+    noise: Noise
+    """The noise as identified."""
+    sideslip: Union[Sideslip, None]
+    """The sideslip; absent if the drive does not determine it."""
+    uncertainty: Union[Uncertainty, None]
+    """The uncertainty of the model; absent if it was not estimated."""
+    evidence: Evidence
+    """The evidence for the quality of the model."""
+    quality: Union[Quality, None]
+    """Whether a controller may be designed on the model."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class Bicycle(Record):
+    """The five-state model of eq 13 at constant speed, with the vehicle data."""
+
+    schema: str
+    """`steerwright/bicycle/1`."""
+    vehicle: VehicleData
+    """The vehicle."""
+    coefficients: BicycleCoefficients
+    """The coefficients of eq 13."""
+    state_matrix: Array
+    """State matrix of eq 13 for (y, ẏ, ψ, ψ̇, δ), 5 by 5."""
+    input_matrix: Array
+    """Input matrix of eq 13, 5 by 1."""
+    evidence: Union[BicycleEvidence, None]
+    """The evidence for its quality, if it was identified from a log."""
+    quality: Union[Quality, None]
+    """Whether a controller may be designed on it."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class Vehicle(Record):
+    """A vehicle up to its limits."""
+
+    schema: str
+    """`steerwright/vehicle/1`."""
+    name: str
+    """A name."""
+    body: Body
+    """Mass, inertia and dimensions."""
+    tyres: Tyres
+    """The tyres: equal at all wheels except for the stiffness."""
+    actuator: SteeringActuator
+    """The steering."""
+    speed_mps: float
+    """Longitudinal velocity that the `speed` input starts with, m/s."""
+
+
+class Pid(Record):
+    """The controller, its specification, and the results of its design."""
+
+    schema: str
+    """`steerwright/pid/1`."""
+    name: str
+    """A name."""
+    sample_time_s: float
+    """Sample time, s."""
+    gains: PidGains
+    """Gains and weights."""
+    limits: Limits
+    """Limits in steering coordinates."""
+    designed_for: DesignedFor
+    """The model that the controller was designed on."""
+    specification: Specification
+    """The specification."""
+    evidence: DesignEvidence
+    """The results of the design."""
+    guidance: GuidanceAdvice
+    """Recommended settings of a path follower around this loop."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class Path(Record):
+    """A reference path: points in arc length, x and y in a local plane."""
+
+    schema: str
+    """`steerwright/path/1`."""
+    name: str
+    """A name."""
+    closed: bool
+    """Whether the last point meets the first."""
+    guidance: Guidance
+    """The guidance of a vehicle along it."""
+    speed_mps: float
+    """The speed for which the path was computed, m/s."""
+    points: tuple[PathPoint, ...]
+    """At least two, at increasing distance."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class Estimator(Record):
+    """Sensors, their noise, and the initial uncertainty."""
+
+    schema: str
+    """`steerwright/estimator/1`."""
+    name: str
+    """A name."""
+    gnss: Gnss
+    """The receiver and its antenna."""
+    sideslip_per_yaw_rate_s: float
+    """Sideslip angle per yaw rate in a steady turn, s; at small lateral acceleration if the growth is
+    stated."""
+    sideslip_growth_s5pm2: Union[float, None]
+    """Growth of the sideslip per yaw rate, per squared lateral acceleration, s⁵/m²; 0 or omitted if
+    unknown."""
+    sideslip_per_yaw_acceleration_s2: Union[float, None]
+    """Sideslip angle per yaw acceleration, s²; 0 may be omitted."""
+    noise: SensorNoise
+    """Noise of gyro and speed."""
+    initial: InitialUncertainty
+    """Uncertainty of the initial state."""
+    speed_mps: float
+    """Longitudinal velocity that the `speed` input starts with, m/s."""
+
+
+class Start(Record):
+    """Start values of Real parameters and inputs, by name, in the variables' units."""
+
+    schema: str
+    """`steerwright/start/1`."""
+    values: dict[str, Any]
+    """A value for each variable."""
+
+
+class AccumulatedDrives(Record):
+    """The windows of accumulated drives."""
+
+    schema: str
+    """`steerwright/factor/2`."""
+    name: str
+    """A name, such as the first log's."""
+    input: InputKind
+    """Input of the model."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    sample_time_s: float
+    """Sample time T."""
+    horizon: int
+    """Block rows of past and of future."""
+    estimation_samples: int
+    """Samples to estimate from."""
+    validation_samples: int
+    """Number of validation samples."""
+    speed: Union[AccumulatedSpeed, None]
+    """The speed over all samples, if every drive has one."""
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the logs; drives with equal columns are combined."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader."""
+    provenance: Provenance
+    """The sources of the file."""
+    estimation: str
+    """State of the estimation data's windows, in hexadecimal."""
+    validation: str
+    """State of the validation data's windows, in hexadecimal."""
+    spectra: Array
+    """Sums of Welch's spectra of all samples: number of windows, variance of their average, then \\|U\\|²,
+    \\|Y\\|² and the parts of U*Y at each frequency."""
+    sha256: str
+    """SHA-256 of this file with an empty string in this place."""
+
+
+class OperatingPoint(Record):
+    """The point about which the model is linear."""
+
+    speed_mps: float
+    """Mean speed of the drive, m/s."""
+    steering_offset_rad: float
+    """The steering angle that drives straight, in steering coordinates."""
+    yaw_rate_offset_radps: float
+    """The yaw rate at that angle; zero if the model has a steady-state gain, by which the steering offset
+    then represents it."""
+
+
+class Discrete(Record):
+    """`x⁺ = A x + B u + K e`, `y = C x + D u + e` (eq 3–5)."""
+
+    sample_time_s: float
+    """Sample time T."""
+    A: Array
+    """State matrix, n by n."""
+    B: Array
+    """Input matrix, n by 1."""
+    C: Array
+    """Output matrix, 1 by n."""
+    D: Array
+    """Feedthrough, 1 by 1."""
+    K: Array
+    """Kalman gain, n by 1."""
+    x0: Array
+    """State at the log's first sample."""
+
+
+class Continuous(Record):
+    """`ẋ = F x + G u`, `y = H x + D u` (eq 6–8), the exact zero-order-hold inverse of `Discrete`."""
+
+    F: Array
+    """State matrix, n by n."""
+    G: Array
+    """Input matrix, n by 1."""
+    H: Array
+    """Output matrix, 1 by n."""
+
+
+class Noise(Record):
+    """The noise as identified."""
+
+    innovation_variance: float
+    """Variance of the innovation e, (rad/s)²."""
+
+
+class Sideslip(Record):
+    """The sideslip of the centre of gravity, from the course of GNSS fixes: with the yaw rate r and the
+    lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`."""
+
+    sideslip_per_yaw_rate_s: float
+    """S, sideslip angle per yaw rate, s: in gentle turns if the growth is stated, else the mean over the
+    drive's turns."""
+    standard_error_s: float
+    """Its standard error, s, from the noise of the fixes and the gyro, and from the age of the fixes if
+    that is estimated."""
+    sideslip_growth_s5pm2: Union[SideslipTerm, None]
+    """Q, the growth of S per squared lateral acceleration, s⁵/m²; absent if the drive does not determine
+    it."""
+    sideslip_per_yaw_acceleration_s2: Union[SideslipTerm, None]
+    """C, sideslip angle per yaw acceleration, s²; absent if the drive does not determine it."""
+    gnss_latency_s: float
+    """The assumed age of a fix, s: an error of it is an error of the sideslip."""
+    gnss_latency_standard_error_s: Union[float, None]
+    """The standard error of that age, s; absent if the age was stated."""
+    antenna_x_m: float
+    """The assumed position of the antenna ahead of the centre of gravity, m."""
+
+
+class Uncertainty(Record):
+    """The uncertainty of an identified plant's model."""
+
+    focus: EstimationFocus
+    """The errors that the estimate minimises, which determines the covariance."""
+    poles: tuple[UncertainPole, ...]
+    """The eigenvalues of A."""
+    steady_state_gain: Union[Estimate, None]
+    """Yaw rate over the model's input at rest; absent for an integrator."""
+    frequency_response: tuple[FrequencyBand, ...]
+    """From the model's input to yaw rate, without the input delay."""
+    step_response: tuple[StepBand, ...]
+    """Yaw rate after a unit step of the model's input, without the input delay."""
+    directions: Array
+    """The covariance factor, with one row for each independent standard normal number ξ: the change of the
+    entries of A, B, C, D, K, each row by row, for ξ = 1. A model drawn from the estimate's distribution
+    is `nominal + Σ ξ_i · row_i`. Changes of the state's basis only are left out."""
+
+
+class Evidence(Record):
+    """The evidence for the quality of an identified model."""
+
+    method: str
+    """`n4sid`, `moesp`, `cva`, `ssarx` or `pbsid`."""
+    horizon: int
+    """Block rows s of the Hankel matrices (past and future horizon)."""
+    factor: Union[DataFactor, None]
+    """How the data were reduced, and how well that is conditioned."""
+    delay: Union[DelayEstimate, None]
+    """Estimate of a pure delay; absent where the delay was stated or cannot be estimated."""
+    estimation_samples: int
+    """Samples used for estimation."""
+    validation_samples: int
+    """Number of validation samples."""
+    fit: Fits
+    """Fits in percent."""
+    order_table: tuple[OrderRow, ...]
+    """One row for each order tried."""
+    feedback: Union[ResidualTest, None]
+    """Test of the estimation data for feedback from yaw rate to steering, which decides between open-loop
+    and closed-loop methods; it passes where none is seen."""
+    whiteness: ResidualTest
+    """Autocorrelation of the one-step residuals on validation data."""
+    independence: ResidualTest
+    """Cross-correlation of past input and one-step residuals on validation data."""
+    excitation: Excitation
+    """Information in the log."""
+    held_out: Union[HeldOut, None]
+    """Prediction of the validation data."""
+    play: Union[SteeringPlay, None]
+    """Play of the steering; absent if the data do not show any."""
+    yaw_rate_lead_s: Union[float, None]
+    """Lead of the yaw rate before the steering that causes it, s; absent if it does not lead."""
+    yaw_rate_lag_s: Union[float, None]
+    """Delay of the steering up to which it still explains the yaw rate, s; absent if the data do not show
+    it."""
+    residuals: Union[ResidualCorrelation, None]
+    """The residuals lag by lag."""
+    frequency_response: Union[FrequencyResponse, None]
+    """Measured and modelled frequency response."""
+    poles_and_zeros: Union[PoleZeroMap, None]
+    """Poles and zeros."""
+    stabilised_from: Union[float, None]
+    """Largest eigenvalue modulus of A before stability was enforced; absent if it was stable."""
+    conversion_round_trip: Union[float, None]
+    """Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10)."""
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log, after resampling."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader and of the identification."""
+
+
+class Quality(Record):
+    """The quality of a model."""
+
+    grade: Grade
+    """The worst grade of the reasons; `pass` without any."""
+    summary: str
+    """One or two sentences."""
+    reasons: Union[tuple[Reason, ...], None]
+    """The reasons for the grade, the worst first."""
+    advice: Union[tuple[str, ...], None]
+    """The next step, such as the manoeuvre to drive."""
+
+
+class Provenance(Record):
+    """The sources and options of a file; without times and absolute paths."""
+
+    version: str
+    """Version of steerwright that wrote the file."""
+    sources: tuple[SourceFile, ...]
+    """The files read, by name and content."""
+    options: dict[str, Any]
+    """The options in force, defaults included, by name."""
+
+
+class VehicleData(Record):
+    """Vehicle data (also the TOML that `steerwright bicycle` reads)."""
+
+    name: str
+    """A name."""
+    mass_kg: float
+    """Mass m, kg."""
+    yaw_inertia_kgm2: float
+    """Yaw inertia J, kg·m²."""
+    distance_front_m: float
+    """Centre of gravity to front axle L_f, m."""
+    distance_rear_m: float
+    """Centre of gravity to rear axle L_r, m."""
+    cornering_stiffness_front_npr: float
+    """Cornering stiffness of the front axle C_f, N/rad."""
+    cornering_stiffness_rear_npr: float
+    """Cornering stiffness of the rear axle C_r, N/rad."""
+    actuator_time_constant_s: float
+    """Time constant of the steering actuator T_n, s."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle, 1/n."""
+    speed_mps: float
+    """Longitudinal velocity V, m/s."""
+
+
+class BicycleCoefficients(Record):
+    """The coefficients of eq 13 in the paper's letters."""
+
+    A1: float
+    """"""
+    A2: float
+    """"""
+    A3: float
+    """"""
+    A4: float
+    """"""
+    B1: float
+    """"""
+    B2: float
+    """"""
+    n: float
+    """"""
+    Tn: float
+    """"""
+
+
+class BicycleEvidence(Record):
+    """The results of the identification of a bicycle from a log. Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on
+    yaw rate, in percent, of a simulation over the recorded steering and speed with the estimated
+    offsets; the initial state is estimated at the start of each part."""
+
+    estimation_samples: int
+    """Samples used for estimation."""
+    validation_samples: int
+    """Number of validation samples."""
+    sample_time_s: float
+    """Sample time, s."""
+    estimation_fit: float
+    """Fit on the estimation data, percent."""
+    validation_fit: float
+    """Fit on validation data, percent."""
+    held_out: Union[HeldOut, None]
+    """Selection of the validation data, and the fit there."""
+    speed: SpeedSummary
+    """Speed over the estimation data."""
+    identified: tuple[Estimated, ...]
+    """The quantities that the yaw rate identifies; angles are of the road wheel, by the log's steering
+    ratio."""
+    directions: Union[tuple[VehicleDirection, ...], None]
+    """The covariance factor of the vehicle's data: one standard deviation along each independent axis of
+    the identified quantities. Empty if not stated."""
+    stated: tuple[Stated, ...]
+    """Parameters that the yaw rate does not determine, with the origin of their values."""
+    steering_offset_rad: float
+    """Steering angle that drives straight, rad, in the log's coordinates. The plant has none."""
+    largest_steering_rate_radps: Union[float, None]
+    """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
+    yaw_rate_offset_radps: float
+    """Offset of the yaw rate's sensor, rad/s. The plant has none."""
+    with_delay: WithDelay
+    """The same model with a delay of the steering, which the plant does not have: in the file, the
+    actuator's lag represents both."""
+    error_correlation_time_s: float
+    """How long the simulation errors last, s: their long-run variance over their variance, by the sample
+    time. The standard errors count with it."""
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log, after resampling."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader and of the identification."""
+
+
+class Body(Record):
+    """Mass, inertia and dimensions."""
+
+    mass_kg: float
+    """Mass m, kg."""
+    yaw_inertia_kgm2: float
+    """Yaw inertia J, kg·m²."""
+    distance_front_m: float
+    """Centre of gravity to front axle L_f, m."""
+    distance_rear_m: float
+    """Centre of gravity to rear axle L_r, m."""
+    centre_of_gravity_height_m: float
+    """Height of the centre of gravity h, m."""
+    track_width_m: float
+    """Left to right wheel, m."""
+    roll_stiffness_front: float
+    """Share of the front axle in the roll stiffness, 0 to 1."""
+    roll_time_constant_s: float
+    """Time constant of the load transfer, s."""
+
+
+class Tyres(Record):
+    """Tyres by the magic formula."""
+
+    cornering_stiffness_front_npr: float
+    """Cornering stiffness of the front axle at the static load, N/rad."""
+    cornering_stiffness_rear_npr: float
+    """Cornering stiffness of the rear axle at the static load, N/rad."""
+    friction_coefficient: float
+    """Peak lateral force over load at the static wheel load."""
+    shape_factor: float
+    """C of the magic formula, 1 to 1.99."""
+    curvature_factor: float
+    """E of the magic formula, −1.5 to 1."""
+    friction_load_sensitivity: float
+    """Relative loss of friction at twice the static wheel load, 0 to 0.9."""
+    stiffness_load_sensitivity: float
+    """Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9."""
+
+
+class SteeringActuator(Record):
+    """The actuator of the road wheels."""
+
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    time_constant_s: float
+    """Time constant, s."""
+    delay_s: float
+    """Pure delay before it, s."""
+    road_wheel_rate_max_radps: float
+    """Largest rate of the road-wheel angle, rad/s."""
+    road_wheel_angle_max_rad: float
+    """Largest road-wheel angle to either side, rad."""
+
+
+class PidGains(Record):
+    """Gains of `K(s) = Kp + Ki/s + Kd·s` (eq 14), parallel form, with setpoint weights and filter."""
+
+    kp: float
+    """Kp, steering angle per yaw error."""
+    ki: float
+    """Ki, 1/s."""
+    kd: float
+    """Kd, s."""
+    derivative_filter_time_s: float
+    """Time constant of the derivative filter, s."""
+    setpoint_weight_proportional: float
+    """Weight of the reference in the proportional action."""
+    setpoint_weight_derivative: float
+    """Weight of the reference in the derivative action."""
+    anti_windup_time_s: float
+    """Time constant of the anti-windup back-calculation, s."""
+
+
+class Limits(Record):
+    """Limits of the steering angle, in steering coordinates, and of the yaw error."""
+
+    max_angle_rad: float
+    """Largest angle to either side, rad."""
+    max_increment_rad: float
+    """Largest change in one sample, rad."""
+    max_rate_radps: float
+    """Largest rate, rad/s."""
+    large_errors: Union[LargeErrors, None]
+    """The limits for large yaw errors; absent if the controller acts on them directly."""
+    lateral_acceleration: Union[LateralAcceleration, None]
+    """The largest angle by speed; absent if it is the same at every speed."""
+
+
+class DesignedFor(Record):
+    """The model and the loop that the controller was designed for."""
+
+    model: str
+    """`plant` (identified) or `bicycle`."""
+    name: str
+    """The model's name."""
+    sha256: str
+    """SHA-256 of the model's file."""
+    speed_mps: float
+    """Speed, m/s."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    loop_delay_s: float
+    """Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel master)."""
+    path_delay_s: Union[float, None]
+    """Delay of the loop through the path beyond the model's own, s."""
+    estimator_delay_s: Union[float, None]
+    """Delay of the loop through pose estimator and path beyond the model's own, s."""
+    quality: Union[Quality, None]
+    """The quality of the model."""
+
+
+class Specification(Record):
+    """The specification. Every requirement is optional; the other fields define the test it refers to."""
+
+    overshoot_percent: Union[float, None]
+    """Largest overshoot, percent of the step."""
+    settling_time_s: Union[float, None]
+    """Longest settling time, s."""
+    steady_state_error_percent: Union[float, None]
+    """Largest steady-state error, percent of the step: on the step, with the steering offset, and on the
+    curve."""
+    rise_time_s: Union[float, None]
+    """Longest rise time, 10 to 90 %, s."""
+    integral_absolute_error_s: Union[float, None]
+    """Largest integral of absolute error over the step's height, s."""
+    gain_margin_db: Union[float, None]
+    """Smallest gain margin, dB."""
+    phase_margin_deg: Union[float, None]
+    """Smallest phase margin, degrees."""
+    modulus_margin: Union[float, None]
+    """Smallest modulus margin."""
+    delay_margin_s: Union[float, None]
+    """Smallest delay margin, s."""
+    disk_margin: Union[float, None]
+    """Smallest disk margin, with zero skew."""
+    settling_band_percent: Union[float, None]
+    """Band within which the response has settled, percent of the step to either side."""
+    step_rad: float
+    """Height of the step, rad."""
+    steering_offset_rad: float
+    """Steering offset of the second step, rad at the road wheel."""
+    steady_state_time_s: float
+    """When the steady-state error is read, s after the step."""
+    curve_lateral_acceleration_mps2: Union[float, None]
+    """Lateral acceleration on the curve of constant curvature, m/s²."""
+
+
+class DesignEvidence(Record):
+    """The results of the design."""
+
+    met: bool
+    """Whether every requirement is met on the model it was designed on."""
+    shortfalls: tuple[Shortfall, ...]
+    """Each unmet requirement with its shortfall."""
+    advice: Union[tuple[str, ...], None]
+    """Remarks, such as the requirement that makes another one infeasible."""
+    step: StepMetrics
+    """On the step of the specification."""
+    step_with_offset: StepMetrics
+    """On the same step with the steering offset."""
+    small_step: Union[StepMetrics, None]
+    """On a tenth of the step, where the limits act less: a design target like the step, so that the
+    overshoot is not small because of a limit, but not a requirement."""
+    without_limits: Union[StepMetrics, None]
+    """The step by linear theory, without limits."""
+    curve: Union[OnACurve, None]
+    """On the curve of constant curvature, with the advised feedforward and preview."""
+    fmu_loops: Union[tuple[FmuLoop, ...], None]
+    """In the loop of the packed FMUs."""
+    steps: Union[tuple[HeightStep, ...], None]
+    """Steps of other heights on the model designed on, with the limits."""
+    engagement: Union[Engagement, None]
+    """The offsets from which the loop returns to a straight path."""
+    margins: Margins
+    """Margins of the linear sampled loop, broken at the plant's input."""
+    robustness: Union[Robustness, None]
+    """For the plants within the uncertainty, other latencies and other speeds."""
+    trade_off: Union[tuple[TradeOff, ...], None]
+    """The shortest settling time at each modulus margin, with the other requirements met."""
+
+
+class GuidanceAdvice(Record):
+    """Recommended settings of a path follower around this loop."""
+
+    feedforward_gain_radm: float
+    """Steering angle per path curvature, rad·m, in addition to the steering that the previewed yaw
+    reference causes. It is not the whole steering of a steady turn, so use it together with the preview."""
+    preview_time_s: float
+    """Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s."""
+    yaw_acceleration_gain_s2: Union[float, None]
+    """Gain from the path's yaw acceleration to the yaw reference, s²; part of the feedforward. 0 may be
+    omitted."""
+    yaw_jerk_gain_s3: Union[float, None]
+    """Gain from the path's yaw jerk to the yaw reference, s³. 0 may be omitted."""
+
+
+class Guidance(Record):
+    """Parameters of the guidance law (look-ahead based line of sight)."""
+
+    lookahead_time_s: float
+    """Look-ahead distance over speed, s."""
+    lookahead_min_m: float
+    """Smallest look-ahead distance, m."""
+    preview_time_s: float
+    """Preview time of heading and curvature, s, which compensates for the loop's lag."""
+    feedforward_gain_radm: float
+    """Steering angle per curvature, rad·m."""
+    sideslip_per_yaw_rate_s: float
+    """Sideslip angle per yaw rate in a steady turn, s; at small lateral acceleration if the growth is
+    stated."""
+    sideslip_per_yaw_acceleration_s2: Union[float, None]
+    """Sideslip angle per yaw acceleration, s²; 0 or omitted if unknown."""
+    sideslip_growth_s5pm2: Union[float, None]
+    """Growth of the sideslip per yaw rate, per squared lateral acceleration, s⁵/m²; 0 or omitted if
+    unknown."""
+    yaw_acceleration_gain_s2: Union[float, None]
+    """Gain from the path's yaw acceleration to the yaw reference, s², which compensates for the error of
+    the loop that remains with preview and feedforward; 0 may be omitted."""
+    yaw_jerk_gain_s3: Union[float, None]
+    """Gain from the path's yaw jerk to the yaw reference, s³, for the same; 0 may be omitted."""
+    cross_track_integral_gain_per_s: Union[float, None]
+    """Integral gain of the cross-track error, 1/s; 0 or omitted for none."""
+
+
+class PathPoint(Record):
+    """One point, in the file an array `[distance_m, x_m, y_m, heading_rad, curvature_per_m]`."""
+
+    distance_m: float
+    """Arc length from the first point, m."""
+    x_m: float
+    """Position, m."""
+    y_m: float
+    """Position, m."""
+    heading_rad: float
+    """Heading, rad, not wrapped along the path."""
+    curvature_per_m: float
+    """Curvature, 1/m, positive to the left."""
+
+
+class Gnss(Record):
+    """The receiver and its antenna."""
+
+    latency_s: float
+    """Age of a fix when it arrives, s; at most 10."""
+    antenna_x_m: float
+    """The antenna ahead of the centre of gravity, m."""
+    antenna_y_m: float
+    """The antenna to the left of the centre of gravity, m."""
+    std_m: Union[float, None]
+    """Standard deviation of a fix in each coordinate that the `gnss_std` input starts with, m; by default
+    0, with which no fix is used."""
+    period_s: Union[float, None]
+    """Time between fixes that are taken from the inputs without a changed count, s; by default there are
+    none."""
+
+
+class SensorNoise(Record):
+    """Noise densities: a white noise of density q adds up to q·√t in t seconds."""
+
+    yaw_rate_density: float
+    """Of the gyro, (rad/s)/√Hz."""
+    yaw_rate_bias_density: float
+    """Of what the gyro's bias walks by, (rad/s²)/√Hz."""
+    speed_density: float
+    """Of the speed, (m/s)/√Hz."""
+    lateral_velocity_density: float
+    """Of the lateral velocity that the sideslip does not explain, (m/s)/√Hz."""
+
+
+class InitialUncertainty(Record):
+    """Standard deviations at the start."""
+
+    position_std_m: float
+    """Of each coordinate, m."""
+    yaw_std_rad: float
+    """Of the yaw, rad; above 0.5 it is initialised from the direction of the first fixes."""
+    yaw_rate_bias_std_radps: float
+    """Of the gyro's bias, rad/s."""
+
+
+class AccumulatedSpeed(Record):
+    """Mean and spread of a speed."""
+
+    mean_mps: float
+    """Mean, m/s."""
+    standard_deviation_mps: float
+    """Standard deviation, m/s."""
+
+
+class ChannelSummary(Record):
+    """The summary of one channel."""
+
+    role: str
+    """`steering`, `yaw_rate`, `speed` …"""
+    column: str
+    """The column's name in the log."""
+    unit: str
+    """The unit it was read in."""
+    rows: int
+    """Rows read."""
+    rate_hz: float
+    """Median sample rate of the channel's clock, Hz; of a sensor whose values repeat over several rows, the
+    rate at which it was updated."""
+    intersample: Union[Intersample, None]
+    """The assumed behaviour between its samples; absent in files of earlier versions."""
+    min: float
+    """Smallest value, SI."""
+    mean: float
+    """Mean, SI."""
+    max: float
+    """Largest value, SI."""
+    resolution: Union[float, None]
+    """Step of which all values are multiples, SI; absent if there is none."""
+    spikes_s: Union[Array, None]
+    """Instants of single spikes and dropouts, which are treated as missing, s."""
+    frozen_s: Union[Array, None]
+    """First and last instants at which the channel was frozen while the vehicle was steered, s; these
+    samples are treated as missing."""
+
+
+class SideslipTerm(Record):
+    """A term of the sideslip, in the unit of its name."""
+
+    value: float
+    """The estimate."""
+    standard_error: float
+    """Its standard error, from the noise of the fixes and the gyro only."""
+
+
+class UncertainPole(Record):
+    """A discrete pole; of a complex pair both are listed."""
+
+    re: float
+    """Real part."""
+    im: float
+    """Imaginary part."""
+    variance_re: float
+    """Variance of the real part."""
+    variance_im: float
+    """Variance of the imaginary part."""
+    covariance: float
+    """Covariance of the two."""
+
+
+class Estimate(Record):
+    """A number with its standard error."""
+
+    value: float
+    """The estimate."""
+    standard_error: float
+    """Its standard deviation."""
+
+
+class FrequencyBand(Record):
+    """The response at one frequency."""
+
+    frequency_hz: float
+    """Frequency, Hz."""
+    magnitude: float
+    """Yaw rate over input."""
+    phase_rad: float
+    """Phase, rad, within ±π."""
+    magnitude_standard_error: float
+    """Standard error of the magnitude."""
+    phase_standard_error_rad: float
+    """Standard error of the phase, rad; not meaningful if that of the magnitude reaches the magnitude."""
+
+
+class StepBand(Record):
+    """The step response at one time."""
+
+    time_s: float
+    """Time after the step, s."""
+    value: float
+    """Yaw rate over the step of the model's input."""
+    standard_error: float
+    """Its standard error."""
+
+
+class DataFactor(Record):
+    """The reduction of the recorded windows to one R factor."""
+
+    method: FactorMethod
+    """The method, chosen by the condition."""
+    condition: Union[float, None]
+    """Estimated condition number of the windows, scaled to equal size; absent if it is infinite, as for
+    data without noise."""
+    input_condition: Union[float, None]
+    """The same for the windows of the input only, at the requested horizon: beyond 1e12 the input is
+    reported as not exciting them."""
+    asked_horizon: int
+    """Requested block rows; with an automatic horizon, the longest that was tried."""
+    horizon: int
+    """Block rows that the input excites, at most those requested."""
+
+
+class DelayEstimate(Record):
+    """The pure delay from steering to yaw rate, estimated on the estimation data."""
+
+    estimate_s: float
+    """Delay of the best model with a delay, s."""
+    standard_error_s: Union[float, None]
+    """Its standard error, s, from noise, the spread over model orders, and the ambiguity with a lag; absent
+    if the data do not determine it."""
+    lag_without_s: float
+    """Fastest time constant of the best model without a delay, s: the lag that the delay replaces."""
+    evidence: float
+    """Difference in BIC by which the delay is preferred to lags; below 6 the delay is not used."""
+    taken: bool
+    """Whether it is used as the delay of the plant."""
+
+
+class Fits(Record):
+    """Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent. Validation data have the means of the
+    estimation data removed and the initial state estimated."""
+
+    estimation: float
+    """Simulation on the estimation data."""
+    validation: float
+    """Simulation on validation data."""
+    validation_one_step: float
+    """One-step prediction on validation data."""
+
+
+class OrderRow(Record):
+    """One order that was tried."""
+
+    order: int
+    """Order n."""
+    singular_value: Union[float, None]
+    """The n-th singular value, with the method and horizon of the chosen model for all orders; absent if
+    there are fewer."""
+    estimation_fit: float
+    """Simulation fit on the estimation data, percent."""
+    validation_fit: float
+    """Simulation fit on validation data, percent."""
+    stable: bool
+    """Whether the model was stable as estimated."""
+    criterion: Union[float, None]
+    """BIC on the estimation data; the order with the smallest BIC is chosen."""
+
+
+class ResidualTest(Record):
+    """A test of residuals against a χ² bound."""
+
+    lags: int
+    """Number of lags."""
+    statistic: float
+    """The statistic."""
+    bound: float
+    """The bound at 99 %."""
+    pass_: bool
+    """Whether statistic ≤ bound."""
+
+
+class Excitation(Record):
+    """Information in the log about the dynamics."""
+
+    road_wheel_std_rad: float
+    """Standard deviation of the steering angle at the road wheel, rad."""
+    yaw_rate_std_radps: float
+    """Standard deviation of the yaw rate, rad/s."""
+    noise_to_signal: float
+    """Standard deviation of the innovation over that of the yaw rate."""
+    informative_up_to_hz: float
+    """Largest frequency below which the coherence stays above 0.5, Hz; 0 if it never does."""
+    coherence: tuple[CoherencePoint, ...]
+    """Coherence of steering and yaw rate."""
+    bands: Union[tuple[ExcitationBand, ...], None]
+    """Information in the log by bands of frequency."""
+    persistence: Union[Persistence, None]
+    """The order of persistent excitation of the input."""
+    largest_steering_rad: Union[float, None]
+    """Largest angle steered to either side of the mean, rad, in steering coordinates."""
+    largest_steering_rate_radps: Union[float, None]
+    """Fastest steering, rad/s in steering coordinates, by `Excitation::largest_rate`."""
+
+
+class HeldOut(Record):
+    """The predictions of the model on validation data."""
+
+    fit_standard_error: Union[float, None]
+    """Standard error of the simulation fit on validation data, percentage points (block jackknife); absent
+    where they are too short."""
+    blocks: int
+    """Number of blocks of time behind it."""
+    selection: Union[str, None]
+    """How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not excited,
+    `windows` of accumulated drives."""
+    segments_s: Union[Array, None]
+    """First and last instants of each segment of validation data, s."""
+    fit_bound: Union[float, None]
+    """Fit that noise of the size of the one-step prediction errors allows at most, percent: no simulation
+    reaches more on these data."""
+    variance_accounted_for: float
+    """Variance of the yaw rate that the simulation accounts for, percent."""
+    predictions: tuple[PredictionFit, ...]
+    """Fits of predictions some steps ahead, by rising number of steps."""
+
+
+class SteeringPlay(Record):
+    """Play between the recorded steering angle and the road wheels, as an angle at the road wheels."""
+
+    road_wheel_rad: float
+    """Width of the play from stop to stop, rad at the road wheel."""
+    standard_error_rad: float
+    """Its standard error, rad."""
+    limit_cycle: Union[LimitCycle, None]
+    """The limit cycle of a typical loop about the plant; absent if none is expected."""
+
+
+class ResidualCorrelation(Record):
+    """Correlation of the one-step residuals on validation data, lag by lag."""
+
+    autocorrelation: Array
+    """Autocorrelation at lags 1, 2, …"""
+    autocorrelation_bound: float
+    """Bound on their absolute values with a probability of 99 % for white residuals."""
+    with_input: Array
+    """Correlation of the input at t and the residual at t + k, k from −n to n."""
+    with_input_bound: float
+    """Bound on their absolute values with a probability of 99 % if input and residuals are uncorrelated."""
+    feedback: ResidualTest
+    """Test for feedback: whether past residuals explain a part of the input, as with a driver who corrects
+    deviations. Passed if they do not."""
+
+
+class FrequencyResponse(Record):
+    """Frequency response measured (Welch's method, H1, less the smear of its windows as the model's own
+    simulation shows it), and the model's."""
+
+    confidence: float
+    """Probability of each band at one frequency."""
+    averages: float
+    """Independent averages of the spectra."""
+    resolution_hz: float
+    """Distance of two frequencies, Hz."""
+    significant_coherence: float
+    """Coherence that unrelated signals exceed with a probability of 1 %."""
+    compared: int
+    """Frequencies that are compared: those whose coherence is significant and above 0.5."""
+    within: float
+    """Share of these at which the model lies within the band."""
+    bands: Union[tuple[BandDeparture, ...], None]
+    """The model compared with the measured response, in frequency bands in which the log is coherent."""
+    points: tuple[ResponsePoint, ...]
+    """For the plot: all low frequencies, and a selection of the high ones, which are close together on a
+    logarithmic axis."""
+
+
+class PoleZeroMap(Record):
+    """Poles and transmission zeros."""
+
+    poles: tuple[Mode, ...]
+    """Eigenvalues of A; of a conjugate pair, the one above the real axis."""
+    zeros: tuple[Mode, ...]
+    """Finite transmission zeros of the discrete model, likewise."""
+    continuous_zeros: Union[Array, None]
+    """Finite transmission zeros of the continuous model, rad/s, all of them as (real, imaginary); those of
+    the discrete model that come from sampling alone are not among them."""
+    continuous_zero_spreads: Union[tuple[Spread, ...], None]
+    """Their covariances, in the same order; empty if unknown."""
+
+
+class Reason(Record):
+    """One reason for a grade, with the number that was compared and its limit."""
+
+    code: ReasonCode
+    """The subject."""
+    grade: Grade
+    """The grade that the reason causes: `warn` or `fail`."""
+    message: str
+    """The message, such as `the fit on validation data is 24 %, below 60 %`."""
+    value: Union[float, None]
+    """The number that was compared, in `unit`."""
+    limit: Union[float, None]
+    """The limit that it violates, in `unit`."""
+    unit: Union[str, None]
+    """Unit of value and limit; empty for none."""
+
+
+class SourceFile(Record):
+    """A file that was read."""
+
+    name: str
+    """The file's name without its folder."""
+    sha256: str
+    """SHA-256 of its bytes, in hexadecimal."""
+    of_samples: Union[bool, None]
+    """Whether the hash is of the samples that were read: a large file is not read as a whole for it."""
+
+
+class SpeedSummary(Record):
+    """Speeds of a recording, m/s."""
+
+    min_mps: float
+    """The lowest, m/s."""
+    mean_mps: float
+    """Mean, m/s."""
+    max_mps: float
+    """The highest, m/s."""
+    standard_deviation_mps: float
+    """Standard deviation, m/s."""
+
+
+class Estimated(Record):
+    """A number with its uncertainty."""
+
+    name: str
+    """The quantity."""
+    value: float
+    """The estimate."""
+    standard_error: float
+    """Its standard deviation."""
+    unit: str
+    """Unit of both."""
+
+
+class VehicleDirection(Record):
+    """Natural logarithms of factors on a vehicle's data."""
+
+    wheelbase: float
+    """On both axles' distances from the centre of gravity."""
+    yaw_inertia: float
+    """On the yaw inertia."""
+    cornering_stiffness_front: float
+    """On the front axle's cornering stiffness."""
+    cornering_stiffness_rear: float
+    """On the rear axle's cornering stiffness."""
+    actuator_time_constant: float
+    """On the actuator's time constant."""
+    steering_ratio: float
+    """On the steering ratio."""
+
+
+class Stated(Record):
+    """A number that was not identified."""
+
+    name: str
+    """Key in the vehicle's data."""
+    value: float
+    """The number."""
+    origin: str
+    """The origin of the number."""
+
+
+class WithDelay(Record):
+    """The same bicycle with a delay of the steering."""
+
+    input_delay_s: float
+    """The delay, s; negative if the steering channel lags behind the gyro."""
+    standard_error_s: float
+    """Its standard deviation, s."""
+    actuator_time_constant_s: float
+    """The actuator's time constant estimated together with it, s."""
+    estimation_fit: float
+    """Fit on the estimation data, percent."""
+    validation_fit: float
+    """Fit on validation data, percent."""
+
+
+class LargeErrors(Record):
+    """Limits for large yaw errors, which reduce the overshoot of large steps with a rate-limited actuator."""
+
+    max_yaw_error_rad: float
+    """Largest yaw error, beyond the lag behind a ramp, that the controller acts on at once, rad; the rest
+    is released as a ramp."""
+    sustained_rate_radps: float
+    """Rate once the reserve of time at the largest rate is spent, rad/s."""
+    rate_reserve_time_s: float
+    """That reserve, s: longer than a step of the specification needs."""
+
+
+class LateralAcceleration(Record):
+    """A bound on the lateral acceleration a, and the steering angle of a steady turn at speed v:
+    `a·(steering_per_curvature/v² + understeer_gradient)`."""
+
+    max_mps2: float
+    """The bound, m/s²."""
+    steering_per_curvature_radm: float
+    """Steering angle per curvature in a slow turn, rad·m."""
+    understeer_gradient_rads2pm: float
+    """Steering angle per lateral acceleration beyond that, rad·s²/m."""
+
+
+class Shortfall(Record):
+    """An unmet requirement."""
+
+    requirement: str
+    """The requirement."""
+    required: float
+    """The requirement."""
+    reached: float
+    """The value reached."""
+
+
+class StepMetrics(Record):
+    """Metrics of one step response."""
+
+    overshoot_percent: float
+    """Overshoot, percent of the step."""
+    settling_time_s: Union[float, None]
+    """Time after which the response stays within the band; absent if it never does."""
+    steady_state_error_percent: float
+    """Error at the steady-state time, percent of the step."""
+    rise_time_s: Union[float, None]
+    """Time from 10 % to 90 %; absent if 90 % is never reached."""
+    largest_angle_rad: float
+    """Largest steering angle used, rad, in steering coordinates."""
+    largest_increment_rad: float
+    """Largest change in a sample, rad."""
+    integral_absolute_error_s: Union[float, None]
+    """Integral of the absolute error over the step's height, s."""
+
+
+class OnACurve(Record):
+    """On a curve of constant curvature that begins at once, at the speed of the design."""
+
+    curvature_1pm: float
+    """Curvature of the path, 1/m."""
+    steady_state_error_percent: float
+    """Yaw less the path's heading at the steady-state time, percent of the step's height."""
+    largest_error_percent: float
+    """The largest such difference before that, percent of the step's height."""
+
+
+class FmuLoop(Record):
+    """The specification's steps in the loop of the packed FMUs."""
+
+    master: str
+    """`gauss-seidel` or `jacobi`."""
+    loop_delay_s: float
+    """The delay that this master puts into the yaw loop, s."""
+    step: StepMetrics
+    """On the step."""
+    predicted: StepMetrics
+    """The same by the design's own simulation with that delay."""
+    step_with_offset: Union[StepMetrics, None]
+    """On the step with the steering offset; absent if the plant has no such parameter."""
+
+
+class HeightStep(Record):
+    """A step of some height."""
+
+    height_rad: float
+    """Height of the step, rad."""
+    step: StepMetrics
+    """The metrics of the response; percentages are of this height."""
+
+
+class Engagement(Record):
+    """The offsets from which the loop with its path follower returns to a straight path, at constant speed."""
+
+    plant: str
+    """The simulated plant: whether its tyres saturate."""
+    offsets_m: Array
+    """Lateral offsets that were tried, m, to the left of the path."""
+    rows: tuple[EngagementRow, ...]
+    """Each speed and heading error."""
+
+
+class Margins(Record):
+    """Margins of the linear sampled loop, broken at the plant's input, with its delay."""
+
+    gain_margin_db: Union[float, None]
+    """Gain margin, dB; absent if unlimited."""
+    phase_margin_deg: Union[float, None]
+    """Phase margin, degrees; absent if the gain never crosses 1."""
+    delay_margin_s: Union[float, None]
+    """Delay margin, s; absent if unlimited."""
+    modulus_margin: float
+    """Smallest distance of the loop from −1."""
+    disk_margin: Union[float, None]
+    """Disk margin with zero skew, `1/max\\|S − ½\\|`: gain and phase may change together by that much."""
+    crossover_radps: Union[float, None]
+    """Gain crossover, rad/s."""
+
+
+class Robustness(Record):
+    """The same gains on plants other than the nominal one."""
+
+    met: bool
+    """Whether every evaluated plant meets every requirement."""
+    members: int
+    """Plants drawn from the identified uncertainty; 0 if none is stated."""
+    seed: int
+    """The seed of the draws."""
+    loop_delay_range_s: Array
+    """Lowest and highest delay of the yaw loop beyond the model's own, s."""
+    gain_range: Array
+    """Lowest and highest gain of the plant over the nominal one: beyond the lateral acceleration of the
+    drive the tyres saturate, which no uncertainty of a linear model contains."""
+    speed_range_mps: Union[Array, None]
+    """Lowest and highest speed, m/s, if the model is valid at several."""
+    plants: int
+    """Evaluated plants: members, at the latencies and speeds of the ranges."""
+    requirements: tuple[OverEnsemble, ...]
+    """Each requirement over them."""
+    latency: tuple[Breaking, ...]
+    """Delay of the yaw loop beyond the model's own at which each requirement fails, s; nominal plant."""
+    speed: Union[tuple[Breaking, ...], None]
+    """Speed at which each requirement fails, m/s; nominal plant."""
+
+
+class TradeOff(Record):
+    """The settling time that a modulus margin costs."""
+
+    modulus_margin: float
+    """The modulus margin."""
+    settling_time_s: Union[float, None]
+    """The shortest settling time found with it, the other requirements met; absent if none was found."""
+
+
+class CoherencePoint(Record):
+    """Coherence at one frequency."""
+
+    frequency_hz: float
+    """Frequency, Hz."""
+    coherence: float
+    """Magnitude-squared coherence, 0 to 1."""
+
+
+class ExcitationBand(Record):
+    """Information in a log in a band of frequency."""
+
+    from_hz: float
+    """Lower end, Hz."""
+    to_hz: float
+    """Upper end, Hz."""
+    road_wheel_std_rad: float
+    """Standard deviation of the steering within the band, at the road wheel, rad."""
+    yaw_rate_std_radps: float
+    """Standard deviation of the yaw rate within the band, rad/s."""
+    coherence: float
+    """Share of that yaw rate's power that the steering explains, 0 to 1."""
+    relative_error: float
+    """Standard error of the band's gain from the spectra alone, over that gain: it falls with the square
+    root of the time recorded, and as the steering grows."""
+    information: Information
+    """The conclusion."""
+
+
+class Persistence(Record):
+    """Order of persistent excitation."""
+
+    order: int
+    """Largest order found."""
+    tried: int
+    """Largest order tried; the order may be higher if both are equal."""
+
+
+class PredictionFit(Record):
+    """Fit of k-step predictions: from all inputs, and the outputs up to k samples ago."""
+
+    steps: Union[int, None]
+    """Steps k ahead; absent for the simulation, which sees no output."""
+    ahead_s: Union[float, None]
+    """The same in seconds."""
+    fit: float
+    """Fit, percent."""
+    variance_accounted_for: float
+    """Variance accounted for, percent."""
+
+
+class LimitCycle(Record):
+    """A self-sustained oscillation by the describing function of the play."""
+
+    road_wheel_rad: float
+    """Amplitude of the steering, rad at the road wheel."""
+    yaw_rad: float
+    """Amplitude of the yaw angle, rad."""
+    period_s: float
+    """Period, s."""
+
+
+class BandDeparture(Record):
+    """The model error in a band: the complex factor from the simulated to the measured yaw rate, over all
+    frequencies of the band, weighted by the power of the simulation."""
+
+    from_hz: float
+    """Lower end, Hz."""
+    to_hz: float
+    """Upper end, Hz."""
+    gain_ratio: float
+    """The model's gain over the measured one."""
+    phase_ahead_rad: float
+    """The model's phase minus the measured one, rad; positive if the model leads."""
+    standard_error: float
+    """Standard error of the gain ratio over itself, and of the phase in rad."""
+    departure: float
+    """The relative model error, \\|model − measured\\|/\\|measured\\|, minus twice its standard error; 0 if
+    it is within twice the standard error."""
+
+
+class ResponsePoint(Record):
+    """Measured and modelled response at one frequency; gains in yaw rate over the model's input."""
+
+    frequency_hz: float
+    """Frequency, Hz."""
+    gain: float
+    """Measured gain."""
+    phase_rad: float
+    """Measured phase, rad, continuous over frequency."""
+    radius: float
+    """Radius of the confidence disk about the measured response, in the unit of the gain."""
+    coherence: float
+    """Magnitude-squared coherence."""
+    coherence_low: float
+    """Its lower confidence bound."""
+    coherence_high: float
+    """Its upper confidence bound."""
+    model_gain: float
+    """The model's gain."""
+    model_phase_rad: float
+    """The model's phase, rad, with its input delay."""
+
+
+class Mode(Record):
+    """A pole or zero z, and s = ln(z)/T."""
+
+    discrete: Array
+    """z, (real, imaginary)."""
+    spread: Union[Spread, None]
+    """The covariance of z; absent if unknown."""
+    continuous: Union[Array, None]
+    """s, rad/s, (real, imaginary); absent for z = 0."""
+    natural_frequency_hz: Union[float, None]
+    """\\|s\\|/2π, Hz."""
+    damping: Union[float, None]
+    """−Re s/\\|s\\|."""
+    time_constant_s: Union[float, None]
+    """−1/Re s, s; absent if it does not decay."""
+
+
+class Spread(Record):
+    """Covariance of a point in the plane, to first order."""
+
+    variance_re: float
+    """Variance of the real part."""
+    variance_im: float
+    """Variance of the imaginary part."""
+    covariance: float
+    """Covariance of the two."""
+
+
+class EngagementRow(Record):
+    """One speed and heading error."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    heading_error_rad: float
+    """Yaw less the path's heading at the start, rad; positive away from the path."""
+    largest_offset_m: Union[float, None]
+    """Largest tried offset from which, as from all smaller ones, it returns; absent if it returns from
+    none."""
+
+
+class OverEnsemble(Record):
+    """One requirement over many plants."""
+
+    requirement: str
+    """The requirement."""
+    required: float
+    """The requirement."""
+    worst: float
+    """The worst value of all plants."""
+    share_kept: float
+    """Share of the plants that meet it."""
+    share_kept_at_nominal: Union[float, None]
+    """Share of the drawn plants that meet it at the latency and speed of the design; absent without drawn
+    plants."""
+
+
+class Breaking(Record):
+    """The range around the design value in which one requirement is met."""
+
+    requirement: str
+    """The requirement."""
+    below: Union[float, None]
+    """Not met below this; absent if it is met down to the lowest evaluated value."""
+    above: Union[float, None]
+    """Not met above this; absent if it is met up to the highest evaluated value."""
+    looked: Array
+    """The lowest and the highest evaluated value."""

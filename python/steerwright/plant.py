@@ -1,0 +1,388 @@
+"""Identified models: their documents, and what follows from them."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native, documents
+from ._errors import Error
+from ._record import Array
+
+if TYPE_CHECKING:
+    from ._native import Traces
+
+
+class Document:
+    """A JSON document, kept as it was written."""
+
+    FILE: ClassVar[str]
+    _text: str
+    _file: str
+    _values: dict[str, Any]
+    _read: dict[str, Any]
+
+    def __init__(self, text: str, *, file: str | None = None) -> None:
+        values = json.loads(text)
+        schema = values.get("schema") if isinstance(values, dict) else None
+        kind = self.FILE.removesuffix(".json")
+        if not isinstance(schema, str) or not schema.startswith(f"steerwright/{kind}/"):
+            raise Error(
+                f"{file or 'the text'}: the schema is {schema!r}, not that of a {kind}",
+                f"pass a document such as {self.FILE}",
+            )
+        self._values = values
+        self._read = {}
+        self._text = text
+        self._file = file or self.FILE
+
+    def to_json(self) -> str:
+        """The document, byte for byte as the command line writes it."""
+        return self._text
+
+    @classmethod
+    def from_json(cls, text: str) -> Any:
+        """The object of a document."""
+        return cls(text)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the document."""
+        FilePath(path).write_bytes(self._text.encode())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Any:
+        """Reads a document."""
+        return cls(FilePath(path).read_text("utf-8"), file=os.fspath(path))
+
+
+class FrequencyResponse(NamedTuple):
+    """A frequency response."""
+
+    omega: Array
+    """Angular frequency, rad/s."""
+    response: np.ndarray[Any, np.dtype[np.complex128]]
+    """Complex gain."""
+
+
+class Response(NamedTuple):
+    """A response over time."""
+
+    time: Array
+    """s."""
+    yaw_rate: Array
+    """rad/s."""
+
+
+class Model(NamedTuple):
+    """Matrices of a state-space model: x⁺ = A x + B u + K e, y = C x + D u + e."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    K: Array
+
+
+class Plant(Document, documents.Plant):
+    """An identified plant: steering angle (rad, minus the steering offset) in, yaw rate (rad/s) out.
+
+    The attributes are the keys of plant.json; matrices are also here: ``A``, ``B``, ``C``, ``D``, ``K``, ``x0``.
+    """
+
+    FILE = "plant.json"
+
+    def __init__(
+        self, text: str, *, file: str | None = None, traces: Traces | None = None
+    ) -> None:
+        super().__init__(text, file=file)
+        self._traces = traces
+
+    @property
+    def traces(self) -> Traces | None:
+        """Measured and simulated signals, where the plant was identified here from a log."""
+        return self._traces
+
+    @property
+    def A(self) -> Array:
+        """State matrix, shape (n, n)."""
+        return self.discrete.A
+
+    @property
+    def B(self) -> Array:
+        """Input matrix, shape (n, 1)."""
+        return self.discrete.B
+
+    @property
+    def C(self) -> Array:
+        """Output matrix, shape (1, n)."""
+        return self.discrete.C
+
+    @property
+    def D(self) -> Array:
+        """Feedthrough, shape (1, 1)."""
+        return self.discrete.D
+
+    @property
+    def K(self) -> Array:
+        """Kalman gain, shape (n, 1)."""
+        return self.discrete.K
+
+    @property
+    def x0(self) -> Array:
+        """State at the log's first sample, shape (n,)."""
+        return self.discrete.x0
+
+    @property
+    def sample_time(self) -> float:
+        """Sample time, s."""
+        return self.discrete.sample_time_s
+
+    @property
+    def delay(self) -> float:
+        """Pure delay of the input, s; it is not in the matrices."""
+        return self.input_delay_s
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.A)
+
+    @property
+    def fit(self) -> float:
+        """Fit of the simulation on validation data, %."""
+        return self.evidence.fit.validation
+
+    @property
+    def gain(self) -> float:
+        """Yaw rate over input at rest, rad/s over rad; infinite for an integrator."""
+        eye = np.eye(self.order)
+        try:
+            return float((self.C @ np.linalg.solve(eye - self.A, self.B) + self.D)[0, 0])
+        except np.linalg.LinAlgError:
+            return float("inf")
+
+    def with_delay(self) -> Model:
+        """The matrices with the delay as states: whole samples, and the rest between two samples by a
+        combination of both, as for an input that is held."""
+        samples = self.delay / self.sample_time
+        whole = int(np.floor(samples + 1e-9))
+        part = max(samples - whole, 0.0)
+        model = Model(self.A, self.B, self.C, self.D, self.K)
+        # The model's input is (1 - part) u[k - whole] + part u[k - whole - 1].
+        taps = np.zeros(whole + 2)
+        taps[whole], taps[whole + 1] = 1.0 - part, part
+        length = whole + (1 if part > 1e-12 else 0)
+        if length == 0:
+            return model
+        n = self.order
+        a = np.zeros((n + length, n + length))
+        b = np.zeros((n + length, 1))
+        c = np.zeros((1, n + length))
+        a[:n, :n], c[:, :n] = model.A, model.C
+        for k in range(length):
+            a[:n, n + k : n + k + 1] = model.B * taps[k + 1]
+            c[:, n + k : n + k + 1] = model.D * taps[k + 1]
+            if k > 0:
+                a[n + k, n + k - 1] = 1.0
+        b[:n] = model.B * taps[0]
+        b[n] = 1.0
+        gain = np.vstack([model.K, np.zeros((length, 1))])
+        return Model(a, b, c, model.D * taps[0], gain)
+
+    def to_control(self, *, delay: bool = True) -> Any:
+        """A python-control ``StateSpace`` with ``dt``; ``delay=False`` leaves the delay out."""
+        import control
+
+        model = self.with_delay() if delay else Model(self.A, self.B, self.C, self.D, self.K)
+        return control.ss(
+            model.A,
+            model.B,
+            model.C,
+            model.D,
+            self.sample_time,
+            inputs="steering",
+            outputs="yaw_rate",
+            name=self.name,
+        )
+
+    def to_scipy(self, *, delay: bool = True) -> Any:
+        """A ``scipy.signal.dlti`` in state space; ``delay=False`` leaves the delay out."""
+        from scipy import signal
+
+        model = self.with_delay() if delay else Model(self.A, self.B, self.C, self.D, self.K)
+        return signal.dlti(model.A, model.B, model.C, model.D, dt=self.sample_time)
+
+    def frequency_response(self, omega: ArrayLike | None = None) -> FrequencyResponse:
+        """Response from input to yaw rate with the delay, at angular frequencies (rad/s), shape (m,).
+
+        By default 200 frequencies from a hundredth of the Nyquist frequency to just below it.
+        """
+        nyquist = np.pi / self.sample_time
+        points = np.geomspace(0.01, 0.99, 200) * nyquist if omega is None else omega
+        w = np.atleast_1d(np.asarray(points, dtype=float))
+        response = _response(self.A, self.B, self.C, self.D, w * self.sample_time)
+        return FrequencyResponse(w, response * np.exp(-1j * w * self.delay))
+
+    def step(self, duration: float = 3.0) -> Response:
+        """Yaw rate after a unit step of the input (rad/s per rad), without the delay, over a duration (s)."""
+        count = int(np.floor(duration / self.sample_time + 1e-9)) + 1
+        states = np.zeros((self.order, 1))
+        yaw_rate = np.empty(count)
+        for k in range(count):
+            yaw_rate[k] = (self.C @ states + self.D)[0, 0]
+            states = self.A @ states + self.B
+        return Response(np.arange(count) * self.sample_time, yaw_rate)
+
+    def sample(self, n: int, seed: int = 0) -> list[Model]:
+        """``n`` models drawn from the uncertainty of the estimate, in the basis of this one's states.
+
+        Raises :class:`Error` where the uncertainty was not estimated.
+        """
+        if self.uncertainty is None or self.uncertainty.directions.size == 0:
+            raise Error(
+                f"{self.name}: the uncertainty was not estimated",
+                "identify from a log with more excitation, or accept the nominal model",
+            )
+        directions = self.uncertainty.directions
+        drawn = np.random.default_rng(seed).standard_normal((n, len(directions))) @ directions
+        nominal = Model(self.A, self.B, self.C, self.D, self.K)
+        models = []
+        for change in drawn:
+            matrices, start = [], 0
+            for matrix in nominal:
+                end = start + matrix.size
+                matrices.append(matrix + change[start:end].reshape(matrix.shape))
+                start = end
+            models.append(Model(*matrices))
+        return models
+
+    def figures(self) -> dict[str, str]:
+        """The figures of the report as SVG, by name; without the traces none.
+
+        Raises :class:`Error` where the plant was not identified here, so that its signals are unknown.
+        """
+        return dict(_native.figures_of_plant(self._text, self._signals()))
+
+    def report(self) -> str:
+        """The page that ``steerwright identify --report`` writes, HTML."""
+        return _native.page_of_plant(self._text, self._signals())
+
+    def _signals(self) -> Traces:
+        if self._traces is None:
+            raise Error(
+                f"{self.name}: the signals of the log are not in {self._file}",
+                "identify the plant from its log",
+            )
+        return self._traces
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("order", str(self.order)),
+            ("fit on validation data", f"{self.fit:.2f} %"),
+            ("speed", f"{self.operating_point.speed_mps:.1f} m/s"),
+            ("sample time", f"{self.sample_time} s"),
+            ("delay", f"{self.delay:.3f} s"),
+            ("quality", f"{self.quality.grade}: {self.quality.summary}" if self.quality else "–"),
+        ]
+        drawn = () if self._traces is None else self.figures().values()
+        return html(self.name, rows, drawn)
+
+    def __repr__(self) -> str:
+        grade = f", quality {self.quality.grade}" if self.quality else ""
+        return f"<Plant {self.name}: order {self.order}, fit {self.fit:.2f} % on validation data{grade}>"
+
+
+class Bicycle(Document, documents.Bicycle):
+    """The two-wheel bicycle model (eq 13). The attributes are the keys of bicycle.json."""
+
+    FILE = "bicycle.json"
+
+    def __init__(
+        self, text: str, *, file: str | None = None, traces: Traces | None = None
+    ) -> None:
+        super().__init__(text, file=file)
+        self._traces = traces
+
+    @property
+    def traces(self) -> Traces | None:
+        """Measured and simulated signals, where the bicycle was identified here from a log."""
+        return self._traces
+
+    @property
+    def fit(self) -> float | None:
+        """Fit of the simulation on validation data, %; `None` for stated vehicle data."""
+        return None if self.evidence is None else self.evidence.validation_fit
+
+    def at_speed(self, speed: float) -> tuple[Array, Array, Array, Array]:
+        """Continuous A, B, C, D at a speed (m/s): states lateral velocity (m/s), yaw rate (rad/s), road-wheel
+        angle (rad); input steering angle (rad), outputs yaw rate and lateral velocity."""
+        v = self.vehicle
+        m, j = v.mass_kg, v.yaw_inertia_kgm2
+        lf, lr = v.distance_front_m, v.distance_rear_m
+        cf, cr = v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr
+        a = np.array(
+            [
+                [-(cf + cr) / (m * speed), (cr * lr - cf * lf) / (m * speed) - speed, cf / m],
+                [
+                    (cr * lr - cf * lf) / (j * speed),
+                    -(cf * lf**2 + cr * lr**2) / (j * speed),
+                    cf * lf / j,
+                ],
+                [0.0, 0.0, -1.0 / v.actuator_time_constant_s],
+            ]
+        )
+        b = np.array([[0.0], [0.0], [1.0 / (v.actuator_time_constant_s * v.steering_ratio)]])
+        c = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+        return a, b, c, np.zeros((2, 1))
+
+    def to_control(self, speed: float) -> Any:
+        """A continuous python-control ``StateSpace`` at a speed (m/s)."""
+        import control
+
+        outputs = ["yaw_rate", "lateral_velocity"]
+        return control.ss(*self.at_speed(speed), inputs="steering", outputs=outputs)
+
+    def _repr_html_(self) -> str:
+        v = self.vehicle
+        rows = [
+            ("mass", f"{v.mass_kg:.0f} kg"),
+            ("yaw inertia", f"{v.yaw_inertia_kgm2:.0f} kg·m²"),
+            ("distances to the axles", f"{v.distance_front_m:.3f} m, {v.distance_rear_m:.3f} m"),
+            (
+                "cornering stiffness",
+                f"{v.cornering_stiffness_front_npr:.0f}, {v.cornering_stiffness_rear_npr:.0f} N/rad",
+            ),
+            ("steering ratio", f"{v.steering_ratio:.3f}"),
+        ]
+        if self.fit is not None:
+            rows.append(("fit on validation data", f"{self.fit:.2f} %"))
+        return html(self.name, rows, ())
+
+    def __repr__(self) -> str:
+        fit = "" if self.fit is None else f", fit {self.fit:.2f} % on validation data"
+        return f"<Bicycle {self.name}{fit}>"
+
+
+def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
+    """C (z − A)⁻¹ B + D at z = exp(j·angle)."""
+    z = np.exp(1j * angle)[:, None, None]
+    solved = np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(angle), *b.shape)))
+    return (c @ solved + d)[:, 0, 0]
+
+
+def html(title: str, rows: list[tuple[str, str]], figures: Any) -> str:
+    """A heading, a table and figures, for notebooks."""
+    from html import escape
+
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{escape(name)}</th>"
+        f"<td style='text-align:left'>{escape(value)}</td></tr>"
+        for name, value in rows
+    )
+    drawn = "".join(f"<div style='max-width:900px'>{svg}</div>" for svg in figures)
+    return f"<h3>{escape(title)}</h3><table>{cells}</table>{drawn}"

@@ -1,0 +1,114 @@
+"""Closed loops of FMUs of any tool."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _command
+from ._options import documented
+from ._record import Array
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .commands import File
+    from .options import SimulateOptions
+
+
+class Simulation(Mapping[str, Array]):
+    """The trajectories of a simulation: arrays by ``FMU.variable``, shape (n,).
+
+    A bare variable name works where only one FMU has it.
+    """
+
+    def __init__(self, time: Array, values: dict[str, Array], connections: list[str]) -> None:
+        self.time = time
+        """Time, s, shape (n,)."""
+        self.connections = connections
+        """What was connected with what."""
+        self._values = values
+
+    def __getitem__(self, name: str) -> Array:
+        if name in self._values:
+            return self._values[name]
+        matches = [full for full in self._values if full.split(".", 1)[-1] == name]
+        if len(matches) == 1:
+            return self._values[matches[0]]
+        known = ", ".join(matches or self._values)
+        raise KeyError(f"{name!r} is {'ambiguous' if matches else 'none'} of {known}")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def to_structured(self) -> Any:
+        """A structured array with a field ``time``, as FMPy's ``simulate_fmu`` returns it."""
+        fields = [("time", np.float64), *((name, np.float64) for name in self._values)]
+        result = np.empty(len(self.time), dtype=fields)
+        result["time"] = self.time
+        for name, values in self._values.items():
+            result[name] = values
+        return result
+
+    def to_pandas(self) -> Any:
+        """A pandas data frame over time."""
+        import pandas
+
+        return pandas.DataFrame(self._values, index=pandas.Index(self.time, name="time"))
+
+    def __repr__(self) -> str:
+        end = self.time[-1] if len(self.time) else 0.0
+        return f"<Simulation of {end:g} s: {', '.join(self._values)}>"
+
+
+@documented("simulate")
+def simulate(
+    fmus: File | Sequence[File],
+    *,
+    input: Any = None,
+    start_values: Mapping[str, Any] | None = None,
+    **options: Unpack[SimulateOptions],
+) -> Simulation:
+    """Simulates FMUs of any tool together, in the order given; or one ``.ssp`` with its connections.
+
+    Outputs and inputs of equal name are connected. ``input`` is a CSV file or a table (a dict of arrays, a data
+    frame) with ``time`` and the free inputs, held between rows; ``start_values`` sets parameters and free inputs by
+    ``FMU.variable``. The FMUs run in a process of their own: a crash is an :class:`Error`.
+    """
+    keywords: dict[str, Any] = dict(options)
+    if start_values is not None:
+        stated = keywords.get("set") or []
+        stated = [stated] if isinstance(stated, str) else list(stated)
+        given = [f"{name}={_text(value)}" for name, value in start_values.items()]
+        keywords["set"] = stated + given
+    files = [fmus] if isinstance(fmus, (str, os.PathLike)) else list(fmus)
+    with _command.folder() as folder:
+        if input is not None and not isinstance(input, (str, os.PathLike)):
+            from .reading import columns
+
+            table = columns(input)
+            input = folder / "input.csv"
+            with open(input, "w", newline="", encoding="utf-8") as file:
+                rows = csv.writer(file)
+                rows.writerow(table)
+                rows.writerows([repr(float(x)) for x in row] for row in zip(*table.values()))
+        out = folder / "result.csv"
+        done = _command.run("simulate", files, {**keywords, "input": input, "output": out}).value
+        with open(out, encoding="utf-8") as file:
+            names = file.readline().rstrip("\n").split(",")
+            rows_read = np.loadtxt(file, delimiter=",", ndmin=2)
+    values = {name: rows_read[:, k].copy() for k, name in enumerate(names) if k > 0}
+    return Simulation(rows_read[:, 0].copy(), values, done["connections"])
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    return repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)

@@ -1,0 +1,136 @@
+//! `steerwright`: from a recorded drive to steering FMUs that can be trusted.
+//!
+//! [`run`] is the command line. Each subcommand is a file: it decides where it writes, reads, calls a stage,
+//! writes and prints. Results go to stdout, everything else to stderr, both as JSON with `--json`; see `console`.
+//!
+//! [`stages`] has the stages that compute in memory, with the options of the command line, for the Python package.
+
+mod accumulate;
+mod bicycle;
+mod build;
+mod check;
+mod compare;
+mod console;
+mod demo;
+mod design;
+mod design_summary;
+mod evidence;
+mod failure;
+mod files;
+mod gate;
+mod identify;
+mod identify_accumulated;
+mod identify_bicycle;
+mod inspect;
+mod log_options;
+mod manual;
+mod output;
+mod overview;
+mod package;
+mod path;
+mod pipeline;
+mod program;
+mod progress;
+mod quantity;
+mod simulate;
+mod specification;
+pub mod stages;
+mod sweep;
+
+use clap::{Parser, Subcommand};
+use failure::{Failure, Outcome};
+use std::ffi::OsString;
+
+/// From a recorded drive to steering FMUs that can be trusted.
+///
+/// Identifies a vehicle's lateral dynamics from a drive log, designs a PID steering controller on
+/// the identified model, and packs plant, controller and reference path as FMI 2.0 Co-Simulation
+/// units.
+///
+/// Exit status: 0 done, 1 the work was done but a requirement or a validation is not met, 2 bad input.
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+/// Options of every subcommand.
+#[derive(clap::Args, Debug, Clone, Copy)]
+struct Global {
+    /// Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    /// never overwritten, a foreign file in a folder never removed
+    #[arg(long, global = true)]
+    force: bool,
+    /// Print the result as JSON on stdout, and errors as JSON on stderr
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    // Boxed: it has the options of all stages.
+    Build(Box<build::Arguments>),
+    Inspect(inspect::Arguments),
+    Identify(identify::Arguments),
+    Accumulate(accumulate::Arguments),
+    Bicycle(bicycle::Arguments),
+    Design(design::Arguments),
+    Path(path::Arguments),
+    Package(package::Arguments),
+    Simulate(simulate::Arguments),
+    // Boxed: it has the options of several stages.
+    Compare(Box<compare::Arguments>),
+    Sweep(sweep::Arguments),
+    Check(check::Arguments),
+    Completions(manual::CompletionArguments),
+    Man(manual::ManArguments),
+}
+
+fn execute(command: Command, global: &Global) -> Result<Outcome, Failure> {
+    match command {
+        Command::Demo(arguments) => demo::run(&arguments, global),
+        Command::Build(arguments) => build::run(&arguments, global),
+        Command::Inspect(arguments) => inspect::run(&arguments, global),
+        Command::Identify(arguments) => identify::run(&arguments, global),
+        Command::Accumulate(arguments) => accumulate::run(&arguments, global),
+        Command::Bicycle(arguments) => bicycle::run(&arguments, global),
+        Command::Design(arguments) => design::run(&arguments, global),
+        Command::Path(arguments) => path::run(&arguments, global),
+        Command::Package(arguments) => package::run(&arguments, global),
+        Command::Simulate(arguments) => simulate::run(&arguments, global),
+        Command::Compare(arguments) => compare::run(&arguments, global),
+        Command::Sweep(arguments) => sweep::run(&arguments, global),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments, global),
+    }
+}
+
+/// Runs the command line on the arguments, of which the first is the name of the program; returns the exit
+/// status. `program` starts the same command line in another process; by default it is this executable.
+pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
+    program::set(program);
+    // Before the arguments are parsed, since their errors are printed in the same form.
+    console::use_json(arguments.iter().any(|argument| argument == "--json"));
+    match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => match execute(arguments.command, &arguments.global) {
+            Ok(outcome) => outcome.status(),
+            Err(failure) => failure.report(),
+        },
+        Err(error) => failure::report_usage(&error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn no_two_options_of_a_command_are_called_the_same() {
+        super::Arguments::command().debug_assert();
+    }
+}

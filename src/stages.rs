@@ -1,0 +1,326 @@
+//! The stages that compute in memory, with the options of the command line.
+//!
+//! Each function has the options of one subcommand, by name and text, with the same defaults and checks; so
+//! whatever calls them reads and computes what the command line does. [`options`] describes them.
+
+use crate::identify_accumulated::{check_factor_options, merged};
+use crate::progress::{self, Progress};
+use crate::{accumulate, design as design_command, identify as identify_command};
+use clap::{ArgAction, Args, CommandFactory};
+use std::path::PathBuf;
+use steerwright_comparison::ModelDocument;
+use steerwright_drivelog::{DriveLog, in_memory, read_recordings};
+use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile};
+use steerwright_report::figures;
+use steerwright_report::{Report, WIDTH};
+use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::{Accumulated, Identified, Traces};
+
+pub use crate::failure::Failure;
+pub use crate::progress::Observer;
+
+/// Options by their names on the command line without dashes, such as `steering-ratio`, each with its text;
+/// `None` for a switch. An option with several values is there several times.
+pub type Options<'a> = &'a [(String, Option<String>)];
+
+/// A table in memory: its name, and its named columns of equal length; a missing value is NaN.
+pub type Table = (String, Vec<(String, Vec<f64>)>);
+
+/// Where a log comes from.
+#[derive(Debug)]
+pub enum Source {
+    /// Files of any format; none where the option `drive` names them.
+    Files(Vec<PathBuf>),
+    /// Tables in memory.
+    Tables(Vec<Table>),
+}
+
+/// An option of a subcommand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OptionDescription {
+    /// Name without dashes.
+    pub name: String,
+    /// What the value is, such as `TIME`; `None` for a switch.
+    pub value: Option<String>,
+    /// The values, where they are listed.
+    pub values: Vec<String>,
+    /// Whether it may be repeated.
+    pub is_repeated: bool,
+    /// The text of the default.
+    pub default: Option<String>,
+    /// What it means, one paragraph.
+    pub help: String,
+}
+
+/// The options of a subcommand, or those of reading a log for `read`; `None` for a name that is none.
+#[must_use]
+pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
+    let mut root = match subcommand {
+        "read" => crate::log_options::LogArguments::augment_args(clap::Command::new("read")),
+        _ => crate::Arguments::command().find_subcommand(subcommand)?.clone(),
+    };
+    root.build();
+    let described = root.get_arguments().filter_map(|argument| {
+        let name = argument.get_long().filter(|_| !argument.is_hide_set())?;
+        let takes = argument.get_action().takes_values();
+        let value = argument.get_value_names().and_then(|names| names.first());
+        let help = argument.get_long_help().or_else(|| argument.get_help());
+        Some(OptionDescription {
+            name: name.to_owned(),
+            value: takes.then(|| value.map_or("VALUE", |name| name.as_str()).to_owned()),
+            values: if takes {
+                argument.get_possible_values().iter().map(|v| v.get_name().to_owned()).collect()
+            } else {
+                Vec::new()
+            },
+            is_repeated: matches!(argument.get_action(), ArgAction::Append),
+            default: argument
+                .get_default_values()
+                .first()
+                .filter(|_| takes)
+                .map(|default| default.to_string_lossy().into_owned()),
+            help: help.map(ToString::to_string).unwrap_or_default(),
+        })
+    });
+    Some(described.filter(|option| !["help", "version"].contains(&option.name.as_str())).collect())
+}
+
+/// The arguments of a subcommand with these options.
+fn parsed<A: Args>(options: Options<'_>, positional: &[&str]) -> Result<A, Failure> {
+    let words = options.iter().map(|(name, value)| match value {
+        Some(value) => format!("--{name}={value}"),
+        None => format!("--{name}"),
+    });
+    let words = words.chain(positional.iter().map(ToString::to_string));
+    let command = A::augment_args(clap::Command::new("").no_binary_name(true));
+    let refused = |error: clap::Error| {
+        let text = error.to_string();
+        let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        Failure::new(message, "the description of the option states its unit and its values")
+    };
+    let matches = command.try_get_matches_from(words).map_err(refused)?;
+    A::from_arg_matches(&matches).map_err(refused)
+}
+
+/// Stands where the command line has the name of a log.
+const LOG: &str = "log";
+
+#[derive(Args)]
+struct ReadArguments {
+    #[command(flatten)]
+    log: crate::log_options::LogArguments,
+}
+
+/// Reads a log, with the options of `read`.
+///
+/// # Errors
+/// As `steerwright identify`, with file, line and column.
+pub fn read(source: Source, options: Options<'_>) -> Result<DriveLog, Failure> {
+    let ReadArguments { log } = parsed(options, &[])?;
+    match source {
+        Source::Files(paths) => log.read(&paths),
+        Source::Tables(tables) => {
+            if log.files().next().is_some() {
+                let hint = "name files, or pass the tables of each drive on their own";
+                return Err(Failure::new("--drive: tables are no files", hint));
+            }
+            let options = log.options()?;
+            let _progress = Progress::start("reading the log");
+            let tables = tables.into_iter().map(|(name, columns)| in_memory(&name, columns));
+            Ok(read_recordings(tables.collect::<Result<_, _>>()?, &options)?)
+        }
+    }
+}
+
+/// A model identified in a log, with its signals.
+#[derive(Debug)]
+pub enum Found {
+    /// The plant in state space.
+    Plant(Box<Identified>),
+    /// The bicycle scheduled by the speed.
+    Bicycle(Box<IdentifiedBicycle>),
+}
+
+impl Found {
+    /// The document that the command line writes.
+    #[must_use]
+    pub fn json(&self) -> String {
+        match self {
+            Self::Plant(found) => found.plant.to_json(),
+            Self::Bicycle(found) => found.bicycle.to_json(),
+        }
+    }
+
+    /// Measured and simulated signals.
+    #[must_use]
+    pub fn traces(&self) -> &Traces {
+        match self {
+            Self::Plant(found) => &found.traces,
+            Self::Bicycle(found) => &found.traces,
+        }
+    }
+}
+
+/// Identifies the model of a log that is read, with the options of `identify` that are not those of `read`.
+///
+/// # Errors
+/// As `steerwright identify`.
+pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> {
+    let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
+    let _progress = Progress::start("identifying");
+    Ok(match arguments.bicycle_options()? {
+        Some(options) => Found::Bicycle(Box::new(identify_bicycle(log, &options)?)),
+        None => Found::Plant(Box::new(steerwright_sysid::identify(log, &arguments.options())?)),
+    })
+}
+
+/// The R factor of a log, with the options of `accumulate`; its document.
+///
+/// # Errors
+/// As `steerwright accumulate`.
+pub fn accumulate(source: Source, options: Options<'_>) -> Result<String, Failure> {
+    let arguments: accumulate::Arguments = parsed(options, &[LOG])?;
+    let options = arguments.options()?;
+    let progress = Progress::start("reading the logs");
+    let all = match source {
+        Source::Files(paths) => {
+            merged(paths.iter().map(|path| accumulate::one(path, &options, &progress)))?
+        }
+        Source::Tables(tables) => merged(tables.into_iter().map(|(name, columns)| {
+            Ok(Accumulated::of_recording(in_memory(&name, columns)?, &options)?)
+        }))?,
+    };
+    Ok(all.to_file().to_json())
+}
+
+fn factors(documents: &[(String, String)]) -> Result<Accumulated, Failure> {
+    merged(documents.iter().map(|(name, text)| {
+        let file = AccumulatedDrives::from_json(text, name)?;
+        Ok(Accumulated::from_file(&file, name)?)
+    }))
+}
+
+/// The R factor of several, each a name and a document; its document.
+///
+/// # Errors
+/// Documents that are none, or that differ in what all must share.
+pub fn merge(documents: &[(String, String)]) -> Result<String, Failure> {
+    Ok(factors(documents)?.to_file().to_json())
+}
+
+/// Identifies the plant of R factors, each a name and a document; the document of the plant.
+///
+/// # Errors
+/// As `steerwright identify`.
+pub fn identify_accumulated(
+    documents: &[(String, String)],
+    options: Options<'_>,
+) -> Result<String, Failure> {
+    let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
+    let options = check_factor_options(arguments.log(), arguments.identify())?;
+    let _progress = Progress::start("identifying");
+    Ok(factors(documents)?.identify(&options)?.to_json())
+}
+
+/// Designs a controller on the document of a plant or bicycle, with the options of `design`; its document.
+/// `file` is the name of the document in the controller's provenance.
+///
+/// # Errors
+/// As `steerwright design`; a requirement that is not met is in the document.
+pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String, Failure> {
+    let arguments: design_command::Arguments = parsed(options, &[file])?;
+    let specified = arguments.specification.read()?;
+    let model = ModelDocument::from_json(document, file)?;
+    arguments.gate.check(file, model.quality())?;
+    let source = SourceFile::of(file.as_ref(), document.as_bytes());
+    let progress = Progress::start("designing");
+    let plant = model.design_plant()?;
+    let pid =
+        design_command::designed(document, &plant, &source, &specified, |what| progress.now(what))?;
+    Ok(pid.to_json())
+}
+
+/// Does work whose progress is observed instead of printed.
+pub fn observed<T>(observer: &Observer, work: impl FnOnce() -> T) -> T {
+    progress::observed(observer, work)
+}
+
+/// The figures of an identified plant as SVG, by name.
+///
+/// # Errors
+/// A document that is no plant.
+pub fn figures_of_plant(document: &str, traces: &Traces) -> Result<Vec<(String, String)>, Failure> {
+    let plant = steerwright_formats::Plant::from_json(document, "plant.json")?;
+    let drawn = figures::of_identification(&plant, &drawn_traces(traces), None);
+    let figures = drawn.into_iter().filter_map(|(name, height, figure)| {
+        // A short log leaves some of them empty.
+        Some((name.to_owned(), figure.to_svg(WIDTH, height).ok()?))
+    });
+    Ok(figures.collect())
+}
+
+/// The figures of a controller on its model as SVG, by name.
+///
+/// # Errors
+/// Documents that are none, or a loop that cannot be evaluated.
+pub fn figures_of_controller(
+    document: &str,
+    controller: &str,
+) -> Result<Vec<(String, String)>, Failure> {
+    let plant = ModelDocument::from_json(document, "the model")?.design_plant()?;
+    let pid = Pid::from_json(controller, "pid.json")?;
+    let drawn = design_command::figures(&plant, &pid)?;
+    let figures = drawn.into_iter().filter_map(|(name, figure, height)| {
+        Some((name.trim_end_matches(".svg").to_owned(), figure.to_svg(WIDTH, height).ok()?))
+    });
+    Ok(figures.collect())
+}
+
+/// The page of an identified plant, as `identify --report` writes it.
+///
+/// # Errors
+/// A document that is no plant.
+pub fn page_of_plant(document: &str, traces: &Traces) -> Result<String, Failure> {
+    let plant = steerwright_formats::Plant::from_json(document, "plant.json")?;
+    let traces = drawn_traces(traces);
+    let page = Report {
+        title: format!("{}: the identified model", plant.name),
+        plant: Some(&plant),
+        traces: Some(&traces),
+        ..Report::default()
+    };
+    Ok(page.to_html())
+}
+
+/// The yaw step of a controller on its model: times (s), yaw (rad) and steering angle (rad).
+///
+/// # Errors
+/// Documents that are none, or a loop that cannot be evaluated.
+pub fn yaw_step(document: &str, controller: &str, until_s: f64) -> Result<[Vec<f64>; 3], Failure> {
+    let plant = ModelDocument::from_json(document, "the model")?.design_plant()?;
+    let pid = Pid::from_json(controller, "pid.json")?;
+    let trace = steerwright_control::step_response(&plant, &pid, false, until_s)?;
+    Ok([trace.time, trace.yaw, trace.steering])
+}
+
+fn drawn_traces(traces: &Traces) -> steerwright_report::Traces {
+    let Traces {
+        time_s,
+        steering_rad,
+        yaw_rate_radps,
+        simulated_yaw_rate_radps,
+        is_validation,
+        yaw_rad,
+        simulated_yaw_rad,
+    } = traces.clone();
+    steerwright_report::Traces {
+        time_s,
+        steering_rad,
+        yaw_rate_radps,
+        simulated_yaw_rate_radps,
+        is_validation,
+        yaw_rad,
+        simulated_yaw_rad,
+        bicycle_yaw_rate_radps: None,
+    }
+}
