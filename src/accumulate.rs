@@ -2,7 +2,7 @@
 
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
-use crate::identify_accumulated::merged;
+use crate::identify_accumulated::{are_factors, check_factor_options, factor, merged};
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
@@ -11,11 +11,13 @@ use std::path::{Path, PathBuf};
 use steerwright_formats::AccumulatedDrives;
 use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
-/// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs.
-/// R factors of several machines are merged there; the model is that of all logs together
+/// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs
+///
+/// R factors, of several machines, are merged to one, or by `identify`; the model is that of all logs together. A
+/// log that is in several R factors counts once.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate
+    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// File of the R factor
@@ -58,11 +60,20 @@ pub(crate) fn one(
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let are_factors = are_factors(&arguments.logs)?;
+    if are_factors {
+        check_factor_options(&arguments.log, None)?;
+    }
     let options = arguments.options()?;
     let out = Outputs::new(global.force, &arguments.logs)
         .file(&arguments.out, Kind::of::<AccumulatedDrives>())?;
     let progress = Progress::start("reading the logs");
-    let all = merged(arguments.logs.iter().map(|path| one(path, &options, &progress)))?;
+    let all = merged(
+        arguments
+            .logs
+            .iter()
+            .map(|path| if are_factors { factor(path) } else { one(path, &options, &progress) }),
+    )?;
     drop(progress);
     let file = all.to_file();
     out.document(&file)?;

@@ -146,11 +146,12 @@ pub(crate) fn note(text: impl Display) {
     if is_json() { object("note", json!({ "message": text })) } else { line(&text) }
 }
 
-/// The present work, and its duration.
-pub(crate) fn progress(text: &str, elapsed: Duration) {
+/// The present work, how much of how much is done (of 0 if that is unknown), and its duration.
+pub(crate) fn progress(text: &str, [done, of]: [u64; 2], elapsed: Duration) {
     let seconds = elapsed.as_secs();
     if is_json() {
-        object("progress", json!({ "message": text, "elapsed_s": seconds }));
+        let progress = json!({ "message": text, "done": done, "of": of, "elapsed_s": seconds });
+        object("progress", progress);
     } else {
         line(&format!("progress: {text}, {seconds} s"));
     }

@@ -49,15 +49,25 @@ pub(crate) fn merged(
 ) -> Result<Accumulated, Failure> {
     let mut all = each.next().ok_or(steerwright_drivelog::Error::NoFiles)??;
     for one in each {
-        all.merge(one?)?;
+        let one = one?;
+        let name = one.name().to_owned();
+        if !all.merge(one)? {
+            console::warning(format!("{name}: its logs are there already, and count once"));
+        }
     }
     Ok(all)
+}
+
+/// The drives in a file.
+pub(crate) fn factor(path: &Path) -> Result<Accumulated, Failure> {
+    let (file, _) = files::read_document::<AccumulatedDrives>(path)?;
+    Ok(Accumulated::from_file(&file, &path.display().to_string())?)
 }
 
 /// The options of an identification from R factors; those that only a log has are rejected.
 pub(crate) fn check_factor_options(
     log: &LogArguments,
-    identify: &IdentifyArguments,
+    identify: Option<&IdentifyArguments>,
 ) -> Result<IdentifyOptions, Failure> {
     if log.options()? != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
@@ -65,7 +75,7 @@ pub(crate) fn check_factor_options(
             "pass them to steerwright accumulate",
         ));
     }
-    let options = identify.options();
+    let options = identify.map(IdentifyArguments::options).unwrap_or_default();
     if options.validation_fraction.to_bits()
         != IdentifyOptions::default().validation_fraction.to_bits()
     {
@@ -83,12 +93,9 @@ pub(crate) fn run(
     identify: &IdentifyArguments,
     out: &Output,
 ) -> Result<Outcome, Failure> {
-    let options = check_factor_options(log, identify)?;
+    let options = check_factor_options(log, Some(identify))?;
     let progress = Progress::start("identifying");
-    let all = merged(paths.iter().map(|path| {
-        let (file, _) = files::read_document::<AccumulatedDrives>(path)?;
-        Ok(Accumulated::from_file(&file, &path.display().to_string())?)
-    }))?;
+    let all = merged(paths.iter().map(|path| factor(path)))?;
     let plant = all.identify(&options)?;
     drop(progress);
     out.document(&plant)?;

@@ -67,6 +67,9 @@ struct Global {
     /// Print the result as JSON on stdout, and errors as JSON on stderr
     #[arg(long, global = true)]
     json: bool,
+    /// Report progress at this interval, with --json
+    #[arg(long, global = true, hide = true, value_name = "TIME", value_parser = quantity::time)]
+    progress_interval: Option<f64>,
 }
 
 #[derive(Subcommand)]
@@ -117,10 +120,13 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     // Before the arguments are parsed, since their errors are printed in the same form.
     console::use_json(arguments.iter().any(|argument| argument == "--json"));
     match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => match execute(arguments.command, &arguments.global) {
-            Ok(outcome) => outcome.status(),
-            Err(failure) => failure.report(),
-        },
+        Ok(Arguments { command, global }) => {
+            progress::set_interval(global.progress_interval);
+            match execute(command, &global) {
+                Ok(outcome) => outcome.status(),
+                Err(failure) => failure.report(),
+            }
+        }
         Err(error) => failure::report_usage(&error),
     }
 }

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::io::{IsTerminal, Read};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use steerwright_drivelog::ReadAt;
@@ -19,6 +19,18 @@ const SILENT: Duration = Duration::from_secs(2);
 /// Lines follow each other at most this far apart.
 const SELDOM: Duration = Duration::from_secs(60);
 const TICK: Duration = Duration::from_millis(100);
+
+/// The interval of progress, where one is requested.
+static INTERVAL: OnceLock<Duration> = OnceLock::new();
+
+/// Reports progress at this interval, s.
+pub(crate) fn set_interval(seconds: Option<f64>) {
+    let interval = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    if let Some(interval) = interval.filter(|interval| !interval.is_zero()) {
+        // The first one holds: there is one command in a process.
+        let _ = INTERVAL.set(interval);
+    }
+}
 
 /// Work that is going on; it ends with this value.
 #[derive(Debug)]
@@ -104,10 +116,11 @@ impl Progress {
         let show = Arc::clone(&shared);
         let thread = std::thread::spawn(move || {
             let began = Instant::now();
-            if stopped.recv_timeout(SILENT) != Err(RecvTimeoutError::Timeout) {
+            let requested = INTERVAL.get().copied();
+            if stopped.recv_timeout(requested.unwrap_or(SILENT)) != Err(RecvTimeoutError::Timeout) {
                 return;
             }
-            if std::io::stderr().is_terminal() {
+            if requested.is_none() && std::io::stderr().is_terminal() {
                 let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
                 let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
                 bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
@@ -119,14 +132,16 @@ impl Progress {
                 bar.finish_and_clear();
                 return;
             }
-            let mut pause = SILENT;
+            let mut pause = requested.unwrap_or(SILENT);
             loop {
-                let elapsed = began.elapsed();
-                console::progress(&show.in_words(), elapsed);
+                let share = [&show.done, &show.all].map(|n| n.load(Ordering::Relaxed));
+                console::progress(&show.in_words(), share, began.elapsed());
                 if stopped.recv_timeout(pause) != Err(RecvTimeoutError::Timeout) {
                     return;
                 }
-                pause = (2 * pause).min(SELDOM);
+                if requested.is_none() {
+                    pause = (2 * pause).min(SELDOM);
+                }
             }
         });
         Self { shared, stop: Some(stop), thread: Some(thread) }

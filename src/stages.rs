@@ -174,52 +174,56 @@ pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> 
     })
 }
 
-/// The R factor of a log, with the options of `accumulate`; its document.
+/// Accumulates logs, each a drive, with the options of `accumulate`.
 ///
 /// # Errors
 /// As `steerwright accumulate`.
-pub fn accumulate(source: Source, options: Options<'_>) -> Result<String, Failure> {
+pub fn accumulate(source: Source, options: Options<'_>) -> Result<Accumulated, Failure> {
     let arguments: accumulate::Arguments = parsed(options, &[LOG])?;
     let options = arguments.options()?;
     let progress = Progress::start("reading the logs");
-    let all = match source {
+    match source {
         Source::Files(paths) => {
-            merged(paths.iter().map(|path| accumulate::one(path, &options, &progress)))?
+            merged(paths.iter().map(|path| accumulate::one(path, &options, &progress)))
         }
         Source::Tables(tables) => merged(tables.into_iter().map(|(name, columns)| {
             Ok(Accumulated::of_recording(in_memory(&name, columns)?, &options)?)
-        }))?,
-    };
-    Ok(all.to_file().to_json())
+        })),
+    }
 }
 
-fn factors(documents: &[(String, String)]) -> Result<Accumulated, Failure> {
-    merged(documents.iter().map(|(name, text)| {
-        let file = AccumulatedDrives::from_json(text, name)?;
-        Ok(Accumulated::from_file(&file, name)?)
-    }))
-}
-
-/// The R factor of several, each a name and a document; its document.
+/// The drives of an R factor's document; `file` is its name in errors.
 ///
 /// # Errors
-/// Documents that are none, or that differ in what all must share.
-pub fn merge(documents: &[(String, String)]) -> Result<String, Failure> {
-    Ok(factors(documents)?.to_file().to_json())
+/// A document that is none.
+pub fn accumulated(document: &str, file: &str) -> Result<Accumulated, Failure> {
+    let document = AccumulatedDrives::from_json(document, file)?;
+    Ok(Accumulated::from_file(&document, file)?)
 }
 
-/// Identifies the plant of R factors, each a name and a document; the document of the plant.
+/// Adds what another has accumulated, and returns whether it did: a log that is in both counts once.
+///
+/// # Errors
+/// Drives that differ in what all must share, or share some of their logs.
+pub fn merge(into: &mut Accumulated, other: Accumulated) -> Result<bool, Failure> {
+    Ok(into.merge(other)?)
+}
+
+/// The document of accumulated drives, as `steerwright accumulate` writes it.
+#[must_use]
+pub fn accumulated_json(drives: &Accumulated) -> String {
+    drives.to_file().to_json()
+}
+
+/// Identifies the plant of accumulated drives; its document.
 ///
 /// # Errors
 /// As `steerwright identify`.
-pub fn identify_accumulated(
-    documents: &[(String, String)],
-    options: Options<'_>,
-) -> Result<String, Failure> {
+pub fn identify_accumulated(drives: &Accumulated, options: Options<'_>) -> Result<String, Failure> {
     let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
-    let options = check_factor_options(arguments.log(), arguments.identify())?;
+    let options = check_factor_options(arguments.log(), Some(arguments.identify()))?;
     let _progress = Progress::start("identifying");
-    Ok(factors(documents)?.identify(&options)?.to_json())
+    Ok(drives.identify(&options)?.to_json())
 }
 
 /// Designs a controller on the document of a plant or bicycle, with the options of `design`; its document.

@@ -6,13 +6,14 @@ use crate::progress::Progress;
 use crate::{Global, console, program, quantity};
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 use steerwright_sweep::{
-    Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
+    Cause, FailureSummary, Finished, MetricSummary, Options, Piece, Requirement, Study, Summary,
+    Sweep,
 };
 
 /// Run a Monte Carlo study: simulate a system of FMUs many times and evaluate every run
@@ -20,14 +21,25 @@ use steerwright_sweep::{
 /// The study is a TOML file: the FMUs or the .ssp, the varied quantities and their distributions,
 /// disturbances, metrics and requirements. A row of the results depends only on the study and the
 /// number of the run. Without --isolate the binaries of the FMUs run in this process.
+///
+/// On a cluster, `--shard I/N` makes one of N pieces of the study, on any machine, in any order, again after a
+/// failure; `sweep merge` makes the results of them.
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Arguments {
+    #[command(subcommand)]
+    merge: Option<Merge>,
     /// The study
-    #[arg(value_name = "STUDY.toml")]
-    study: PathBuf,
-    /// Write the results here, a row a run
-    #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "results.csv")]
-    out: PathBuf,
+    #[arg(value_name = "STUDY.toml", required = true)]
+    study: Option<PathBuf>,
+    /// Write the results here, a row a run; by default results.csv. With --shard the folder of the pieces, by
+    /// default pieces
+    #[arg(long = "output", short = 'o', value_name = "CSV")]
+    out: Option<PathBuf>,
+    /// Make only this part of the runs, counted from 0, such as 0/100 to 99/100, in a file of the folder
+    /// --output whose name states study and runs. A piece that is there is not made again
+    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with_all = ["resume", "trajectories"])]
+    shard: Option<(usize, usize)>,
     /// Continue with the unfinished results of an earlier call
     #[arg(long)]
     resume: bool,
@@ -53,10 +65,40 @@ pub(crate) struct Arguments {
     of: Vec<usize>,
 }
 
+#[derive(clap::Subcommand)]
+enum Merge {
+    /// Merge the pieces of a study to its results, the same bytes as without shards
+    Merge(MergeArguments),
+}
+
+#[derive(clap::Args)]
+struct MergeArguments {
+    /// The study
+    #[arg(value_name = "STUDY.toml")]
+    study: PathBuf,
+    /// The pieces that --shard wrote, in any order
+    #[arg(required = true, value_name = "PIECE")]
+    pieces: Vec<PathBuf>,
+    /// Write the results here, a row a run
+    #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "results.csv")]
+    out: PathBuf,
+}
+
+/// A shard and their number.
+fn shard(text: &str) -> Result<(usize, usize), String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let (index, of) = numbers.ok_or("expected I/N, such as 0/100")?;
+    match of {
+        0 => Err("there is at least one shard".into()),
+        _ if index < of => Ok((index, of)),
+        _ => Err(format!("the shards are counted from 0: the last is {}/{of}", of - 1)),
+    }
+}
+
 /// The result, for scripts.
 #[derive(Serialize)]
 struct Done {
-    file: PathBuf,
+    file: Option<PathBuf>,
     threads: usize,
     resumed: usize,
     warnings: Vec<String>,
@@ -64,13 +106,55 @@ struct Done {
     summary: Summary,
 }
 
-pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let study = Study::open(&arguments.study)?;
-    let trajectories = decide(arguments, global, &study)?;
+impl Arguments {
+    fn study(&self) -> &Path {
+        self.study.as_deref().unwrap_or(Path::new(""))
+    }
+
+    fn out(&self) -> &Path {
+        let usual = if self.shard.is_some() { "pieces" } else { "results.csv" };
+        self.out.as_deref().unwrap_or(Path::new(usual))
+    }
+}
+
+fn prepared(study: &Study) -> Result<Sweep, Failure> {
     // Our FMUs reset exactly, which a test verifies; for others the study states it.
-    let sweep = Sweep::prepare(&study, &steerwright_packaging::ssp::MEASUREMENTS, &|tool| {
-        tool.starts_with("steerwright ")
-    })?;
+    let resets = |tool: &str| tool.starts_with("steerwright ");
+    Ok(Sweep::prepare(study, &steerwright_packaging::ssp::MEASUREMENTS, &resets)?)
+}
+
+fn merge(arguments: &MergeArguments, global: &Global) -> Result<Outcome, Failure> {
+    let study = Study::open(&arguments.study)?;
+    let inputs = study.files().into_iter().chain([arguments.study.clone()]);
+    let inputs: Vec<PathBuf> = inputs.chain(arguments.pieces.iter().cloned()).collect();
+    Outputs::new(global.force, &inputs).file(&arguments.out, Kind::SweepResults)?;
+    let finished = prepared(&study)?.merge(&arguments.pieces, &arguments.out, global.force)?;
+    report(finished, Some(arguments.out.clone()), Vec::new())
+}
+
+/// Prints the summary of whole results.
+fn report(
+    finished: Finished,
+    file: Option<PathBuf>,
+    warnings: Vec<String>,
+) -> Result<Outcome, Failure> {
+    let met = finished.summary.all_passed();
+    let text = text(&finished);
+    let note = file.as_ref().map(|file| format!("written to {}", file.display()));
+    let (threads, resumed) = (finished.threads, finished.resumed);
+    let done = Done { file, threads, resumed, warnings, summary: finished.summary };
+    console::result(&text, &done)?;
+    note.iter().for_each(console::note);
+    Ok(Outcome::when(met))
+}
+
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    if let Some(Merge::Merge(arguments)) = &arguments.merge {
+        return merge(arguments, global);
+    }
+    let study = Study::open(arguments.study())?;
+    let trajectories = decide(arguments, global, &study)?;
+    let sweep = prepared(&study)?;
     if let Some(files) = &trajectories {
         files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
     }
@@ -90,7 +174,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     // Worker processes print no progress.
     let progress = (!arguments.serve).then(|| Progress::start("running the study"));
     let options = Options {
-        results: &arguments.out,
+        results: arguments.out(),
+        runs: None,
         threads: arguments.threads.map(usize::from),
         resume: arguments.resume,
         overwrite: global.force,
@@ -114,22 +199,43 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     for warning in &warnings {
         console::warning(warning);
     }
+    if let Some(shard) = arguments.shard {
+        let piece = sweep.piece(arguments.out(), shard, &options);
+        drop(progress);
+        return finish_piece(arguments, piece?);
+    }
     let finished = sweep.run(&options);
     drop(progress);
     let finished = finished?;
-    complete(arguments, &finished)?;
-    let met = finished.summary.all_passed();
-    let text = text(&finished);
-    let done = Done {
-        file: arguments.out.clone(),
-        threads: finished.threads,
-        resumed: finished.resumed,
-        warnings,
-        summary: finished.summary,
+    complete(arguments, &finished, finished.summary.runs)?;
+    report(finished, Some(arguments.out().into()), warnings)
+}
+
+fn finish_piece(arguments: &Arguments, piece: Piece) -> Result<Outcome, Failure> {
+    let Piece { file, runs, finished, was_there } = piece;
+    let Some(finished) = finished else {
+        let text = match (&file, was_there) {
+            (Some(file), _) => format!("{} is complete", file.display()),
+            (None, _) => "the shard has no runs: there are more shards than runs".to_owned(),
+        };
+        console::result(&text, &PieceDone { file, runs: runs.len(), was_there })?;
+        return Ok(Outcome::Done);
     };
-    console::result(&text, &done)?;
-    console::note(format!("written to {}", arguments.out.display()));
-    Ok(Outcome::when(met))
+    complete(arguments, &finished, runs.len())?;
+    let shown = file.as_deref().map(|file| format!("written to {}", file.display()));
+    let text = outcomes(&finished.summary);
+    // Requirements are those of the whole study: `merge` reports them.
+    console::result(&text, &PieceDone { file, runs: runs.len(), was_there })?;
+    shown.iter().for_each(console::note);
+    Ok(Outcome::Done)
+}
+
+/// The result of a shard, for scripts.
+#[derive(Serialize)]
+struct PieceDone {
+    file: Option<PathBuf>,
+    runs: usize,
+    was_there: bool,
 }
 
 /// Rejects outputs that would replace an input or a foreign file; returns the files of the trajectories.
@@ -137,15 +243,20 @@ fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<Optio
     if arguments.serve {
         return Ok(None);
     }
-    let inputs = study.files().into_iter().chain([arguments.study.clone()]);
+    if arguments.shard.is_some() {
+        // A piece replaces only a file of its own name, which states its content.
+        return Ok(None);
+    }
+    let inputs = study.files().into_iter().chain([arguments.study().into()]);
     let inputs: Vec<PathBuf> = inputs.collect();
     // The sweep checks whether results can be resumed.
     Outputs::new(global.force || arguments.resume, &inputs)
-        .file(&arguments.out, Kind::SweepResults)?;
+        .file(arguments.out(), Kind::SweepResults)?;
     let trajectories = |folder| {
         let runs: BTreeSet<usize> = arguments.of.iter().copied().collect();
         let names = runs.iter().map(|run| format!("run-{run}.csv"));
-        let inputs = inputs.iter().chain([&arguments.out]);
+        let out = arguments.out().to_path_buf();
+        let inputs = inputs.iter().chain([&out]);
         Outputs::new(global.force, inputs).files(folder, names, Kind::Recording)
     };
     arguments.trajectories.as_deref().map(trajectories).transpose()
@@ -181,7 +292,7 @@ fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(),
 
 /// The error of an FMU that does not return.
 fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure {
-    let (out, limit) = (arguments.out.display(), arguments.timeout);
+    let (out, limit) = (arguments.out().display(), arguments.timeout);
     Failure::new(
         format!(
             "run {run} hangs: an FMU does not return, after twice the --timeout of {limit} s; {out} \
@@ -197,7 +308,7 @@ fn isolated(arguments: &Arguments) -> Command {
     let (program, first) = program::words().unwrap_or_default();
     let mut command = Command::new(program);
     command.args(first);
-    command.arg("sweep").arg(&arguments.study).arg("--serve");
+    command.arg("sweep").arg(arguments.study()).arg("--serve");
     command.arg("--timeout").arg(format!("{}s", arguments.timeout));
     if let Some(folder) = &arguments.trajectories {
         let runs: Vec<String> = arguments.of.iter().map(ToString::to_string).collect();
@@ -207,12 +318,19 @@ fn isolated(arguments: &Arguments) -> Command {
 }
 
 /// An error for incomplete results; they hold the first rows and can be resumed.
-fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
-    let (rows, runs) = (finished.rows, finished.summary.runs);
+fn complete(arguments: &Arguments, finished: &Finished, runs: usize) -> Result<(), Failure> {
+    let rows = finished.rows;
     if rows == runs {
         return Ok(());
     }
-    let held = format!("{} holds {rows} of {runs} runs", arguments.out.display());
+    if arguments.shard.is_some() {
+        let why = finished.fatal.as_deref().unwrap_or("interrupted");
+        return Err(Failure::new(
+            format!("{why}: the piece has {rows} of {runs} runs and is not kept"),
+            "make the shard again; with --isolate a run that ends fatally is a row",
+        ));
+    }
+    let held = format!("{} holds {rows} of {runs} runs", arguments.out().display());
     Err(match &finished.fatal {
         Some(fatal) => Failure::new(
             format!("{fatal}\nno function of that FMU may be called any more; {held}"),

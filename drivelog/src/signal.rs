@@ -51,11 +51,21 @@ pub fn standard_deviation(x: &[f64]) -> f64 {
     (x.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// Median step of a clock.
+/// Median step of a clock. Of a clock whose numbers are too large for its steps, such as seconds since 1970, the
+/// mean of the steps near the median, in which their rounding cancels.
 pub(crate) fn median_period(time: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
     let middle = steps.len() / 2;
-    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let rounding = f64::EPSILON * time.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    if rounding <= 1e-9 * median.abs() || rounding > 0.01 * median.abs() {
+        return median;
+    }
+    steps.retain(|step| (step - median).abs() < 2.0 * rounding);
+    if steps.is_empty() { median } else { mean(&steps) }
 }
 
 /// The step that (almost) all differences of successive values are multiples of, where there is one.
@@ -86,6 +96,15 @@ pub(crate) fn resolution(x: &[f64]) -> Option<f64> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+
+    #[test]
+    fn the_period_of_an_epoch_clock_is_not_rounded() {
+        let epoch: Vec<f64> = (0..5000).map(|k| 1.7e9 + 0.01 * f64::from(k)).collect();
+        assert!((median_period(&epoch) - 0.01).abs() < 1e-9);
+        let own: Vec<f64> = (0..5000).map(|k| 0.01 * f64::from(k)).collect();
+        assert!((median_period(&own) - 0.01).abs() < 1e-12);
+        assert_eq!(median_period(&[0.0]), 0.0);
+    }
 
     /// Normal noise, nearly.
     pub(crate) fn noise(seed: &mut u64) -> f64 {

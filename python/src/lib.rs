@@ -1,10 +1,12 @@
 //! The native part of the Python package `steerwright`: logs, stages and the command line. `_native.pyi` states
 //! the types; the package in `steerwright/` makes of it what users see.
 
+mod accumulated;
 mod arrays;
 mod options;
 mod work;
 
+use accumulated::Drives;
 use arrays::{Log, Traces};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -12,22 +14,18 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use steerwright::stages::{self, Source};
 
-type Documents = Vec<(String, String)>;
-
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<Log>()?;
     module.add_class::<Traces>()?;
+    module.add_class::<Drives>()?;
     for function in [
         wrap_pyfunction!(main, module)?,
         wrap_pyfunction!(describe, module)?,
         wrap_pyfunction!(words, module)?,
         wrap_pyfunction!(read, module)?,
         wrap_pyfunction!(identify, module)?,
-        wrap_pyfunction!(accumulate, module)?,
-        wrap_pyfunction!(merge, module)?,
-        wrap_pyfunction!(identify_accumulated, module)?,
         wrap_pyfunction!(design, module)?,
         wrap_pyfunction!(yaw_step, module)?,
         wrap_pyfunction!(figures_of_plant, module)?,
@@ -63,7 +61,10 @@ fn words(subcommand: &str, keywords: &Bound<'_, PyDict>) -> PyResult<Vec<String>
 }
 
 /// Files, or tables: each a name and a dict of float64 columns, which are copied.
-fn source(files: Option<Vec<PathBuf>>, tables: Option<&Bound<'_, PyList>>) -> PyResult<Source> {
+pub(crate) fn source(
+    files: Option<Vec<PathBuf>>,
+    tables: Option<&Bound<'_, PyList>>,
+) -> PyResult<Source> {
     match tables {
         None => Ok(Source::Files(files.unwrap_or_default())),
         Some(tables) => Ok(Source::Tables(arrays::tables(tables)?)),
@@ -96,38 +97,6 @@ fn identify(
     let log = log.get().shared();
     let found = work::done(py, progress, move || stages::identify(&log, &options))?;
     Ok((found.json(), Traces::new(found.traces().clone())))
-}
-
-/// The R factor of logs: its document.
-#[pyfunction]
-fn accumulate(
-    py: Python<'_>,
-    files: Option<Vec<PathBuf>>,
-    tables: Option<&Bound<'_, PyList>>,
-    keywords: &Bound<'_, PyDict>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<String> {
-    let options = options::of_keywords("accumulate", keywords)?;
-    let source = source(files, tables)?;
-    work::done(py, progress, move || stages::accumulate(source, &options))
-}
-
-/// The R factor of several: its document.
-#[pyfunction]
-fn merge(py: Python<'_>, documents: Documents) -> PyResult<String> {
-    work::done(py, None, move || stages::merge(&documents))
-}
-
-/// Identifies the plant of R factors: its document.
-#[pyfunction]
-fn identify_accumulated(
-    py: Python<'_>,
-    documents: Documents,
-    keywords: &Bound<'_, PyDict>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<String> {
-    let options = options::of_keywords("identify", keywords)?;
-    work::done(py, progress, move || stages::identify_accumulated(&documents, &options))
 }
 
 /// Designs a controller: its document.

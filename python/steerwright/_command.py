@@ -33,7 +33,7 @@ def run(
     command: str, positional: Iterable[Any], options: dict[str, Any], stacklevel: int = 3
 ) -> Outcome:
     """Runs a subcommand with keyword arguments as options."""
-    words = [*_native.words(command, options), "--json", "--"]
+    words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--"]
     arguments = [*PROGRAM, command, *words, *(os.fspath(item) for item in positional)]
     errors: list[dict[str, Any]] = []
     other: list[str] = []

@@ -4,6 +4,22 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Drives",
+    "Log",
+    "Traces",
+    "__version__",
+    "describe",
+    "design",
+    "figures_of_controller",
+    "figures_of_plant",
+    "identify",
+    "main",
+    "page_of_plant",
+    "read",
+    "words",
+    "yaw_step",
+]
 __version__: str
 
 _Progress = Callable[[str, int, int], None] | None
@@ -71,6 +87,31 @@ class Traces:
     def is_validation(self) -> NDArray[np.bool_]:
         """Whether the sample is validation data."""
 
+@final
+class Drives:
+    """Accumulated drives; none at the start."""
+
+    def __new__(cls) -> Drives: ...
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is accumulated."""
+    def add(
+        self,
+        files: list[str] | None,
+        tables: _Tables,
+        keywords: dict[str, Any],
+        progress: _Progress,
+    ) -> None:
+        """Adds logs."""
+    def load(self, document: str, file: str) -> None:
+        """Adds the drives of a document."""
+    def merge(self, other: Drives) -> None:
+        """Adds what another has accumulated."""
+    def json(self) -> str:
+        """The document."""
+    def identify(self, keywords: dict[str, Any], progress: _Progress) -> str:
+        """Identifies the plant: its document."""
+
 def main(arguments: list[str], program: list[str]) -> int: ...
 def describe(
     subcommand: str,
@@ -80,13 +121,6 @@ def read(
     files: list[str] | None, tables: _Tables, keywords: dict[str, Any], progress: _Progress
 ) -> Log: ...
 def identify(log: Log, keywords: dict[str, Any], progress: _Progress) -> tuple[str, Traces]: ...
-def accumulate(
-    files: list[str] | None, tables: _Tables, keywords: dict[str, Any], progress: _Progress
-) -> str: ...
-def merge(documents: list[tuple[str, str]]) -> str: ...
-def identify_accumulated(
-    documents: list[tuple[str, str]], keywords: dict[str, Any], progress: _Progress
-) -> str: ...
 def design(document: str, file: str, keywords: dict[str, Any], progress: _Progress) -> str: ...
 def yaw_step(document: str, controller: str, until_s: float) -> list[NDArray[np.float64]]: ...
 def figures_of_plant(document: str, traces: Traces) -> list[tuple[str, str]]: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -23,6 +24,12 @@ OUTPUTS = {
 """Options for files that the command line writes, where a function returns an object instead."""
 
 
+def in_python(text: str) -> str:
+    """A text of the command line with the names of keywords, on one line."""
+    text = re.sub(r"--([a-z][a-z-]*)", lambda m: m[1].replace("-", "_"), text)
+    return " ".join(text.split())
+
+
 def lines(command: str, without: set[str] = OUTPUTS) -> list[str]:
     """The options of a subcommand as text, one paragraph each."""
     found = []
@@ -32,7 +39,7 @@ def lines(command: str, without: set[str] = OUTPUTS) -> list[str]:
         kind = "|".join(values) or value or "True"
         kind += ", repeated in a list" if repeated else ""
         kind += f"; default {default}" if default else ""
-        found.append(f"{name.replace('-', '_')}: {kind}\n    {' '.join(text.split())}")
+        found.append(f"{name.replace('-', '_')}: {kind}\n    {in_python(text)}")
     return found
 
 

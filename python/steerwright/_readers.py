@@ -17,6 +17,11 @@ from ._errors import Error
 Tables = list[tuple[str, dict[str, Any]]]
 
 
+def converted(file: FilePath, folder: FilePath) -> FilePath:
+    """The file, or one in the folder that the package reads itself."""
+    return bus(file, folder) if file.suffix.lower() == ".blf" and _starts(file, b"LOGG") else file
+
+
 def tables(file: FilePath) -> Tables | None:
     """The tables of a file; `None` where the package reads it without another library."""
     for (ending, start), reader in READERS.items():
@@ -79,12 +84,14 @@ def tdms(file: FilePath) -> Tables:
     return _complete(list(found.values()))
 
 
-def blf_bus(file: FilePath) -> Tables:
-    """Vector's BLF has frames of a bus, whose decoding needs a database."""
-    raise Error(
-        f"{file}: BLF files hold frames of a bus",
-        "convert it: python -m can.logconvert drive.blf drive.asc, and read drive.asc with dbc=",
-    )
+def bus(file: FilePath, folder: FilePath) -> FilePath:
+    """Frames of Vector's BLF as the text that candump writes, by python-can; decoded with the option `dbc`."""
+    can = _library("can", file)
+    converted = folder / f"{file.stem}.log"
+    with can.LogReader(file) as frames, can.CanutilsLogWriter(converted) as writer:
+        for frame in frames:
+            writer.on_message_received(frame)
+    return converted
 
 
 def mat(file: FilePath) -> Tables:
@@ -204,7 +211,6 @@ def _complete(found: Tables) -> Tables:
 
 READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
     (".tdms", b"TDSm"): tdms,
-    (".blf", b"LOGG"): blf_bus,
     (".mat", b""): mat,
     (".bag", b"#ROSBAG V2.0"): bag,
     (".db3", b"SQLite format 3"): bag,

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import types
 import typing
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_KINDS: dict[type, dict[str, Any]] = {}
+"""The types of the attributes of each class."""
+
 
 class Record:
     """A JSON object whose keys are attributes. Arrays of numbers are NumPy arrays, which are read-only."""
 
     __slots__ = ("_read", "_values")
-    _hints: ClassVar[dict[str, Any]]
 
     def __init__(self, values: dict[str, Any]) -> None:
         self._values = values
@@ -24,10 +26,10 @@ class Record:
 
     @classmethod
     def _kinds(cls) -> dict[str, Any]:
-        if "_hints" not in cls.__dict__:
+        if cls not in _KINDS:
             hints = typing.get_type_hints(cls)
-            cls._hints = {name: kind for name, kind in hints.items() if not name.startswith("_")}
-        return cls._hints
+            _KINDS[cls] = {name: kind for name, kind in hints.items() if not name.startswith("_")}
+        return _KINDS[cls]
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name not in self._kinds():
@@ -38,7 +40,8 @@ class Record:
 
     def to_dict(self) -> dict[str, Any]:
         """A copy as dicts and lists, as `json` reads it."""
-        return _copied(self._values)
+        copied: dict[str, Any] = _copied(self._values)
+        return copied
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._kinds()})

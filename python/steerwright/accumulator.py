@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path as FilePath
@@ -33,32 +34,23 @@ class Accumulator:
     def __init__(self, **options: Unpack[AccumulateOptions]) -> None:
         _native.words("accumulate", dict(options))
         self._options = options
-        self._text: str | None = None
-        self._name = "drives.rfactor"
+        self._drives = _native.Drives()
 
     def add(self, log: Source | Sequence[Source]) -> Accumulator:
         """Adds logs: files or tables, each a drive; read in pieces, in memory that does not grow with them."""
-        files, tables = files_and_tables(log)
-        with _progress.shown() as progress:
-            text = _native.accumulate(files, tables, dict(self._options), progress)
-        self._include(text)
+        with files_and_tables(log) as (files, tables), _progress.shown() as progress:
+            self._drives.add(files, tables, dict(self._options), progress)
         return self
 
     def merge(self, other: Accumulator) -> Accumulator:
         """Adds what another has accumulated."""
-        self._include(other._document()[1])
+        self._drives.merge(other._filled())
         return self
-
-    def _include(self, text: str) -> None:
-        own = [] if self._text is None else [(self._name, self._text)]
-        self._text = _native.merge([*own, ("merged", text)])
 
     @property
     def summary(self) -> AccumulatedDrives:
         """The document: samples, channels, sources, options."""
-        import json
-
-        return AccumulatedDrives(json.loads(self._document()[1]))
+        return AccumulatedDrives(json.loads(self.to_json()))
 
     @property
     def samples(self) -> int:
@@ -68,7 +60,7 @@ class Accumulator:
 
     def to_json(self) -> str:
         """The document that ``steerwright accumulate`` writes."""
-        return self._document()[1]
+        return self._filled().json()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the R factor, for ``identify`` or another process."""
@@ -78,14 +70,13 @@ class Accumulator:
     def load(cls, path: str | os.PathLike[str]) -> Accumulator:
         """Reads an R factor."""
         found = cls()
-        found._name = os.fspath(path)
-        found._text = _native.merge([(found._name, FilePath(path).read_text("utf-8"))])
+        found._drives.load(FilePath(path).read_text("utf-8"), os.fspath(path))
         return found
 
-    def _document(self) -> tuple[str, str]:
-        if self._text is None:
+    def _filled(self) -> _native.Drives:
+        if self._drives.is_empty:
             raise Error("nothing is accumulated", "add a log first")
-        return self._name, self._text
+        return self._drives
 
     def __repr__(self) -> str:
-        return "<Accumulator: empty>" if self._text is None else f"<Accumulator: {self.samples} samples>"
+        return "<Accumulator: empty>" if self._drives.is_empty else f"<Accumulator: {self.samples} samples>"

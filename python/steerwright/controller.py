@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from . import _native, _progress, documents
 from ._errors import Error
@@ -87,16 +87,15 @@ def design(
 
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
-    if not isinstance(model, (Plant, Bicycle)):
-        model = load_model(model)
+    of = model if isinstance(model, (Plant, Bicycle)) else load_model(model)
     with _progress.shown() as progress:
-        text = _native.design(model.to_json(), model._file, dict(options), progress)
-    return Controller(text, model=model)
+        text = _native.design(of.to_json(), of._file, dict(options), progress)
+    return Controller(text, model=of)
 
 
-def load_model(path: str | os.PathLike[str]) -> Any:
+def load_model(path: str | os.PathLike[str]) -> Plant | Bicycle:
     """The plant or bicycle in a file."""
     with open(path, encoding="utf-8") as file:
         text = file.read()
-    kind = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
+    kind: type[Plant | Bicycle] = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
     return kind(text, file=os.fspath(path))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from . import _native, _progress
 from ._errors import Error, Warning
@@ -35,7 +35,7 @@ def identify(
     keywords: dict[str, Any] = dict(options)
     if isinstance(log, Accumulator):
         with _progress.shown() as progress:
-            text = _native.identify_accumulated([log._document()], keywords, progress)
+            text = log._filled().identify(keywords, progress)
         return _warned(Plant(text), ())
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
@@ -47,7 +47,7 @@ def identify(
             raise Error(f"{wrong[0]}: the log is read already", "pass it to steerwright.read")
     with _progress.shown() as progress:
         text, traces = _native.identify(log, keywords, progress)
-    kind = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
+    kind: type[Plant | Bicycle] = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
     return _warned(kind(text, traces=traces), log.warnings)
 
 
@@ -59,12 +59,16 @@ def identify_bicycle(
     The options are those of :func:`identify`, of which ``mass``, ``wheelbase`` and ``front_share`` are the
     bicycle's own.
     """
-    found = identify(log, **{**options, "structure": "bicycle"})  # type: ignore[typeddict-item]
+    options["structure"] = "bicycle"
+    found = identify(log, **options)
     assert isinstance(found, Bicycle)
     return found
 
 
-def _warned(model: Any, known: Sequence[str]) -> Any:
+M = TypeVar("M", Plant, Bicycle, "Plant | Bicycle")
+
+
+def _warned(model: M, known: Sequence[str]) -> M:
     """The model, with its warnings but for those that the reader has given."""
     evidence = model.evidence
     for warning in evidence.warnings if evidence is not None else ():

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from ._native import Traces
 
 
+TRIES = 20
+"""Draws for each model of a sample: some of an uncertain plant are unstable."""
+
+
 class Document:
     """A JSON document, kept as it was written."""
 
@@ -236,10 +240,12 @@ class Plant(Document, documents.Plant):
         for k in range(count):
             yaw_rate[k] = (self.C @ states + self.D)[0, 0]
             states = self.A @ states + self.B
-        return Response(np.arange(count) * self.sample_time, yaw_rate)
+        return Response(np.arange(count, dtype=np.float64) * self.sample_time, yaw_rate)
 
     def sample(self, n: int, seed: int = 0) -> list[Model]:
         """``n`` models drawn from the uncertainty of the estimate, in the basis of this one's states.
+
+        As in the design, unstable ones are drawn again, so they are of the distribution of stable models.
 
         Raises :class:`Error` where the uncertainty was not estimated.
         """
@@ -249,17 +255,27 @@ class Plant(Document, documents.Plant):
                 "identify from a log with more excitation, or accept the nominal model",
             )
         directions = self.uncertainty.directions
-        drawn = np.random.default_rng(seed).standard_normal((n, len(directions))) @ directions
-        nominal = Model(self.A, self.B, self.C, self.D, self.K)
-        models = []
-        for change in drawn:
-            matrices, start = [], 0
-            for matrix in nominal:
-                end = start + matrix.size
-                matrices.append(matrix + change[start:end].reshape(matrix.shape))
-                start = end
-            models.append(Model(*matrices))
-        return models
+        rng = np.random.default_rng(seed)
+        models: list[Model] = []
+        for _ in range(TRIES * n):
+            if len(models) == n:
+                return models
+            model = self._moved(rng.standard_normal(len(directions)) @ directions)
+            if np.abs(np.linalg.eigvals(model.A)).max() < 1.0:
+                models.append(model)
+        raise Error(
+            f"{self.name}: of {TRIES * n} models drawn, {len(models)} are stable, not {n}",
+            "identify from a log with more excitation, which determines the poles",
+        )
+
+    def _moved(self, change: Array) -> Model:
+        """The model with a change of the entries of A, B, C, D, K, each row by row."""
+        matrices, start = [], 0
+        for matrix in (self.A, self.B, self.C, self.D, self.K):
+            end = start + matrix.size
+            matrices.append(matrix + change[start:end].reshape(matrix.shape))
+            start = end
+        return Model(*matrices)
 
     def figures(self) -> dict[str, str]:
         """The figures of the report as SVG, by name; without the traces none.

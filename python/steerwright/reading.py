@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import tempfile
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Union
 
@@ -26,31 +28,33 @@ Source = Union[str, "os.PathLike[str]", Table, Any]
 """A file, or a table."""
 
 
+@contextlib.contextmanager
 def files_and_tables(
     source: Source | Sequence[Source],
-) -> tuple[list[str] | None, list[tuple[str, dict[str, Any]]] | None]:
+) -> Iterator[tuple[list[str] | None, list[tuple[str, dict[str, Any]]] | None]]:
     """The files, or the tables of a source; files that other libraries read are read here."""
     from . import _readers
 
     sources = list(source) if isinstance(source, (list, tuple)) else [source]
     files: list[str] = []
     tables: list[tuple[str, dict[str, Any]]] = []
-    for index, one in enumerate(sources):
-        if isinstance(one, (str, os.PathLike)):
-            read = _readers.tables(FilePath(one))
-            if read is None:
-                files.append(os.fspath(one))
+    with tempfile.TemporaryDirectory(prefix="steerwright-") as folder:
+        for index, one in enumerate(sources):
+            if isinstance(one, (str, os.PathLike)):
+                read = _readers.tables(FilePath(one))
+                if read is None:
+                    files.append(os.fspath(_readers.converted(FilePath(one), FilePath(folder))))
+                else:
+                    tables += read
             else:
-                tables += read
-        else:
-            name = "table" if len(sources) == 1 else f"table {index + 1}"
-            tables.append((name, columns(one)))
-    if files and tables:
-        raise Error(
-            "files and tables are mixed",
-            "read the files into tables, or write the tables as files: Parquet, CSV",
-        )
-    return (None, tables) if tables else (files, None)
+                name = "table" if len(sources) == 1 else f"table {index + 1}"
+                tables.append((name, columns(one)))
+        if files and tables:
+            raise Error(
+                "files and tables are mixed",
+                "read the files into tables, or write the tables as files: Parquet, CSV",
+            )
+        yield (None, tables) if tables else (files, None)
 
 
 def columns(table: Any) -> dict[str, Any]:
@@ -84,12 +88,7 @@ def columns(table: Any) -> dict[str, Any]:
 
 def _numbers(values: Any) -> Any:
     """One-dimensional float64, contiguous; `None` for what is no number or time."""
-    if hasattr(values, "to_numpy"):
-        try:
-            values = values.to_numpy(dtype=float, na_value=np.nan)
-        except (TypeError, ValueError):
-            values = values.to_numpy()
-    array = np.asarray(values)
+    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
     if array.dtype.kind == "M":
         missing = np.isnat(array)
         array = array.astype("datetime64[ns]").astype(np.int64) * 1e-9
@@ -98,12 +97,16 @@ def _numbers(values: Any) -> Any:
         array = array / np.timedelta64(1, "s")
     if array.dtype.kind == "O":
         try:
-            array = np.array([np.nan if item is None else item for item in array], dtype=float)
+            array = np.array([_number(item) for item in array], dtype=float)
         except (TypeError, ValueError):
             return None
     if array.dtype.kind not in "fiub" or array.ndim != 1:
         return None
     return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _number(item: Any) -> float:
+    return np.nan if item is None or type(item).__name__ in ("NAType", "NaTType") else float(item)
 
 
 @documented("read")
@@ -119,8 +122,7 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
 
     Raises :class:`Error` with the file, line and column of the fault and a hint.
     """
-    files, tables = files_and_tables(source)
-    with _progress.shown() as progress:
+    with files_and_tables(source) as (files, tables), _progress.shown() as progress:
         log = _native.read(files, tables, dict(options), progress)
     for warning in log.warnings:
         warnings.warn(warning, Warning, stacklevel=2)

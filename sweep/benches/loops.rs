@@ -55,6 +55,7 @@ fn time(plant: &str, runs: usize, threads: usize, folder: &Path, out: &Path) -> 
     let finished = sweep
         .run(&Options {
             results: out,
+            runs: None,
             threads: Some(threads),
             resume: false,
             overwrite: true,

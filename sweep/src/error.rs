@@ -35,6 +35,12 @@ pub enum Error {
     Resume { path: PathBuf, problem: String },
     #[error("{}: holds the first {rows} of {runs} runs of this study", path.display())]
     Unfinished { path: PathBuf, rows: usize, runs: usize },
+    #[error("{}: is no piece of this study: {problem}", path.display())]
+    Piece { path: PathBuf, problem: String },
+    #[error("runs {from} to {to} of {runs} are in no piece")]
+    Missing { from: usize, to: usize, runs: usize },
+    #[error("runs {from} to {to} are in {} and in {}", first.display(), second.display())]
+    Twice { first: PathBuf, second: PathBuf, from: usize, to: usize },
     #[error("run {run} does not exist: the study has {runs} runs, from 0")]
     NoSuchRun { run: usize, runs: usize },
     #[error("no process can be started for the FMUs: {reason}")]
@@ -58,6 +64,11 @@ impl Error {
                 "resume with the study, FMUs and program that the file was begun with, or start \
                  again without --resume"
             }
+            Self::Piece { .. } => {
+                "merge pieces that were made with this study, its FMUs and this version of the program"
+            }
+            Self::Missing { .. } => "make the shard that has these runs, and merge all pieces",
+            Self::Twice { .. } => "merge each run once: pieces of one number of shards, each once",
             Self::Unfinished { .. } => "continue with --resume, or replace it with --force",
             Self::NoSuchRun { .. } => "name runs that the study has",
             Self::Process { .. } => "see its messages above; or run without --isolate",

@@ -6,6 +6,7 @@ use crate::plan::Plan;
 use crate::prepare::Sweep;
 use crate::results::{row, shortest};
 use crate::rig::{Ended, Rig};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -16,6 +17,8 @@ use steerwright_host::{Error as HostError, Status};
 pub struct Options<'a> {
     /// The results file; `-` is stdout.
     pub results: &'a Path,
+    /// The runs to make; by default all. The results then hold these only.
+    pub runs: Option<Range<usize>>,
     /// Threads; by default as many as there are cores.
     pub threads: Option<usize>,
     /// Go on with the results file, if it is there.

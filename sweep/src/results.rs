@@ -12,6 +12,7 @@ use crate::plan::Plan;
 use crate::prepare::Sweep;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What is printed to goes on where it is: opened by its name, a redirected file would be truncated.
@@ -45,7 +46,7 @@ impl Results {
             && is_file
             && let Ok(file) = File::open(path)
         {
-            let (rows, _, _) = read(sweep, file, path).unwrap_or_default();
+            let (rows, _, _) = read(sweep, 0, file, path).unwrap_or_default();
             if !rows.is_empty() && rows.len() < sweep.runs() {
                 let (rows, runs) = (rows.len(), sweep.runs());
                 return Err(Error::Unfinished { path: path.to_path_buf(), rows, runs });
@@ -61,14 +62,18 @@ impl Results {
     }
 
     /// Goes on with a file, or begins one that is not there; returns its rows.
-    pub(crate) fn resume(sweep: &Sweep, path: &Path) -> Result<(Self, Vec<Outcome>), Error> {
+    pub(crate) fn resume(
+        sweep: &Sweep,
+        runs: &Range<usize>,
+        path: &Path,
+    ) -> Result<(Self, Vec<Outcome>), Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
         // Neither stdout, nor what is not there, nor a device holds results.
         if path == Path::new("-") || !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
             return Ok((Self::create(sweep, path, true)?, Vec::new()));
         }
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
-        let (rows, end, has_header) = read(sweep, &mut file, path)?;
+        let (rows, end, has_header) = read(sweep, runs.start, &mut file, path)?;
         file.set_len(end).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
         if !has_header {
@@ -127,9 +132,15 @@ fn line(cells: &[String]) -> Vec<u8> {
 }
 
 /// The content of a file: its rows, where the last whole one ends, and whether its header is whole.
-type Held = (Vec<Outcome>, u64, bool);
+pub(crate) type Held = (Vec<Outcome>, u64, bool);
 
-fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> {
+/// The rows of consecutive runs, of which `first` is the first.
+pub(crate) fn read(
+    sweep: &Sweep,
+    first: usize,
+    mut file: impl Read,
+    path: &Path,
+) -> Result<Held, Error> {
     let bad = |problem: String| Error::Resume { path: path.to_path_buf(), problem };
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)
@@ -151,7 +162,7 @@ fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> 
     }
     let mut rows = Vec::new();
     for record in records {
-        let number = rows.len();
+        let number = first + rows.len();
         let record = record.map_err(|e| bad(format!("row of run {number}: {e}")))?;
         rows.push(outcome(sweep, number, &record).map_err(bad)?);
     }

@@ -15,6 +15,7 @@ use crate::rig::Rig;
 use crate::summary::Summary;
 use crate::watch::Watch;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
@@ -45,19 +46,20 @@ impl Sweep {
         if let Some(&run) = wanted.iter().find(|run| **run >= self.runs()) {
             return Err(Error::NoSuchRun { run, runs: self.runs() });
         }
+        let runs = options.runs.clone().unwrap_or(0..self.runs());
         let (mut results, mut outcomes) = if options.resume {
-            Results::resume(self, options.results)?
+            Results::resume(self, &runs, options.results)?
         } else {
             (Results::create(self, options.results, options.overwrite)?, Vec::new())
         };
         let resumed = outcomes.len();
         (options.progress)(resumed);
-        let threads = self.threads(options, self.runs() - resumed);
+        let threads = self.threads(options, runs.len() - resumed);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .map_err(|e| Error::Threads { reason: e.to_string() })?;
-        let next = AtomicUsize::new(resumed);
+        let next = AtomicUsize::new(runs.start + resumed);
         let ending = AtomicBool::new(false);
         let watch = Watch::new(options.timeout, threads);
         let (sender, receiver) = mpsc::channel();
@@ -66,7 +68,7 @@ impl Sweep {
             scope.spawn_broadcast(|_, context| {
                 // Sent also where a panic ends the thread.
                 let _end = AtEnd(&sender);
-                self.work(options, &next, &ending, &sender, (&watch, context.index()));
+                self.work(options, runs.end, &next, &ending, &sender, (&watch, context.index()));
             });
             let mut waiting = BTreeMap::new();
             let mut running = threads;
@@ -91,7 +93,7 @@ impl Sweep {
                         waiting.insert(run, (outcome, bytes));
                     }
                 }
-                while let Some((outcome, bytes)) = waiting.remove(&outcomes.len()) {
+                while let Some((outcome, bytes)) = waiting.remove(&(runs.start + outcomes.len())) {
                     if result.is_ok() {
                         result = results.append(&bytes);
                     }
@@ -108,8 +110,8 @@ impl Sweep {
             result
         });
         written?;
-        self.earlier_trajectories(options, resumed)?;
-        let summary = Summary::of(self, &outcomes);
+        self.earlier_trajectories(options, runs.start..runs.start + resumed)?;
+        let summary = Summary::of(self, runs.start, &outcomes);
         Ok(Finished { resumed, rows: outcomes.len(), threads, fatal, summary })
     }
 
@@ -130,6 +132,7 @@ impl Sweep {
     fn work(
         &self,
         options: &Options<'_>,
+        end: usize,
         next: &AtomicUsize,
         ending: &AtomicBool,
         sender: &mpsc::Sender<Message>,
@@ -139,7 +142,7 @@ impl Sweep {
         let ending_now = || options.stop.load(Ordering::Relaxed) || ending.load(Ordering::Relaxed);
         while !ending_now() {
             let run = next.fetch_add(1, Ordering::Relaxed);
-            if run >= self.runs() {
+            if run >= end {
                 break;
             }
             let made = maker.make(self, options, run, Some((watch, thread)));
@@ -162,10 +165,14 @@ impl Sweep {
     }
 
     /// Trajectories of runs that an earlier call made; their rows have what they ended with.
-    fn earlier_trajectories(&self, options: &Options<'_>, resumed: usize) -> Result<(), Error> {
+    fn earlier_trajectories(
+        &self,
+        options: &Options<'_>,
+        resumed: Range<usize>,
+    ) -> Result<(), Error> {
         let Some((_, runs)) = &options.trajectories else { return Ok(()) };
         let mut maker = Maker::new(self, options);
-        for &run in runs.iter().filter(|run| **run < resumed) {
+        for &run in runs.iter().filter(|run| resumed.contains(run)) {
             maker.make(self, options, run, None)?;
         }
         Ok(())

@@ -87,7 +87,8 @@ pub struct MetricSummary {
 }
 
 impl Summary {
-    pub(crate) fn of(sweep: &Sweep, outcomes: &[Outcome]) -> Self {
+    /// Of consecutive runs, of which `first` is the first.
+    pub(crate) fn of(sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> Self {
         let plan = &sweep.plan;
         let errors: Vec<&String> = outcomes
             .iter()
@@ -103,7 +104,7 @@ impl Summary {
             errors: errors.len(),
             first_error: errors.first().map(|text| (*text).clone()),
             outcomes: outcomes_of(&classes),
-            failures: failures(sweep, &classes),
+            failures: failures(sweep, first, &classes),
             passed: plan.requires().then(|| Requirement::of(passed, outcomes.len())),
             metrics: metrics.map(|(i, m)| MetricSummary::of(m, i, outcomes)).collect(),
         }
@@ -122,9 +123,10 @@ fn outcomes_of(classes: &[Class]) -> Vec<ClassSummary> {
     all.into_iter().filter(|o| o.runs > 0).collect()
 }
 
-fn failures(sweep: &Sweep, classes: &[Class]) -> Vec<FailureSummary> {
+fn failures(sweep: &Sweep, first: usize, classes: &[Class]) -> Vec<FailureSummary> {
     let varied = &sweep.plan.varied;
-    let draws: Vec<Vec<f64>> = (0..classes.len()).map(|run| sweep.plan.quantities(run)).collect();
+    let draws: Vec<Vec<f64>> =
+        (first..first + classes.len()).map(|run| sweep.plan.quantities(run)).collect();
     let column = |(k, v): (usize, &crate::plan::Varied)| Column {
         name: v.name.clone(),
         values: draws.iter().map(|values| values[k]).collect(),

@@ -132,6 +132,7 @@ pub(crate) fn run_with(
     let stop = AtomicBool::new(false);
     sweep.run(&Options {
         results: out,
+        runs: None,
         threads: Some(how.threads.max(1)),
         resume: how.resume,
         overwrite: false,

@@ -113,13 +113,29 @@ impl Accumulated {
         })
     }
 
-    /// Adds what another has accumulated.
+    /// Adds what another has accumulated, and returns whether it did: where all logs of one are in the other,
+    /// each counts once, and the larger stays.
     ///
     /// # Errors
     /// [`Error::Differ`] where the two were made by another version or with other options, and
-    /// [`steerwright_drivelog::Error::RepeatedDrive`] where one log is in both.
-    pub fn merge(&mut self, other: Self) -> Result<(), Error> {
+    /// [`steerwright_drivelog::Error::RepeatedDrive`] where they share some of their logs: those cannot be removed
+    /// from one.
+    pub fn merge(&mut self, other: Self) -> Result<bool, Error> {
         self.check_same(&other)?;
+        let has =
+            |a: &Self, source: &SourceFile| a.sources.iter().any(|s| s.sha256 == source.sha256);
+        if other.sources.iter().all(|source| has(self, source)) {
+            return Ok(false);
+        }
+        if self.sources.iter().all(|source| has(&other, source)) {
+            *self = other;
+            return Ok(false);
+        }
+        if let Some(source) = other.sources.iter().find(|source| has(self, source)) {
+            let mine = self.sources.iter().find(|s| s.sha256 == source.sha256).unwrap_or(source);
+            let (first, second) = (mine.name.clone(), source.name.clone());
+            return Err(steerwright_drivelog::Error::RepeatedDrive { first, second }.into());
+        }
         self.estimation.merge(other.estimation)?;
         self.validation.merge(other.validation)?;
         self.spectra.merge(&other.spectra);
@@ -154,7 +170,7 @@ impl Accumulated {
             }
         }
         self.sources.extend(other.sources);
-        Ok(())
+        Ok(true)
     }
 
     fn check_same(&self, other: &Self) -> Result<(), Error> {
@@ -162,12 +178,6 @@ impl Accumulated {
             let (first, second) = (self.name.clone(), other.name.clone());
             Err(Error::Differ { first, second, problem })
         };
-        for source in &other.sources {
-            if let Some(mine) = self.sources.iter().find(|s| s.sha256 == source.sha256) {
-                let (first, second) = (mine.name.clone(), source.name.clone());
-                return Err(steerwright_drivelog::Error::RepeatedDrive { first, second }.into());
-            }
-        }
         if self.version != other.version {
             return differ(format!("versions {} and {}", self.version, other.version));
         }
@@ -216,7 +226,13 @@ impl Accumulated {
         &self.channels
     }
 
-    /// Warnings of the reader.
+    /// The name of the first log.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Warnings of the readers, each once.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings

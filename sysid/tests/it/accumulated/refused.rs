@@ -26,7 +26,26 @@ fn states_that_differ_are_refused_with_what_differs() {
     let mut file = with(&|_| ()).to_file();
     file.provenance.version = "0.0.7".into();
     refused(Accumulated::from_file(&file.sealed(), "b.rfactor").unwrap(), "0.0.7");
-    let repeated = one.clone().merge(accumulated(&text)).unwrap_err();
+}
+
+#[test]
+fn a_log_that_is_in_both_counts_once() {
+    let [one, two, three] = [1, 2, 3].map(|seed| accumulated(&csv(seed, 6_000)));
+    let merged = |parts: [&Accumulated; 2]| {
+        let mut all = parts[0].clone();
+        let added = all.merge(parts[1].clone()).unwrap();
+        (all, added)
+    };
+    let (both, added) = merged([&one, &two]);
+    assert!(added);
+    for parts in [[&both, &one], [&one, &both], [&both, &both], [&two, &both]] {
+        let (all, added) = merged(parts);
+        assert!(!added);
+        assert_eq!(all.to_file(), both.to_file());
+    }
+    // What they share cannot be removed from either.
+    let (others, _) = merged([&two, &three]);
+    let repeated = both.clone().merge(others).unwrap_err();
     assert!(
         matches!(repeated, Error::Log(steerwright_drivelog::Error::RepeatedDrive { .. })),
         "{repeated}"

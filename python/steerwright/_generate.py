@@ -1,0 +1,121 @@
+"""Writes `options.py`: the options of each function, typed. Run by `cargo xtask python --update`."""
+
+from __future__ import annotations
+
+import sys
+
+from . import _native
+from ._options import OUTPUTS, in_python
+
+COMMANDS = {
+    "read": OUTPUTS,
+    "identify": OUTPUTS,
+    "accumulate": OUTPUTS,
+    "design": OUTPUTS,
+    "path": OUTPUTS,
+    "inspect": OUTPUTS,
+    "package": {"force", "json"},
+    "check": {"force", "json"},
+    "compare": {"force", "json"},
+    "build": {"force", "json"},
+    "sweep": {"force", "json", "serve"},
+    "simulate": OUTPUTS | {"input"},
+}
+"""Each function, and the options of the command line that it has not."""
+
+BASES = {"read", "identify", "design"}
+"""Those whose options others include."""
+
+HEAD = '''"""The options of each function. Generated from those of the command line by `cargo xtask python --update`.
+
+Numbers are in SI units and radians, shares are fractions; texts are as on the command line, such as `"22deg"`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict, Union
+
+Quantity = Union[float, str]
+"""A number in SI units, or a text with its unit."""
+File = Union[str, "os.PathLike[str]"]
+'''
+
+NUMBERS = {
+    "TIME", "ANGLE", "RATE", "LENGTH", "SPEED", "ACCELERATION", "PER_SECOND", "SHARE", "GAIN", "MARGIN",
+}
+WHOLE = {"N", "RUNS"}
+PLAIN = {"R", "KG", "M"}
+OBJECTS = {("compare", "pid"), ("path", "pid"), ("path", "plant")}
+
+
+def kind_of(command: str, name: str, value: str | None, values: list[str], repeated: bool) -> str:
+    if value is None:
+        return "bool"
+    first, *others = value.split("|")
+    if (command, name) in OBJECTS:
+        kind = "Any"
+    elif values:
+        kind = f"Literal[{', '.join(repr(item).replace(chr(39), chr(34)) for item in values)}]"
+    elif first in NUMBERS:
+        kind = "Quantity"
+    elif first in WHOLE:
+        kind = "Union[int, str]" if others else "int"
+    elif first in PLAIN:
+        kind = "float"
+    elif first.startswith("FROM.."):
+        kind = "Union[tuple[float, float], str]"
+    elif "=" in value and repeated:
+        return "Union[Mapping[str, Any], Sequence[str], str]"
+    elif others and first.islower():
+        literals = ", ".join(f'"{item}"' for item in (first, *others))
+        kind = f"Union[Literal[{literals}], bool]" if "on" in others else f"Literal[{literals}]"
+    elif any(part in value for part in ("FILE", "CSV", "TOML", "DIR", "FMU", "SSP", "json", "HTML", "toml")):
+        kind = "File"
+    else:
+        kind = "str"
+    if repeated or first == "RUNS":
+        return f"Union[{kind}, Sequence[{kind}]]"
+    return kind
+
+
+def module() -> str:
+    text = HEAD
+    written: dict[str, set[str]] = {}
+    for command, without in COMMANDS.items():
+        described = [option for option in _native.describe(command) if option[0] not in without]
+        names = {option[0] for option in described}
+        bases: list[str] = []
+        inherited: set[str] = set()
+        for other, known in sorted(written.items(), key=lambda item: -len(item[1])):
+            if other not in BASES:
+                continue
+            if known <= names and not known <= inherited and not known & inherited:
+                bases.append(f"{other.title()}Options")
+                inherited |= known
+        written[command] = names
+        bases = bases or ["TypedDict"]
+        text += f'\n\nclass {command.title()}Options({", ".join(bases)}, total=False):\n'
+        text += f'    """The options of `{command}`."""\n\n'
+        for name, value, values, repeated, default, help_text in described:
+            if name in inherited:
+                continue
+            text += f"    {name.replace('-', '_')}: {kind_of(command, name, value, values, repeated)}\n"
+            explained = in_python(help_text).replace("\\", "\\\\")
+            explained += f" (default {default})" if default else ""
+            text += wrapped(explained.rstrip("."))
+    return text
+
+
+def wrapped(text: str) -> str:
+    lines = ['    """']
+    for word in text.split(" "):
+        if len(lines[-1]) + len(word) > 104:
+            lines.append("    ")
+        lines[-1] += word if lines[-1].endswith(('"""', "    ")) else f" {word}"
+    return "\n".join(lines) + '."""\n'
+
+
+if __name__ == "__main__":
+    sys.stdout.write(module())

@@ -1,0 +1,367 @@
+"""The options of each function. Generated from those of the command line by `cargo xtask python --update`.
+
+Numbers are in SI units and radians, shares are fractions; texts are as on the command line, such as `"22deg"`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict, Union
+
+Quantity = Union[float, str]
+"""A number in SI units, or a text with its unit."""
+File = Union[str, "os.PathLike[str]"]
+
+
+class ReadOptions(TypedDict, total=False):
+    """The options of `read`."""
+
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+    input_channel: str
+    """Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
+    reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several topics or
+    messages, "A + 0.1 * B" combines channels of one of these."""
+    output_channel: str
+    """Channel of the yaw rate, or of the yaw, which is then differenced; recognised by its name by
+    default."""
+    speed_channel: str
+    """Channel of the speed; recognised by its name by default, and optional."""
+    steering_full_scale: Quantity
+    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    taken as it is."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    drive: Union[File, Sequence[File]]
+    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    drive, and all other files are channels of one drive."""
+    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    speed_window: Union[tuple[float, float], str]
+    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    (m/s) or 50km/h..60km/h."""
+    sample_time: Quantity
+    """Sample time of the merged log; by default chosen from the log's rate."""
+    intersample: Literal["auto", "zoh", "foh", "bl"]
+    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
+    max_gap: Quantity
+    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
+    gnss_latency: Quantity
+    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
+    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    is stated."""
+    antenna_x: Quantity
+    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
+
+
+class IdentifyOptions(ReadOptions, total=False):
+    """The options of `identify`."""
+
+    method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
+    """Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data;
+    auto decides by a test for feedback (default auto)."""
+    order: Union[int, str]
+    """Order of the model (default auto)."""
+    max_order: int
+    """Highest order among which `order auto` chooses (default 8)."""
+    horizon: Union[int, str]
+    """Block rows of the Hankel matrices (default auto)."""
+    model_input: Literal["steering", "steering*speed"]
+    """Input of the model: the steering angle, or its product with the speed (default steering)."""
+    delay: Quantity
+    """Pure delay of the steering; auto estimates it, and uses none if the data do not support one
+    (default auto)."""
+    detrend: Literal["mean", "linear", "none"]
+    """Offsets and trends to remove: the means of the estimation data, a straight line over time for each
+    drive, or none (default mean)."""
+    feedthrough: Union[Literal["auto", "on", "off"], bool]
+    """Feedthrough: the yaw rate depends on the steering of the same sample (default auto)."""
+    max_samples: Union[int, str]
+    """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
+    validation_fraction: Quantity
+    """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
+    structure: Literal["auto", "state-space", "bicycle"]
+    """Structure of the model: state-space, or the bicycle of eq 13 scheduled by the speed, for drives of
+    varying speed; auto is state-space (default state-space)."""
+    mass: float
+    """Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500."""
+    wheelbase: float
+    """Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase is
+    identified, with the steering ratio of the log."""
+    front_share: Quantity
+    """Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%."""
+
+
+class AccumulateOptions(ReadOptions, total=False):
+    """The options of `accumulate`."""
+
+    horizon: int
+    """Block rows of the Hankel matrices, the largest horizon for a later identification (default 30)."""
+    model_input: Literal["steering", "steering*speed"]
+    """Input of the model: the steering angle, or its product with the speed (default steering)."""
+
+
+class DesignOptions(TypedDict, total=False):
+    """The options of `design`."""
+
+    accept_untrusted: bool
+    """Use a model that failed validation; all files made from it state its quality."""
+    requirements: File
+    """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
+    option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot: Quantity
+    """Largest overshoot."""
+    settling: Quantity
+    """Longest settling time."""
+    steady_state_error: Quantity
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
+    curve of constant curvature with feedforward."""
+    rise_time: Quantity
+    """Longest rise time, 10 to 90 %."""
+    iae: Quantity
+    """Largest integral of absolute error (IAE) of the step, divided by its height."""
+    gain_margin: Quantity
+    """Smallest gain margin, such as 6dB."""
+    phase_margin: Quantity
+    """Smallest phase margin."""
+    modulus_margin: Quantity
+    """Smallest distance of the loop from −1."""
+    delay_margin: Quantity
+    """Smallest additional delay that makes the loop unstable."""
+    disk_margin: Quantity
+    """Smallest disk margin with zero skew."""
+    settling_band: Quantity
+    """Band in which the response has settled; by default the steady-state error, or 2%."""
+    max_angle: Quantity
+    """Largest steering angle in steering coordinates; by default 22deg at the road wheel."""
+    max_increment: Quantity
+    """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
+    max_rate: Quantity
+    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
+    steering of the drive. Required for a model without a drive."""
+    max_lateral_acceleration: Quantity
+    """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
+    [default: 6m/s2]."""
+    pid_sample_time: Quantity
+    """Sample time of the controller [default: 10ms]."""
+    master: Literal["gauss-seidel", "jacobi"]
+    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    latency: Quantity
+    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    loop_delay: Quantity
+    """Additional delay of the yaw loop."""
+    path_delay: Quantity
+    """Additional delay of the loop through the path; by default that of the yaw loop."""
+    estimator_delay: Quantity
+    """Additional delay of the loop through pose estimator and path; by default that of the path."""
+    robust: Literal["on", "off"]
+    """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
+    where the model is valid there [default: on]. Requirements that some of these plants miss are
+    reported; with an explicit `on` they fail the design."""
+    latency_spread: Quantity
+    """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
+    a stated latency, otherwise one sample."""
+    speed_spread: Quantity
+    """Speed above and below the designed one that the requirements must tolerate, where the model is
+    valid there [default: 20%]."""
+    ensemble: int
+    """Number of plants drawn from the identified uncertainty [default: 100]."""
+    seed: int
+    """Seed of the starting points and the drawn plants [default: 1]."""
+
+
+class PathOptions(TypedDict, total=False):
+    """The options of `path`."""
+
+    speed: Quantity
+    """Speed along the path (default 15m/s)."""
+    lateral_acceleration: Quantity
+    """Largest lateral acceleration of the standard road (default 4m/s2)."""
+    closed: bool
+    """Connect the last point of the track with its first."""
+    max_deviation: Quantity
+    """Largest distance of a recorded point from the path; by default the noise of the points, and 0.1 m
+    for the mean of neighbours. Smoothing is reduced to stay within it; the exit status is 1 if it is
+    exceeded."""
+    poor_fixes: Literal["refuse", "mark"]
+    """Use of fixes with fewer than 5 satellites or without correction, if GPX or NMEA report both
+    (default refuse)."""
+    pid: Any
+    """Controller that will follow the path: sets feedforward and preview."""
+    plant: Any
+    """plant.json or bicycle.json of the vehicle that will follow the path: sets the identified sideslip,
+    with its growth in tight turns and its lead in changing turns."""
+    sideslip_per_yaw_rate: Quantity
+    """Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: course minus yaw; by
+    default that of plant, otherwise 0."""
+    cross_track_integral: Quantity
+    """Gain of the integral of the cross-track error, such as 0.05/s; none by default (default 0/s)."""
+
+
+class InspectOptions(TypedDict, total=False):
+    """The options of `inspect`."""
+
+    channel: Union[str, Sequence[str]]
+    """List and draw this channel only, named as it is listed; may be repeated."""
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+
+
+class PackageOptions(TypedDict, total=False):
+    """The options of `package`."""
+
+    out: File
+    """Folder for the archives (default .)."""
+    step: Quantity
+    """Step size that the archives recommend, such as 10ms; by default the controller's sample time."""
+    ssp: str
+    """Also connect variables of equal name and write the FMUs as a system structure package (SSP 1.0)
+    into the folder. With a path file they start on its first point, at its speed. With an estimator
+    file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver without
+    latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m (0.02 m). A path
+    or estimator without a sideslip uses that of the plant."""
+    accept_untrusted: bool
+    """Use a model that failed validation; all files made from it state its quality."""
+
+
+class CheckOptions(TypedDict, total=False):
+    """The options of `check`."""
+
+    run: bool
+    """Also run the binary of this platform, in a separate process that may crash or hang."""
+    time_limit: Quantity
+    """Longest duration of a run (default 60s)."""
+    strict: bool
+    """Treat warnings as errors."""
+
+
+class CompareOptions(DesignOptions, ReadOptions, total=False):
+    """The options of `compare`."""
+
+    truth: File
+    """The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed,
+    outputs x, y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle."""
+    pid: Union[Any, Sequence[Any]]
+    """A controller, of the model whose hash it carries, or of the named model; may be repeated."""
+    log: Union[str, Sequence[str]]
+    """A drive (CSV) to compare the models with; may be repeated for more files."""
+    validation_fraction: Quantity
+    """Share of the log that is validation data, at its end (default 50%)."""
+    out: File
+    """Folder for figures (SVG), results.csv, the runs, and one HTML page."""
+    path: File
+    """Drive along this path at its speed; look-ahead, preview, feedforward and sideslip are those of
+    each controller and plant."""
+    road: Literal["reference", "lane-change", "s-curve"]
+    """A standard road (default reference)."""
+    road_speed: Quantity
+    """Speed on the standard road; by default that of the models."""
+    lateral_acceleration: Quantity
+    """Largest lateral acceleration of the standard road (default 4m/s2)."""
+    cross_track_integral: Quantity
+    """Gain of the integral of the cross-track error in the path follower, such as 0.05/s; by default
+    that of the path, or none."""
+    max_cross_track_error: Quantity
+    """A cross-track error beyond this is off the path (default 1.75m)."""
+
+
+class BuildOptions(DesignOptions, ReadOptions, total=False):
+    """The options of `build`."""
+
+    out: File
+    """Folder for all results (default out)."""
+    track: str
+    """Recorded points (CSV) of a road to track, in addition to the standard road."""
+    lateral_acceleration: Quantity
+    """Largest lateral acceleration on the standard road (default 4m/s2)."""
+    method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
+    """Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data;
+    auto decides by a test for feedback (default auto)."""
+    order: Union[int, str]
+    """Order of the model (default auto)."""
+    max_order: int
+    """Highest order among which `order auto` chooses (default 8)."""
+    horizon: Union[int, str]
+    """Block rows of the Hankel matrices (default auto)."""
+    model_input: Literal["steering", "steering*speed"]
+    """Input of the model: the steering angle, or its product with the speed (default steering)."""
+    delay: Quantity
+    """Pure delay of the steering; auto estimates it, and uses none if the data do not support one
+    (default auto)."""
+    detrend: Literal["mean", "linear", "none"]
+    """Offsets and trends to remove: the means of the estimation data, a straight line over time for each
+    drive, or none (default mean)."""
+    feedthrough: Union[Literal["auto", "on", "off"], bool]
+    """Feedthrough: the yaw rate depends on the steering of the same sample (default auto)."""
+    max_samples: Union[int, str]
+    """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
+    validation_fraction: Quantity
+    """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
+
+
+class SweepOptions(TypedDict, total=False):
+    """The options of `sweep`."""
+
+    output: File
+    """Write the results here, a row a run (default results.csv)."""
+    resume: bool
+    """Continue with the unfinished results of an earlier call."""
+    threads: int
+    """Threads; by default one a core."""
+    isolate: bool
+    """Run the FMUs of each thread in a separate process: a crash ends one run only, and FMUs that allow
+    one instance per process run on all threads."""
+    timeout: Quantity
+    """Longest duration of a run; a longer run is a row with an error. An FMU that does not return ends
+    the sweep, which resume continues; with isolate it ends its run only (default 600s)."""
+    trajectories: File
+    """Write trajectories of the runs that of names into this folder."""
+    of: Union[int, Sequence[int]]
+    """Runs to write trajectories of, such as 0,7,12."""
+
+
+class SimulateOptions(TypedDict, total=False):
+    """The options of `simulate`."""
+
+    step: Quantity
+    """Communication step; by default the smallest that an FMU recommends."""
+    stop: Quantity
+    """Length of the simulation; by default the longest that an FMU recommends."""
+    master: Literal["gauss-seidel", "jacobi"]
+    """Order of the FMUs within a step (default gauss-seidel)."""
+    set: Union[Mapping[str, Any], Sequence[str], str]
+    """Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated."""

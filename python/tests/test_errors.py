@@ -1,0 +1,85 @@
+"""Errors, interruptions and threads."""
+
+from __future__ import annotations
+
+import _thread
+import threading
+import time
+
+import numpy as np
+import pytest
+import steerwright
+from conftest import COLUMNS, DRIVE
+
+
+def test_errors_have_hints() -> None:
+    with pytest.raises(steerwright.Error, match="which column is the steering") as caught:
+        steerwright.read(DRIVE)
+    assert "input_channel=NAME" in caught.value.hint
+    assert "--" not in str(caught.value)
+    with pytest.raises(steerwright.Error, match="no_such_file.csv"):
+        steerwright.read("no_such_file.csv")
+    with pytest.raises(steerwright.Error, match="invalid value '3x' for"):
+        steerwright.read(DRIVE, steering_ratio="3x")
+    with pytest.raises(TypeError, match="no option `steering_rato`; the options are"):
+        steerwright.read(DRIVE, steering_rato=3)  # type: ignore[call-arg]
+    with pytest.raises(steerwright.Error, match="the log is read already"):
+        steerwright.identify(steerwright.read(DRIVE, **COLUMNS), steering_ratio=3)
+    assert issubclass(steerwright.Error, ValueError)
+
+
+def test_a_design_on_a_failed_model_is_refused(log: steerwright.Log) -> None:
+    rng = np.random.default_rng(1)
+    noise = {
+        "time_s": np.arange(4000) * 0.02,
+        "steering_angle_rad": 0.01 * rng.standard_normal(4000),
+        "yaw_rate_radps": rng.standard_normal(4000),
+        "speed_mps": np.full(4000, 15.0),
+    }
+    plant = steerwright.identify(noise, steering_ratio=1.0)
+    assert plant.quality.grade == "fail"
+    with pytest.raises(steerwright.Error, match="the quality of the model is fail") as caught:
+        steerwright.design(plant)
+    assert "accept_untrusted" in caught.value.hint
+
+
+@pytest.mark.filterwarnings("ignore::steerwright.Warning")
+def test_an_interruption_returns_at_once(log: steerwright.Log) -> None:
+    rng = np.random.default_rng(2)
+    n = 300_000
+    table = {
+        "time_s": np.arange(n) * 0.02,
+        "steering_angle_rad": np.cumsum(rng.standard_normal(n)) * 1e-3,
+        "yaw_rate_radps": rng.standard_normal(n) * 0.1,
+        "speed_mps": np.full(n, 15.0),
+    }
+    large = steerwright.read(table, steering_ratio=1.0)
+    start = time.monotonic()
+    steerwright.identify(large, max_samples="all", max_order=20, horizon=60)
+    alone = time.monotonic() - start
+    timer = threading.Timer(0.2 * alone, _thread.interrupt_main)
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        steerwright.identify(large, max_samples="all", max_order=20, horizon=60)
+    assert time.monotonic() - start < 0.6 * alone
+
+
+def test_other_threads_run_meanwhile(log: steerwright.Log) -> None:
+    counted = 0
+    stop = threading.Event()
+
+    def count() -> None:
+        nonlocal counted
+        while not stop.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = counted
+    steerwright.identify(log)
+    during = counted - before
+    stop.set()
+    thread.join()
+    assert during > 10

@@ -1,0 +1,54 @@
+"""The package as it is installed: types, options, the command line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import steerwright
+from conftest import command_line
+from steerwright import _generate
+
+
+def test_options_are_those_of_the_command_line() -> None:
+    written = resources.files(steerwright).joinpath("options.py").read_text("utf-8")
+    assert written == _generate.module(), "run `cargo xtask python --update`"
+
+
+def test_types_are_those_of_the_native_module() -> None:
+    check = [sys.executable, "-m", "mypy.stubtest", "steerwright._native"]
+    done = subprocess.run(check, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_package_and_these_tests_pass_strict_typing() -> None:
+    folder = Path(__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", folder / "pyproject.toml", "-p", "steerwright"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(sys.prefix),
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_command_line_is_there(tmp_path: Path) -> None:
+    done = command_line("--version", cwd=tmp_path)
+    assert done.stdout.split() == ["steerwright", steerwright.__version__]
+    done = command_line("identify", "none.csv", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "--input-channel" not in done.stderr and "none.csv" in done.stderr
+
+
+def test_functions_document_their_options() -> None:
+    assert "steering_ratio: R\n" in (steerwright.read.__doc__ or "")
+    _, options = (steerwright.identify.__doc__ or "").split("-------\n")
+    assert "max_order: N; default 8\n" in options
+    assert "--" not in options
+
+
+def test_the_package_was_installed_from_a_wheel() -> None:
+    assert Path(steerwright.__file__).is_relative_to(sys.prefix)
