@@ -52,12 +52,15 @@ pub struct OptionDescription {
     pub help: String,
 }
 
-/// The options of a subcommand, or those of reading a log for `read`; `None` for a name that is none.
+/// The options of a subcommand such as `identify` or `sweep merge`, or those of reading a log for `read`; `None` for
+/// a name that is none.
 #[must_use]
 pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
     let mut root = match subcommand {
         "read" => crate::log_options::LogArguments::augment_args(clap::Command::new("read")),
-        _ => crate::Arguments::command().find_subcommand(subcommand)?.clone(),
+        _ => subcommand
+            .split(' ')
+            .try_fold(crate::Arguments::command(), |c, name| c.find_subcommand(name).cloned())?,
     };
     root.build();
     let described = root.get_arguments().filter_map(|argument| {

@@ -202,7 +202,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(shard) = arguments.shard {
         let piece = sweep.piece(arguments.out(), shard, &options);
         drop(progress);
-        return finish_piece(arguments, piece?);
+        return finish_piece(arguments, piece?, sweep.runs(), study.files());
     }
     let finished = sweep.run(&options);
     drop(progress);
@@ -211,22 +211,27 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     report(finished, Some(arguments.out().into()), warnings)
 }
 
-fn finish_piece(arguments: &Arguments, piece: Piece) -> Result<Outcome, Failure> {
+fn finish_piece(
+    arguments: &Arguments,
+    piece: Piece,
+    study_runs: usize,
+    study_files: Vec<PathBuf>,
+) -> Result<Outcome, Failure> {
     let Piece { file, runs, finished, was_there } = piece;
+    let note = file.as_ref().map(|file| format!("written to {}", file.display()));
+    let done = PieceDone { file, runs: runs.len(), was_there, study_runs, study_files };
     let Some(finished) = finished else {
-        let text = match (&file, was_there) {
-            (Some(file), _) => format!("{} is complete", file.display()),
-            (None, _) => "the shard has no runs: there are more shards than runs".to_owned(),
+        let text = match &done.file {
+            Some(file) => format!("{} is complete", file.display()),
+            None => "the shard has no runs: there are more shards than runs".to_owned(),
         };
-        console::result(&text, &PieceDone { file, runs: runs.len(), was_there })?;
+        console::result(&text, &done)?;
         return Ok(Outcome::Done);
     };
     complete(arguments, &finished, runs.len())?;
-    let shown = file.as_deref().map(|file| format!("written to {}", file.display()));
-    let text = outcomes(&finished.summary);
     // Requirements are those of the whole study: `merge` reports them.
-    console::result(&text, &PieceDone { file, runs: runs.len(), was_there })?;
-    shown.iter().for_each(console::note);
+    console::result(&outcomes(&finished.summary), &done)?;
+    note.iter().for_each(console::note);
     Ok(Outcome::Done)
 }
 
@@ -236,6 +241,8 @@ struct PieceDone {
     file: Option<PathBuf>,
     runs: usize,
     was_there: bool,
+    study_runs: usize,
+    study_files: Vec<PathBuf>,
 }
 
 /// Rejects outputs that would replace an input or a foreign file; returns the files of the trajectories.

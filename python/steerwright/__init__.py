@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ._errors import Error, Warning
     from ._native import Log, Traces
     from .accumulator import Accumulator
-    from .commands import Path, Sweep, build, check, compare, inspect, load, options, package, path, sweep
+    from .commands import Path, Sweep, build, check, compare, inspect, load, merge_sweep, options, package, path, sweep
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle
@@ -43,6 +43,7 @@ _MODULES = {
     "compare": "commands",
     "inspect": "commands",
     "load": "commands",
+    "merge_sweep": "commands",
     "options": "commands",
     "package": "commands",
     "path": "commands",
@@ -80,6 +81,7 @@ __all__ = [
     "identify_bicycle",
     "inspect",
     "load",
+    "merge_sweep",
     "options",
     "package",
     "path",

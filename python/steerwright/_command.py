@@ -32,9 +32,9 @@ class Outcome(NamedTuple):
 def run(
     command: str, positional: Iterable[Any], options: dict[str, Any], stacklevel: int = 3
 ) -> Outcome:
-    """Runs a subcommand with keyword arguments as options."""
+    """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options."""
     words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--"]
-    arguments = [*PROGRAM, command, *words, *(os.fspath(item) for item in positional)]
+    arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]
     errors: list[dict[str, Any]] = []
     other: list[str] = []
     with _progress.shown() as progress, _started(arguments) as process:

@@ -1,4 +1,4 @@
-"""Writes `options.py`: the options of each function, typed. Run by `cargo xtask python --update`."""
+"""Writes `options.py`: the options of each function, typed. Run by `cargo xtask wheel --update`."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ COMMANDS = {
     "design": OUTPUTS,
     "path": OUTPUTS,
     "inspect": OUTPUTS,
-    "package": {"force", "json"},
+    "package": {"json"},
     "check": {"force", "json"},
-    "compare": {"force", "json"},
-    "build": {"force", "json"},
-    "sweep": {"force", "json", "serve"},
+    "compare": {"json"},
+    "build": {"json"},
+    "sweep": {"json", "serve"},
+    "sweep merge": {"json"},
     "simulate": OUTPUTS | {"input"},
 }
 """Each function, and the options of the command line that it has not."""
@@ -26,7 +27,7 @@ COMMANDS = {
 BASES = {"read", "identify", "design"}
 """Those whose options others include."""
 
-HEAD = '''"""The options of each function. Generated from those of the command line by `cargo xtask python --update`.
+HEAD = '''"""The options of each function. Generated from those of the command line by `cargo xtask wheel --update`.
 
 Numbers are in SI units and radians, shares are fractions; texts are as on the command line, such as `"22deg"`.
 """
@@ -80,6 +81,10 @@ def kind_of(command: str, name: str, value: str | None, values: list[str], repea
     return kind
 
 
+def class_of(command: str) -> str:
+    return "".join(word.title() for word in reversed(command.split())) + "Options"
+
+
 def module() -> str:
     text = HEAD
     written: dict[str, set[str]] = {}
@@ -92,11 +97,11 @@ def module() -> str:
             if other not in BASES:
                 continue
             if known <= names and not known <= inherited and not known & inherited:
-                bases.append(f"{other.title()}Options")
+                bases.append(class_of(other))
                 inherited |= known
         written[command] = names
         bases = bases or ["TypedDict"]
-        text += f'\n\nclass {command.title()}Options({", ".join(bases)}, total=False):\n'
+        text += f'\n\nclass {class_of(command)}({", ".join(bases)}, total=False):\n'
         text += f'    """The options of `{command}`."""\n\n'
         for name, value, values, repeated, default, help_text in described:
             if name in inherited:

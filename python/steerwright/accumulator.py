@@ -73,6 +73,13 @@ class Accumulator:
         found._drives.load(FilePath(path).read_text("utf-8"), os.fspath(path))
         return found
 
+    @classmethod
+    def from_json(cls, text: str) -> Accumulator:
+        """The accumulator of a document."""
+        found = cls()
+        found._drives.load(text, "the document")
+        return found
+
     def _filled(self) -> _native.Drives:
         if self._drives.is_empty:
             raise Error("nothing is accumulated", "add a log first")

@@ -9,6 +9,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from . import _command, documents
+from ._errors import Error
 from ._options import documented, lines
 from .controller import Controller
 from .plant import Bicycle, Document, Plant
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
         CheckOptions,
         CompareOptions,
         InspectOptions,
+        MergeSweepOptions,
         PackageOptions,
         PathOptions,
         SweepOptions,
@@ -61,7 +63,7 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
         return Path(out.read_text("utf-8"))
 
 
-@documented("package", {"force", "json"})
+@documented("package", {"json"})
 def package(
     models: Sequence[Plant | Bicycle | Controller | Path | File],
     **options: Unpack[PackageOptions],
@@ -119,7 +121,7 @@ def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     return found
 
 
-@documented("compare", {"force", "json"})
+@documented("compare", {"json"})
 def compare(
     models: Sequence[Plant | Bicycle | File], **options: Unpack[CompareOptions]
 ) -> dict[str, Any]:
@@ -141,7 +143,7 @@ def compare(
     return found
 
 
-@documented("build", {"force", "json"})
+@documented("build", {"json"})
 def build(log: File | Sequence[File], **options: Unpack[BuildOptions]) -> dict[str, Any]:
     """Identifies, designs, packs, tracks and reports for one drive, into the folder ``out``.
 
@@ -155,7 +157,7 @@ def build(log: File | Sequence[File], **options: Unpack[BuildOptions]) -> dict[s
 class Sweep:
     """The results of a study."""
 
-    def __init__(self, file: FilePath, summary: dict[str, Any], met: bool) -> None:
+    def __init__(self, file: FilePath | None, summary: dict[str, Any], met: bool) -> None:
         self.file = file
         """The results, a row a run."""
         self.summary = summary
@@ -163,33 +165,50 @@ class Sweep:
         self.met = met
         """Whether all requirements are met."""
 
+    def _written(self) -> FilePath:
+        if self.file is None:
+            raise Error("the shard has no runs", "there are more shards than runs")
+        return self.file
+
     def to_pandas(self) -> Any:
         """The results as a pandas data frame."""
         import pandas
 
-        return pandas.read_csv(self.file)
+        return pandas.read_csv(self._written())
 
     def to_numpy(self) -> Any:
         """The results as a structured array, a field a column."""
         import numpy
 
         return numpy.genfromtxt(
-            self.file, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars=""
+            self._written(), delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars=""
         )
 
     def __repr__(self) -> str:
-        outcomes = self.summary.get("outcomes", [])
-        text = ", ".join(f"{o['runs']} {o['outcome']}" for o in outcomes)
-        return f"<Sweep of {self.summary.get('rows')} runs: {text}>"
+        if "outcomes" not in self.summary:
+            return f"<Piece of a sweep: {self.summary['runs']} runs>"
+        text = ", ".join(f"{o['runs']} {o['outcome']}" for o in self.summary["outcomes"])
+        return f"<Sweep of {self.summary['rows']} runs: {text}>"
 
 
-@documented("sweep", {"force", "json", "serve"})
+@documented("sweep", {"json", "serve"})
 def sweep(study: File, **options: Unpack[SweepOptions]) -> Sweep:
     """Runs a Monte Carlo study (TOML) over closed loops of FMUs; the results go to ``output`` (results.csv).
 
-    Ctrl-C keeps the finished runs: ``resume=True`` continues.
+    Ctrl-C keeps the finished runs: ``resume=True`` continues. With ``shard="I/N"`` only that piece is made, for
+    :func:`merge_sweep`; ``file`` is `None` if it has no runs.
     """
     met, summary = _command.run("sweep", [study], dict(options))
+    file = summary["file"]
+    return Sweep(None if file is None else FilePath(file), summary, met)
+
+
+@documented("sweep merge", {"json"})
+def merge_sweep(
+    study: File, pieces: Sequence[File], **options: Unpack[MergeSweepOptions]
+) -> Sweep:
+    """Merges the pieces of a study, which ``sweep`` made with ``shard="I/N"``, to the bytes of one run."""
+    met, summary = _command.run("sweep merge", [study, *pieces], dict(options))
     return Sweep(FilePath(summary["file"]), summary, met)
 
 

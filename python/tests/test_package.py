@@ -14,7 +14,7 @@ from steerwright import _generate
 
 def test_options_are_those_of_the_command_line() -> None:
     written = resources.files(steerwright).joinpath("options.py").read_text("utf-8")
-    assert written == _generate.module(), "run `cargo xtask python --update`"
+    assert written == _generate.module(), "run `cargo xtask wheel --update`"
 
 
 def test_types_are_those_of_the_native_module() -> None:

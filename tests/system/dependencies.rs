@@ -56,6 +56,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sysid",
         ],
     ),
+    ("python", &["drivelog", "steerwright", "sysid"]),
     ("formats", NOTHING),
     ("models", NOTHING),
     ("model-description", NOTHING),

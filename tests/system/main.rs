@@ -6,6 +6,8 @@
 mod bad_input;
 mod check;
 mod closed_loop;
+#[cfg(unix)]
+mod cluster;
 mod command_line;
 mod compare;
 #[path = "../../fmu/host/tests/it/support/mod.rs"]

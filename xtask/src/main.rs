@@ -20,6 +20,7 @@ mod readme;
 mod run;
 mod stress;
 mod test;
+mod wheel;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -45,6 +46,12 @@ enum Command {
     Cross(cross::Options),
     /// Make the Python environment and print its interpreter
     Python,
+    /// Build the wheel of the Python package, install it into a fresh environment and test it
+    Wheel {
+        /// Write the file that is generated from the options of the command line
+        #[arg(long)]
+        update: bool,
+    },
     /// Run the fuzzer over the targets of tests/fuzzing
     Fuzz {
         /// How long each target is run
@@ -88,6 +95,7 @@ fn main() -> ExitCode {
         Command::Evaluate(options) => evaluate::evaluate(&options),
         Command::Experiment(options) => experiment::experiment(&options),
         Command::Bench(options) => bench::bench(&options),
+        Command::Wheel { update } => wheel::wheel(None, update),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
     match result {

@@ -22,13 +22,22 @@ pub(crate) fn command(interpreter: &Path) -> Command {
 /// The interpreter of an environment that holds exactly the pinned requirements.
 pub(crate) fn environment_in(folder: &Path, requirements: &Path) -> Result<PathBuf, String> {
     let wanted = read(requirements)?;
-    let python =
-        if cfg!(windows) { folder.join("Scripts/python.exe") } else { folder.join("bin/python") };
+    let python = interpreter(folder);
     let stamp = folder.join("installed.txt");
     if python.exists() && fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(python);
     }
     remove(folder)?;
+    let python = new_environment(folder)?;
+    run(Command::new(&python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+        .arg(requirements))?;
+    fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    Ok(python)
+}
+
+/// The interpreter of a new environment that holds pip alone.
+pub(crate) fn new_environment(folder: &Path) -> Result<PathBuf, String> {
     let base = base_interpreter()?;
     // Debian's Python has no ensurepip: then pip installs virtualenv.
     if run(Command::new(base).args(["-m", "venv"]).arg(folder)).is_err() {
@@ -43,11 +52,11 @@ pub(crate) fn environment_in(folder: &Path, requirements: &Path) -> Result<PathB
             .arg(folder)
             .env("PYTHONPATH", &tools))?;
     }
-    run(Command::new(&python)
-        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
-        .arg(requirements))?;
-    fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
-    Ok(python)
+    Ok(interpreter(folder))
+}
+
+fn interpreter(folder: &Path) -> PathBuf {
+    folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
 /// The first Python 3 on the path.
@@ -55,8 +64,8 @@ fn base_interpreter() -> Result<&'static str, String> {
     ["python3", "python"]
         .into_iter()
         .find(|name| {
-            let check = ["-c", "import sys; sys.exit(sys.version_info < (3, 9))"];
+            let check = ["-c", "import sys; sys.exit(sys.version_info < (3, 10))"];
             Command::new(name).args(check).status().is_ok_and(|s| s.success())
         })
-        .ok_or_else(|| "Python 3.9 or newer was not found; install python3".into())
+        .ok_or_else(|| "Python 3.10 or newer was not found; install python3".into())
 }

@@ -2,7 +2,7 @@
 
 use crate::cross::{self, Platform};
 use crate::run::{cargo, run, target};
-use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress};
+use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress, wheel};
 use std::path::{Path, PathBuf};
 
 /// What is tested.
@@ -51,6 +51,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
             None
         }
     };
+    wheel::wheel(binaries.as_deref(), false)?;
     importers::importers(&python, binaries.as_deref())?;
     if options.full {
         stress::stress()?;

@@ -23,7 +23,7 @@ pub(crate) use apt::{apt, find, is_root};
 use clap::Args;
 pub(crate) use platform::Platform;
 use platform::Runner;
-pub(crate) use setup::check;
+pub(crate) use setup::{check, linker};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub(crate) use toolchain::Source;

@@ -3,9 +3,11 @@
 
 use super::apt::{apt, find, is_root};
 use super::folder;
-use super::platform::{Platform, Runner};
+use super::platform::{GLIBC, Platform, Runner};
 use super::toolchain::{Source, toolchain};
 use crate::python;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 /// A program, or a file by its whole path, and Debian's package with it.
@@ -90,4 +92,23 @@ pub(crate) fn zig() -> Result<PathBuf, String> {
     let requirements = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cross/requirements.txt");
     let python = python::environment_in(&folder().join("tools/zig"), &requirements)?;
     python.parent().map(Path::to_path_buf).ok_or_else(|| "no folder of programs".into())
+}
+
+/// A program that links for this machine's platform with the oldest glibc that the FMU libraries run with.
+pub(crate) fn linker() -> Result<PathBuf, String> {
+    let programs = zig()?;
+    let tools = folder().join("tools");
+    let (major, minor) = GLIBC;
+    let script = format!(
+        "#!/bin/sh\nexport PATH='{0}':\"$PATH\" ZIG_GLOBAL_CACHE_DIR='{1}/zig-cache' \
+         CARGO_ZIGBUILD_CACHE_DIR='{1}/zigbuild-cache'\nexec '{0}/cargo-zigbuild' zig cc -- -g0 \
+         -fno-sanitize=all -target x86_64-linux-gnu.{major}.{minor} \"$@\"\n",
+        programs.display(),
+        tools.display(),
+    );
+    let file = tools.join("linker");
+    let written = fs::write(&file, script)
+        .and_then(|()| fs::set_permissions(&file, fs::Permissions::from_mode(0o755)));
+    written.map_err(|e| format!("{}: {e}", file.display()))?;
+    Ok(file)
 }

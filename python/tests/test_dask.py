@@ -1,0 +1,111 @@
+"""A sweep and a fleet on a local cluster, of which a worker is killed in the middle: the same bytes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import steerwright
+import steerwright.dask
+from conftest import COLUMNS, DRIVE
+
+distributed = pytest.importorskip("distributed")
+
+STUDY = """\
+seed = 1
+runs = 400
+step_s = 0.01
+stop_s = 10.0
+ssp = "LateralLoop.ssp"
+
+[[vary]]
+name = "speed"
+variables = ["IdentifiedPlant.speed", "ReferencePath.speed"]
+distribution = "uniform"
+minimum = 14.0
+maximum = 16.0
+
+[[metric]]
+name = "largest"
+variable = "ReferencePath.cross_track_error"
+kind = "maximum"
+absolute = true
+"""
+
+
+@pytest.fixture
+def client() -> Any:
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+def kill_a_worker(client: Any, after: float) -> threading.Thread:
+    workers = client.run(os.getpid)
+
+    def kill() -> None:
+        time.sleep(after)
+        os.kill(next(iter(workers.values())), signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    return thread
+
+
+def test_a_sweep_survives_a_worker(fmus: dict[str, Path], tmp_path: Path, client: Any) -> None:
+    (tmp_path / "LateralLoop.ssp").write_bytes(fmus["LateralLoop"].read_bytes())
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
+    whole = steerwright.sweep(study, output=tmp_path / "whole.csv")
+    killing = kill_a_worker(client, 1.0)
+    on_cluster = steerwright.dask.sweep(
+        study, client, output=tmp_path / "cluster.csv", runs_per_task=20
+    )
+    killing.join()
+    assert (tmp_path / "cluster.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert on_cluster.summary["outcomes"] == whole.summary["outcomes"]
+
+
+def drives() -> list[dict[str, np.ndarray]]:
+    """Parts of the recorded drive, each with a clock of its own."""
+    rows = np.genfromtxt(DRIVE, delimiter=",", names=True, comments="#")
+    parts = np.array_split(np.arange(len(rows)), 12)
+    return [{name: rows[name][part].copy() for name in rows.dtype.names} for part in parts]
+
+
+def test_a_fleet_survives_a_worker(client: Any) -> None:
+    logs = drives()
+    killing = kill_a_worker(client, 0.3)
+    fleet = steerwright.dask.accumulate([*logs, logs[3]], client, fan_in=3, horizon=15, **COLUMNS)
+    killing.join()
+    again = steerwright.dask.accumulate(logs, client, fan_in=3, horizon=15, **COLUMNS)
+    assert fleet.to_json() == again.to_json()
+    one_pass = steerwright.Accumulator(horizon=15, **COLUMNS)
+    for log in logs:
+        one_pass.add(log)
+    assert fleet.samples == one_pass.samples
+    ours = steerwright.identify(fleet, order=2)
+    theirs = steerwright.identify(one_pass, order=2)
+    omega = np.geomspace(0.1, 50.0, 20)
+    np.testing.assert_allclose(
+        ours.frequency_response(omega).response,
+        theirs.frequency_response(omega).response,
+        rtol=1e-9,
+    )
+
+
+def test_errors_of_tasks_are_errors(client: Any, tmp_path: Path) -> None:
+    with pytest.raises(steerwright.Error, match="missing.csv") as caught:
+        steerwright.dask.accumulate([DRIVE, tmp_path / "missing.csv"], client, retries=0, **COLUMNS)
+    assert caught.value.hint
+    (tmp_path / "study.toml").write_text(STUDY.replace("LateralLoop", "/nothing"))
+    with pytest.raises(steerwright.Error, match="nothing.ssp"):
+        steerwright.dask.sweep(tmp_path / "study.toml", client)
