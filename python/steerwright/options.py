@@ -1,4 +1,4 @@
-"""The options of each function. Generated from those of the command line by `cargo xtask python --update`.
+"""The options of each function. Generated from those of the command line by `cargo xtask wheel --update`.
 
 Numbers are in SI units and radians, shares are fractions; texts are as on the command line, such as `"22deg"`.
 """
@@ -337,7 +337,11 @@ class SweepOptions(TypedDict, total=False):
     """The options of `sweep`."""
 
     output: File
-    """Write the results here, a row a run (default results.csv)."""
+    """Write the results here, a row a run; by default results.csv. With shard the folder of the pieces,
+    by default pieces."""
+    shard: str
+    """Make only this part of the runs, counted from 0, such as 0/100 to 99/100, in a file of the folder
+    output whose name states study and runs. A piece that is there is not made again."""
     resume: bool
     """Continue with the unfinished results of an earlier call."""
     threads: int
@@ -352,6 +356,13 @@ class SweepOptions(TypedDict, total=False):
     """Write trajectories of the runs that of names into this folder."""
     of: Union[int, Sequence[int]]
     """Runs to write trajectories of, such as 0,7,12."""
+
+
+class MergeSweepOptions(TypedDict, total=False):
+    """The options of `sweep merge`."""
+
+    output: File
+    """Write the results here, a row a run (default results.csv)."""
 
 
 class SimulateOptions(TypedDict, total=False):

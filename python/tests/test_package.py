@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
+import pytest
 import steerwright
 from conftest import command_line
 from steerwright import _generate
@@ -52,3 +55,25 @@ def test_functions_document_their_options() -> None:
 
 def test_the_package_was_installed_from_a_wheel() -> None:
     assert Path(steerwright.__file__).is_relative_to(sys.prefix)
+
+
+def test_the_example_of_the_readme_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = Path(__file__).parents[2]
+    (tmp_path / "tests").symlink_to(root / "tests")
+    monkeypatch.chdir(tmp_path)
+    blocks = (root / "README.md").read_text("utf-8").split("```python\n")[1:]
+    (example,) = (block.split("```")[0] for block in blocks)
+    names: dict[str, Any] = {}
+    exec(example, names)  # noqa: S102
+    assert names["controller"].met
+    assert abs(names["run"]["cross_track_error"]).max() < 0.05
+
+
+def test_the_page_on_python_names_what_there_is() -> None:
+    page = (Path(__file__).parents[2] / "docs/python.md").read_text("utf-8")
+    named = set(re.findall(r"[`.](\w+)\(", page))
+    known = {*dir(steerwright), *dir(steerwright.Plant), *dir(steerwright.Accumulator)}
+    known |= {*dir(steerwright.Simulation), *dir(steerwright.Sweep)}
+    assert named and named <= known, named - known

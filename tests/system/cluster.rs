@@ -84,7 +84,8 @@ fn an_array_over_logs_is_a_fleet() {
     let lines: Vec<&str> = drive.lines().collect();
     let mut names = String::new();
     for (k, rows) in lines[1..].chunks(lines.len().div_ceil(TASKS)).enumerate() {
-        fs::write(folder.join(format!("{k}.csv")), [&[lines[0]], rows].concat().join("\n")).unwrap();
+        fs::write(folder.join(format!("{k}.csv")), [&[lines[0]], rows].concat().join("\n"))
+            .unwrap();
         names += &format!("{k}.csv\n");
     }
     fs::write(folder.join("logs.txt"), names).unwrap();

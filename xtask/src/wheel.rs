@@ -14,11 +14,7 @@ const COMPATIBILITY: &str = "manylinux2014";
 /// Builds the wheel, with the FMU libraries of a folder or this machine's own, and tests it. `update` writes the
 /// file that is generated instead; otherwise it has to be current.
 pub(crate) fn wheel(binaries: Option<&Path>, update: bool) -> Result<(), String> {
-    let wheel = build(binaries)?;
-    let requirements = root().join("python/tests/requirements.txt");
-    let python = environment_in(&target().join("python-package"), &requirements)?;
-    let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
-    run(command(&python).args(install).arg(&wheel))?;
+    let (python, wheel) = installed(binaries)?;
     if update {
         let written = answer(command(&python).args(["-m", "steerwright._generate"]));
         let path = root().join("python/steerwright/options.py");
@@ -32,6 +28,16 @@ pub(crate) fn wheel(binaries: Option<&Path>, update: bool) -> Result<(), String>
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .current_dir(target()))?;
     fresh(&wheel)
+}
+
+/// The interpreter of the environment that the wheel is tested in, with the wheel.
+pub(crate) fn installed(binaries: Option<&Path>) -> Result<(PathBuf, PathBuf), String> {
+    let wheel = build(binaries)?;
+    let requirements = root().join("python/tests/requirements.txt");
+    let python = environment_in(&target().join("python-package"), &requirements)?;
+    let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
+    run(command(&python).args(install).arg(&wheel))?;
+    Ok((python, wheel))
 }
 
 /// Installs the wheel into a new environment, and times it up to the first packed FMU.

@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: measurements. Their short forms run in CI, to see that they work.
 
+mod cluster;
 mod fmu;
 mod sweep;
 
@@ -25,6 +26,8 @@ enum Bench {
     Sysid,
     /// What a closed loop of FMUs costs in a sweep, on a thread and on two, compared with fmpy
     Sweep,
+    /// A sweep and a fleet on two local workers of Dask, compared with one process
+    Cluster,
 }
 
 /// Measures it.
@@ -33,12 +36,13 @@ pub(crate) fn bench(options: &Options) -> Result<(), String> {
     let all: &[Bench] = match &options.what {
         Some(what) => std::slice::from_ref(what),
         // The short form of `sysid` is one of those of `cargo xtask evaluate --short`.
-        None => &[Bench::Fmu, Bench::Sweep],
+        None => &[Bench::Fmu, Bench::Sweep, Bench::Cluster],
     };
     for what in all {
         match what {
             Bench::Fmu => fmu::fmu(short)?,
             Bench::Sweep => sweep::sweep(short)?,
+            Bench::Cluster => cluster::cluster(short)?,
             Bench::Sysid => crate::evaluate::evaluate_named("speed", short)?,
         }
     }
