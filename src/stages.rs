@@ -58,12 +58,13 @@ pub struct OptionDescription {
 pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
     let mut root = match subcommand {
         "read" => crate::log_options::LogArguments::augment_args(clap::Command::new("read")),
-        _ => subcommand
-            .split(' ')
-            .try_fold(crate::Arguments::command(), |c, name| c.find_subcommand(name).cloned())?,
+        _ => crate::Arguments::command(),
     };
+    // Which also gives the options of all subcommands to each.
     root.build();
-    let described = root.get_arguments().filter_map(|argument| {
+    let names = subcommand.split(' ').filter(|name| *name != "read");
+    let command = names.fold(Some(&root), |c, name| c?.find_subcommand(name))?;
+    let described = command.get_arguments().filter_map(|argument| {
         let name = argument.get_long().filter(|_| !argument.is_hide_set())?;
         let takes = argument.get_action().takes_values();
         let value = argument.get_value_names().and_then(|names| names.first());

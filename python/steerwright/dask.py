@@ -6,6 +6,7 @@ in an order that depends on their list alone. So a worker that dies, or a task t
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
@@ -89,8 +90,16 @@ def accumulate(
         raise Error("there are no logs", "pass at least one")
     if fan_in < 2:
         raise Error(f"fan_in={fan_in}: at least 2 are merged by a task", f"use {FAN_IN}")
-    level = [client.submit(_accumulated, log, options, retries=retries, pure=False) for log in logs]
-    every = list(level)
+    leaves = [client.submit(_accumulated, log, options, retries=retries, pure=False) for log in logs]
+    keys = [client.submit(_key, leaf, retries=retries, pure=False) for leaf in leaves]
+    every = [*leaves, *keys]
+    known: list[str] = []
+    _gathered(client, keys, "accumulating", lambda _: None, every)
+    level = []
+    for leaf, key in zip(leaves, client.gather(keys)):
+        if key not in known:
+            known.append(key)
+            level.append(leaf)
     while len(level) > 1:
         parts = [level[k : k + fan_in] for k in range(0, len(level), fan_in)]
         level = [client.submit(_merged, part, retries=retries, pure=False) for part in parts]
@@ -100,7 +109,7 @@ def accumulate(
     def keep(text: str) -> None:
         found._drives.load(text, "the merged drives")
 
-    _gathered(client, level, "accumulating", keep, every)
+    _gathered(client, level, "merging", keep, every)
     return found
 
 
@@ -112,15 +121,16 @@ def _gathered(
     every: list[Any] | None = None,
 ) -> None:
     """Takes the results of tasks as they come; errors and Ctrl-C cancel all."""
-    from distributed import as_completed
+    import distributed
 
     from . import _progress
+
+    as_completed: Any = distributed.as_completed
 
     try:
         with _progress.shown() as progress:
             for done, task in enumerate(as_completed(tasks), 1):
                 keep(task.result())
-                task.release()
                 if progress is not None:
                     progress(what, done, len(tasks))
     except BaseException:
@@ -165,6 +175,12 @@ def _accumulated(log: Any, options: dict[str, Any]) -> str:
     with files_and_tables(log() if callable(log) else log) as (files, tables):
         drives.add(files, tables, options, None)
     return drives.json()
+
+
+def _key(document: str) -> str:
+    """What is the same for one log, however often it is listed."""
+    sources = json.loads(document)["provenance"]["sources"]
+    return ",".join(sorted(source["sha256"] for source in sources))
 
 
 def _merged(parts: list[str]) -> str:

@@ -256,6 +256,9 @@ class PackageOptions(TypedDict, total=False):
     or estimator without a sideslip uses that of the plant."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
 
 
 class CheckOptions(TypedDict, total=False):
@@ -297,6 +300,9 @@ class CompareOptions(DesignOptions, ReadOptions, total=False):
     that of the path, or none."""
     max_cross_track_error: Quantity
     """A cross-track error beyond this is off the path (default 1.75m)."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
 
 
 class BuildOptions(DesignOptions, ReadOptions, total=False):
@@ -331,6 +337,9 @@ class BuildOptions(DesignOptions, ReadOptions, total=False):
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
 
 
 class SweepOptions(TypedDict, total=False):
@@ -356,6 +365,9 @@ class SweepOptions(TypedDict, total=False):
     """Write trajectories of the runs that of names into this folder."""
     of: Union[int, Sequence[int]]
     """Runs to write trajectories of, such as 0,7,12."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
 
 
 class MergeSweepOptions(TypedDict, total=False):
@@ -363,6 +375,9 @@ class MergeSweepOptions(TypedDict, total=False):
 
     output: File
     """Write the results here, a row a run (default results.csv)."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
 
 
 class SimulateOptions(TypedDict, total=False):

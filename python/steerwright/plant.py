@@ -377,11 +377,13 @@ class Bicycle(Document, documents.Bicycle):
         ]
         if self.fit is not None:
             rows.append(("fit on validation data", f"{self.fit:.2f} %"))
-        return html(self.name, rows, ())
+        return html("Two-wheel bicycle model", rows, ())
 
     def __repr__(self) -> str:
+        v = self.vehicle
+        length = v.distance_front_m + v.distance_rear_m
         fit = "" if self.fit is None else f", fit {self.fit:.2f} % on validation data"
-        return f"<Bicycle {self.name}{fit}>"
+        return f"<Bicycle: wheelbase {length:.3f} m, steering ratio {v.steering_ratio:.2f}{fit}>"
 
 
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
