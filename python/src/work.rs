@@ -72,7 +72,7 @@ fn in_python(text: &str) -> String {
             continue;
         }
         result.push_str(&name.replace('-', "_"));
-        // A value follows: a number, or a word in capitals that stands for one.
+        // A value follows: a number, or its placeholder, a word in capitals.
         let value = rest.strip_prefix(' ').filter(|value| {
             value.starts_with(|c: char| c.is_ascii_digit() || c == '"' || c == '-')
                 || value.split([' ', ',', ')']).next().is_some_and(|word| {

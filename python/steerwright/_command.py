@@ -30,14 +30,15 @@ class Outcome(NamedTuple):
 
 
 def run(
-    command: str, positional: Iterable[Any], options: dict[str, Any], stacklevel: int = 3
+    command: str, positional: Iterable[Any], options: dict[str, Any], *, quiet: bool = False
 ) -> Outcome:
-    """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options."""
+    """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options; ``quiet`` shows no bar."""
     words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--"]
     arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]
     errors: list[dict[str, Any]] = []
     other: list[str] = []
-    with _progress.shown() as progress, _started(arguments) as process:
+    bar = contextlib.nullcontext() if quiet else _progress.shown()
+    with bar as progress, _started(arguments) as process:
 
         def listen() -> None:
             assert process.stderr is not None
@@ -52,7 +53,8 @@ def run(
                 elif kind == "warning":
                     found.append(value["message"])
                 elif kind == "progress" and progress is not None:
-                    progress(value["message"], value.get("done", 0), value.get("of", 0))
+                    # The share is in the message too.
+                    progress(value["message"].split(", ")[0], value["done"], value["of"])
 
         found: list[str] = []
         listener = threading.Thread(target=listen, daemon=True)
@@ -62,7 +64,7 @@ def run(
         status = process.wait()
         listener.join()
     for message in found:
-        warnings.warn(message, Warning, stacklevel=stacklevel)
+        warnings.warn(message, Warning, stacklevel=3)
     if errors:
         raise Error(errors[0]["message"], errors[0]["hint"])
     if status not in (0, 1):

@@ -10,6 +10,9 @@ from typing import Any
 DELAY_S = 2.0
 """Shorter work shows nothing."""
 
+FORMAT = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}, {remaining} left"
+UNKNOWN = "{desc}, {elapsed}"
+
 Progress = Callable[[str, int, int], None]
 
 
@@ -28,14 +31,11 @@ def shown() -> Iterator[Progress | None]:
         if not bars:
             if time.monotonic() - start < DELAY_S:
                 return
-            bars.append(tqdm(total=None, unit="%", leave=False))
+            bars.append(tqdm(total=100.0, leave=False, bar_format=FORMAT))
         bar = bars[0]
         bar.set_description_str(what, refresh=False)
-        if of > 0:
-            bar.total = 100.0
-            bar.n = round(100.0 * min(done / of, 1.0), 1)
-        else:
-            bar.total = None
+        bar.n = round(100.0 * min(done / of, 1.0), 1) if of > 0 else 0.0
+        bar.bar_format = FORMAT if of > 0 else UNKNOWN
         bar.refresh()
 
     try:

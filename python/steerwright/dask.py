@@ -163,7 +163,7 @@ def _shard(
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
         keywords = {"threads": 1, **options, "shard": shard, "output": folder / "pieces"}
-        made = _command.run("sweep", [folder / study], keywords).value
+        made = _command.run("sweep", [folder / study], keywords, quiet=True).value
         if made["file"] is None:
             return None
         return FilePath(made["file"]).name, FilePath(made["file"]).read_bytes()

@@ -102,6 +102,28 @@ def test_a_fleet_survives_a_worker(client: Any) -> None:
     )
 
 
+def test_the_functions_of_the_spark_example_make_one_fleet() -> None:
+    # Spark itself needs Java; what it calls is run here as it calls it.
+    pandas = pytest.importorskip("pandas")
+    page = (Path(__file__).parents[2] / "docs/cluster.md").read_text("utf-8")
+    example = page.split("## Spark")[1].split("```python\n")[1].split("\nfactors = ")[0]
+    names: dict[str, Any] = {}
+    exec(example, names)  # noqa: S102
+    names["OPTIONS"] = {"horizon": 15, **COLUMNS}
+    frames = [pandas.DataFrame({**log, "drive_id": k}) for k, log in enumerate(drives())]
+    partitions = [pandas.concat(frames[:5]).sample(frac=1.0, random_state=1), pandas.concat(frames[5:])]
+    factors = [row for part in partitions for row in names["accumulated"](iter([part]))]
+    documents = [frame["factor"][0] for frame in factors]
+    assert len(documents) == len(frames)
+    tree = [names["merged"](*documents[k : k + 2]) for k in range(0, len(documents), 2)]
+    while len(tree) > 1:
+        tree = [names["merged"](tree[0], tree[1]), *tree[2:]]
+    one_pass = steerwright.Accumulator(**names["OPTIONS"])
+    for log in drives():
+        one_pass.add(log)
+    assert steerwright.Accumulator.from_json(tree[0]).samples == one_pass.samples
+
+
 def test_errors_of_tasks_are_errors(client: Any, tmp_path: Path) -> None:
     with pytest.raises(steerwright.Error, match="missing.csv") as caught:
         steerwright.dask.accumulate([DRIVE, tmp_path / "missing.csv"], client, retries=0, **COLUMNS)

@@ -92,7 +92,9 @@ fn an_array_over_logs_is_a_fleet() {
     let [_, _, task, identify] = scripts()[..] else { panic!("the page has other scripts") };
     fs::create_dir(folder.join("factors")).unwrap();
     (0..TASKS).for_each(|k| ok(task, folder, Some(k)));
-    ok(identify, folder, None);
+    // 1: the parts of one drive validate worse than the whole of it.
+    let identified = run(identify, folder, None);
+    assert!(matches!(identified.status.code(), Some(0 | 1)), "{}", support::text_of(&identified));
     let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
     let (plant, fleet) = (read("plant.json"), read("fleet.rfactor"));
     // Merged with its own parts it is the same.
