@@ -62,8 +62,8 @@ pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
     };
     // Which also gives the options of all subcommands to each.
     root.build();
-    let names = subcommand.split(' ').filter(|name| *name != "read");
-    let command = names.fold(Some(&root), |c, name| c?.find_subcommand(name))?;
+    let mut names = subcommand.split(' ').filter(|name| *name != "read");
+    let command = names.try_fold(&root, |command, name| command.find_subcommand(name))?;
     let described = command.get_arguments().filter_map(|argument| {
         let name = argument.get_long().filter(|_| !argument.is_hide_set())?;
         let takes = argument.get_action().takes_values();
