@@ -1,6 +1,6 @@
 """A sweep on two local workers of Dask compared with one process of two threads; a fleet compared with one pass.
 
-    python cluster.py DRIVE.csv [RUNS] [LOGS]
+python cluster.py DRIVE.csv [RUNS] [LOGS]
 """
 
 import sys
@@ -60,7 +60,9 @@ def sweep(drive, runs, client, folder):
     core = 2 * alone / runs
     lost = max(2 * (cluster - alone) / -(-runs // per_task), 0.0)
     hundred = max(-(-runs // (100 * per_task)), 1) * (per_task * core + lost)
-    print(f"  {1e6 * core:.0f} µs a run on a core, {lost:.2f} s lost a task; projected on 100 cores {hundred:.1f} s")
+    print(
+        f"  {1e6 * core:.0f} µs a run on a core, {lost:.2f} s lost a task; projected on 100 cores {hundred:.1f} s"
+    )
 
 
 def fleet(drive, count, client):
@@ -85,9 +87,13 @@ def fleet(drive, count, client):
 
     passed, alone = timed(one_pass)
     omega = np.geomspace(0.1, 30.0, 50)
-    models = [steerwright.identify(d, order=2).frequency_response(omega).response for d in (distributed, passed)]
+    models = [
+        steerwright.identify(d, order=2).frequency_response(omega).response for d in (distributed, passed)
+    ]
     difference = np.abs(models[0] / models[1] - 1.0).max()
-    print(f"{count} logs of 60 s: two workers {cluster:.1f} s, {1000 * cluster / count:.1f} ms a log; one pass {alone:.1f} s")
+    print(
+        f"{count} logs of 60 s: two workers {cluster:.1f} s, {1000 * cluster / count:.1f} ms a log; one pass {alone:.1f} s"
+    )
     print(f"  largest relative difference of the models {difference:.1e}")
 
 

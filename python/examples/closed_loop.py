@@ -1,6 +1,6 @@
 """The closed loop of plant, path and controller, or of any tool's FMUs with such variables.
 
-    python closed_loop.py FOLDER_OF_FMUS
+python closed_loop.py FOLDER_OF_FMUS
 """
 
 import sys

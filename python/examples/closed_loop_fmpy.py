@@ -1,6 +1,6 @@
 """The same loop in FMPy alone: plant, path and controller stepped one after the other.
 
-    python closed_loop_fmpy.py FOLDER_OF_FMUS
+python closed_loop_fmpy.py FOLDER_OF_FMUS
 """
 
 import sys

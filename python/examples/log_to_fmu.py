@@ -1,6 +1,6 @@
 """From a log to packed FMUs.
 
-    python log_to_fmu.py DRIVE.csv FOLDER
+python log_to_fmu.py DRIVE.csv FOLDER
 """
 
 import sys

@@ -22,7 +22,20 @@ if TYPE_CHECKING:
     from ._errors import Error, Warning
     from ._native import Log, Traces
     from .accumulator import Accumulator
-    from .commands import Path, Sweep, build, check, compare, inspect, load, merge_sweep, options, package, path, sweep
+    from .commands import (
+        Path,
+        Sweep,
+        build,
+        check,
+        compare,
+        inspect,
+        load,
+        merge_sweep,
+        options,
+        package,
+        path,
+        sweep,
+    )
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle

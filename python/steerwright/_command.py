@@ -29,9 +29,7 @@ class Outcome(NamedTuple):
     """What the command printed, as JSON."""
 
 
-def run(
-    command: str, positional: Iterable[Any], options: dict[str, Any], *, quiet: bool = False
-) -> Outcome:
+def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, quiet: bool = False) -> Outcome:
     """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options; ``quiet`` shows no bar."""
     words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--"]
     arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]

@@ -44,7 +44,16 @@ File = Union[str, "os.PathLike[str]"]
 '''
 
 NUMBERS = {
-    "TIME", "ANGLE", "RATE", "LENGTH", "SPEED", "ACCELERATION", "PER_SECOND", "SHARE", "GAIN", "MARGIN",
+    "TIME",
+    "ANGLE",
+    "RATE",
+    "LENGTH",
+    "SPEED",
+    "ACCELERATION",
+    "PER_SECOND",
+    "SHARE",
+    "GAIN",
+    "MARGIN",
 }
 WHOLE = {"N", "RUNS"}
 PLAIN = {"R", "KG", "M"}
@@ -101,7 +110,7 @@ def module() -> str:
                 inherited |= known
         written[command] = names
         bases = bases or ["TypedDict"]
-        text += f'\n\nclass {class_of(command)}({", ".join(bases)}, total=False):\n'
+        text += f"\n\nclass {class_of(command)}({', '.join(bases)}, total=False):\n"
         text += f'    """The options of `{command}`."""\n\n'
         for name, value, values, repeated, default, help_text in described:
             if name in inherited:

@@ -122,9 +122,7 @@ def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
 
 
 @documented("compare", {"json"})
-def compare(
-    models: Sequence[Plant | Bicycle | File], **options: Unpack[CompareOptions]
-) -> dict[str, Any]:
+def compare(models: Sequence[Plant | Bicycle | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
     """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
 
     ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.
@@ -204,9 +202,7 @@ def sweep(study: File, **options: Unpack[SweepOptions]) -> Sweep:
 
 
 @documented("sweep merge", {"json"})
-def merge_sweep(
-    study: File, pieces: Sequence[File], **options: Unpack[MergeSweepOptions]
-) -> Sweep:
+def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSweepOptions]) -> Sweep:
     """Merges the pieces of a study, which ``sweep`` made with ``shard="I/N"``, to the bytes of one run."""
     met, summary = _command.run("sweep merge", [study, *pieces], dict(options))
     return Sweep(FilePath(summary["file"]), summary, met)

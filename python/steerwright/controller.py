@@ -33,9 +33,7 @@ class Controller(Document, documents.Pid):
 
     FILE = "pid.json"
 
-    def __init__(
-        self, text: str, *, file: str | None = None, model: Plant | Bicycle | None = None
-    ) -> None:
+    def __init__(self, text: str, *, file: str | None = None, model: Plant | Bicycle | None = None) -> None:
         super().__init__(text, file=file)
         self._model = model
 
@@ -77,9 +75,7 @@ class Controller(Document, documents.Pid):
 
 
 @documented("design")
-def design(
-    model: Plant | Bicycle | str | os.PathLike[str], **options: Unpack[DesignOptions]
-) -> Controller:
+def design(model: Plant | Bicycle | str | os.PathLike[str], **options: Unpack[DesignOptions]) -> Controller:
     """Designs a PID steering controller (eq 14) to a specification, and verifies it in the loop of FMUs.
 
     ``model`` is a :class:`Plant`, a :class:`Bicycle`, or the file of one. A specification that is not met is no

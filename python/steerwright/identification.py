@@ -51,9 +51,7 @@ def identify(
     return _warned(kind(text, traces=traces), log.warnings)
 
 
-def identify_bicycle(
-    log: Log | Source | Sequence[Source], **options: Unpack[IdentifyOptions]
-) -> Bicycle:
+def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[IdentifyOptions]) -> Bicycle:
     """Identifies the two-wheel bicycle model (eq 13), scheduled by the speed, for drives of varying speed.
 
     The options are those of :func:`identify`, of which ``mass``, ``wheelbase`` and ``front_share`` are the

@@ -100,9 +100,7 @@ class Plant(Document, documents.Plant):
 
     FILE = "plant.json"
 
-    def __init__(
-        self, text: str, *, file: str | None = None, traces: Traces | None = None
-    ) -> None:
+    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
         super().__init__(text, file=file)
         self._traces = traces
 
@@ -318,9 +316,7 @@ class Bicycle(Document, documents.Bicycle):
 
     FILE = "bicycle.json"
 
-    def __init__(
-        self, text: str, *, file: str | None = None, traces: Traces | None = None
-    ) -> None:
+    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
         super().__init__(text, file=file)
         self._traces = traces
 

@@ -66,9 +66,7 @@ def test_a_sweep_survives_a_worker(fmus: dict[str, Path], tmp_path: Path, client
     study.write_text(STUDY)
     whole = steerwright.sweep(study, output=tmp_path / "whole.csv")
     killing = kill_a_worker(client, 1.0)
-    on_cluster = steerwright.dask.sweep(
-        study, client, output=tmp_path / "cluster.csv", runs_per_task=20
-    )
+    on_cluster = steerwright.dask.sweep(study, client, output=tmp_path / "cluster.csv", runs_per_task=20)
     killing.join()
     assert (tmp_path / "cluster.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert on_cluster.summary["outcomes"] == whole.summary["outcomes"]

@@ -21,9 +21,7 @@ def ok(*arguments: object, cwd: Path) -> None:
 def test_documents_are_those_of_the_command_line(tmp_path: Path) -> None:
     for options in (["--order", "2"], ["--delay", "20ms", "--validation-fraction", "30%"]):
         ok("identify", DRIVE, *OPTIONS, *options, "-o", "plant.json", cwd=tmp_path)
-        keywords = (
-            {"order": 2} if "--order" in options else {"delay": 0.02, "validation_fraction": 0.3}
-        )
+        keywords = {"order": 2} if "--order" in options else {"delay": 0.02, "validation_fraction": 0.3}
         plant = steerwright.identify(DRIVE, **COLUMNS, **keywords)
         assert plant.to_json() == (tmp_path / "plant.json").read_text("utf-8")
     ok("design", "plant.json", "--overshoot", "2%", "--max-angle", "20deg", cwd=tmp_path)
@@ -37,9 +35,7 @@ def test_documents_are_those_of_the_command_line(tmp_path: Path) -> None:
 def test_a_bicycle_is_that_of_the_command_line(tmp_path: Path) -> None:
     options = ["--structure", "bicycle", "--wheelbase", "2.58"]
     ok("identify", DRIVE, *OPTIONS[:2], *options, "-o", "bicycle.json", cwd=tmp_path)
-    bicycle = steerwright.identify_bicycle(
-        DRIVE, input_channel="steering_command_rad", wheelbase=2.58
-    )
+    bicycle = steerwright.identify_bicycle(DRIVE, input_channel="steering_command_rad", wheelbase=2.58)
     assert bicycle.to_json() == (tmp_path / "bicycle.json").read_text("utf-8")
     assert isinstance(bicycle, steerwright.Bicycle)
 

@@ -97,9 +97,7 @@ def test_the_yaw_step_is_that_of_the_evidence(controller: steerwright.Controller
     )
 
 
-def test_notebooks_show_figures(
-    plant: steerwright.Plant, controller: steerwright.Controller
-) -> None:
+def test_notebooks_show_figures(plant: steerwright.Plant, controller: steerwright.Controller) -> None:
     for shown, figures in ((plant._repr_html_(), plant.figures()), (controller._repr_html_(), {})):
         assert shown.count("<svg") >= max(len(figures), 4)
     assert {"drive", "comparison", "frequency_response"} <= {

@@ -58,9 +58,7 @@ def test_the_package_was_installed_from_a_wheel() -> None:
     assert Path(steerwright.__file__).is_relative_to(sys.prefix)
 
 
-def test_the_example_of_the_readme_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = Path(__file__).parents[2]
     (tmp_path / "tests").symlink_to(root / "tests")
     monkeypatch.chdir(tmp_path)

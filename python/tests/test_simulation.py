@@ -60,8 +60,7 @@ def test_a_crash_of_an_fmu_is_an_error(fmus: dict[str, Path], tmp_path: Path) ->
     # The library of an FMU that aborts where it is instantiated.
     source, library = tmp_path / "abort.c", tmp_path / "abort.so"
     source.write_text(
-        "#include <stdlib.h>\n"
-        + "".join(f"void *{name}() {{ abort(); }}\n" for name in FUNCTIONS)
+        "#include <stdlib.h>\n" + "".join(f"void *{name}() {{ abort(); }}\n" for name in FUNCTIONS)
     )
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
     broken = tmp_path / "LateralPid.fmu"

@@ -100,7 +100,9 @@ def test_mat(version: str, table: dict[str, Any], log: steerwright.Log, tmp_path
         head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
         with open(file, "r+b") as opened:
             opened.write(head)
-    columns = {f"{key}_channel": f"drive.{name}" for key, name in zip(("time", "input", "output", "speed"), NAMES)}
+    columns = {
+        f"{key}_channel": f"drive.{name}" for key, name in zip(("time", "input", "output", "speed"), NAMES)
+    }
     same(steerwright.read(file, **columns, steering_ratio=1.0), log)
 
 
@@ -179,7 +181,9 @@ def test_blf(tmp_path: Path) -> None:
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-4)
 
 
-def test_formats_without_their_library_and_without_signals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_formats_without_their_library_and_without_signals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import sys
 
     (tmp_path / "drive.tdms").write_bytes(b"TDSm" + bytes(200))
