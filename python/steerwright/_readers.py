@@ -25,7 +25,7 @@ def converted(file: FilePath, folder: FilePath) -> FilePath:
 def tables(file: FilePath) -> Tables | None:
     """The tables of a file; `None` where the package reads it without another library."""
     for (ending, start), reader in READERS.items():
-        if file.suffix.lower() == ending and _starts(file, start):
+        if file.name.lower().endswith(ending) and _starts(file, start):
             found = reader(file)
             if not found:
                 raise Error(f"{file}: no channel of numbers", "check that the file is complete")
@@ -48,12 +48,12 @@ def _library(name: str, file: FilePath) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        package = {"nptdms": "nptdms", "can": "python-can"}.get(name.split(".")[0], name)
-        package = package.split(".")[0]
-        raise Error(
-            f"{file}: {file.suffix} files are read by {package}, which is not installed",
-            "pip install steerwright[logs]",
-        ) from error
+        package = {"can": "python-can"}.get(name.split(".")[0], name.split(".")[0])
+        if package == "openpilot":
+            hint = "run this where openpilot is on the path of Python"
+        else:
+            hint = "pip install steerwright[logs]"
+        raise Error(f"{file}: such files are read by {package}, which is not installed", hint) from error
 
 
 def tdms(file: FilePath) -> Tables:
@@ -139,8 +139,7 @@ def bag(file: FilePath) -> Tables:
     highlevel = _library("rosbags.highlevel", file)
     typesys = _library("rosbags.typesys", file)
     store = typesys.get_typestore(typesys.Stores.LATEST)
-    rows: dict[str, dict[str, list[float]]] = {}
-    times: dict[str, list[float]] = {}
+    topics: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
     with highlevel.AnyReader([_bag_folder(file)], default_typestore=store) as reader:
         for connection, stamp, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
@@ -148,18 +147,75 @@ def bag(file: FilePath) -> Tables:
             _fields("", message, values)
             if not values:
                 continue
-            columns = rows.setdefault(connection.topic, {})
-            count = len(times.setdefault(connection.topic, []))
-            times[connection.topic].append(_stamp(message, stamp))
-            for name, value in values.items():
-                columns.setdefault(name, [float("nan")] * count).append(value)
-            for column in columns.values():
-                if len(column) == count:
-                    column.append(float("nan"))
+            time, columns = topics.setdefault(connection.topic, ([], {}))
+            _append(time, columns, _stamp(message, stamp), values)
     return [
-        (f"{file}: {topic}", {"time_s": np.array(times[topic]), **_arrays(columns)})
-        for topic, columns in rows.items()
+        (f"{file}: {topic}", {"time_s": np.array(time), **_arrays(columns)})
+        for topic, (time, columns) in topics.items()
     ]
+
+
+def rlog(file: FilePath) -> Tables:
+    """openpilot's rlog and qlog, by openpilot's own reader where it is installed: a table for each service."""
+    logreader = _library("openpilot.tools.lib.logreader", file)
+    services: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
+    for event in logreader.LogReader(str(file)):
+        service = event.which()
+        if service not in SERVICES:
+            continue
+        values: dict[str, float] = {}
+        _entries("", getattr(event, service).to_dict(), values)
+        time, columns = services.setdefault(service, ([], {}))
+        _append(time, columns, event.logMonoTime * 1e-9, values)
+    return [
+        (f"{file}: {service}", {"time_s": np.array(time), **_arrays(columns)})
+        for service, (time, columns) in services.items()
+    ]
+
+
+SERVICES = {
+    "accelerometer",
+    "carControl",
+    "carOutput",
+    "carState",
+    "controlsState",
+    "gpsLocation",
+    "gpsLocationExternal",
+    "gyroscope",
+    "liveLocationKalman",
+    "liveParameters",
+    "livePose",
+}
+"""What concerns the motion of the vehicle; an rlog has a hundred others."""
+
+
+def _entries(name: str, value: Any, into: dict[str, float]) -> None:
+    """Numbers of nested dicts and short lists, such as the axes of a sensor."""
+    if isinstance(value, (bool, int, float)):
+        into[name] = float(value)
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            _entries(f"{name}.{key}" if name else key, item, into)
+    elif isinstance(value, list) and len(value) <= AXES:
+        for index, item in enumerate(value):
+            _entries(f"{name}.{index}", item, into)
+
+
+AXES = 4
+"""Longest list that is a vector."""
+
+
+def _append(
+    time: list[float], columns: dict[str, list[float]], stamp: float, values: dict[str, float]
+) -> None:
+    """A row; what it lacks is missing."""
+    count = len(time)
+    time.append(stamp)
+    for name, value in values.items():
+        columns.setdefault(name, [float("nan")] * count).append(value)
+    for column in columns.values():
+        if len(column) == count:
+            column.append(float("nan"))
 
 
 def _bag_folder(file: FilePath) -> FilePath:
@@ -214,5 +270,6 @@ READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
     (".mat", b""): mat,
     (".bag", b"#ROSBAG V2.0"): bag,
     (".db3", b"SQLite format 3"): bag,
+    **{(f"{kind}log{end}", b""): rlog for kind in "rq" for end in ("", ".bz2", ".zst")},
 }
 """Ending and first bytes, and the function that reads such a file."""

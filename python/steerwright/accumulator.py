@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _native, _progress
 from ._errors import Error
@@ -80,6 +80,9 @@ class Accumulator:
         found._drives.load(text, "the document")
         return found
 
+    def __reduce__(self) -> Any:
+        return _restored, (dict(self._options), None if self._drives.is_empty else self.to_json())
+
     def _filled(self) -> _native.Drives:
         if self._drives.is_empty:
             raise Error("nothing is accumulated", "add a log first")
@@ -87,3 +90,10 @@ class Accumulator:
 
     def __repr__(self) -> str:
         return "<Accumulator: empty>" if self._drives.is_empty else f"<Accumulator: {self.samples} samples>"
+
+
+def _restored(options: dict[str, Any], text: str | None) -> Accumulator:
+    found = Accumulator(**options)
+    if text is not None:
+        found._drives.load(text, "the document")
+    return found

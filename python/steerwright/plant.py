@@ -63,6 +63,14 @@ class Document:
         """Reads a document."""
         return cls(FilePath(path).read_text("utf-8"), file=os.fspath(path))
 
+    def __reduce__(self) -> Any:
+        # Signals of a log stay in their process.
+        return _restored, (type(self), self._text, self._file)
+
+
+def _restored(kind: type[Document], text: str, file: str) -> Document:
+    return kind(text, file=file)
+
 
 class FrequencyResponse(NamedTuple):
     """A frequency response."""

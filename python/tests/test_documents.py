@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +62,8 @@ def test_an_accumulator_is_that_of_the_command_line(tmp_path: Path) -> None:
     again = steerwright.Accumulator.load(tmp_path / "both.rfactor")
     assert again.to_json() == accumulator.to_json()
     assert again.samples == accumulator.samples > 4000
+    assert pickle.loads(pickle.dumps(accumulator)).to_json() == accumulator.to_json()
+    assert "empty" in repr(pickle.loads(pickle.dumps(steerwright.Accumulator(horizon=20))))
 
 
 def test_documents_survive_saving_and_loading(plant: steerwright.Plant, tmp_path: Path) -> None:
@@ -68,6 +72,9 @@ def test_documents_survive_saving_and_loading(plant: steerwright.Plant, tmp_path
     assert again.to_json() == plant.to_json()
     assert again == plant
     assert again.traces is None
+    copied = pickle.loads(pickle.dumps(plant))
+    assert copied == plant and copied.traces is None
+    np.testing.assert_array_equal(copy.deepcopy(plant).A, plant.A)
     with pytest.raises(steerwright.Error, match="not that of a bicycle"):
         steerwright.Bicycle.load(tmp_path / "plant.json")
 

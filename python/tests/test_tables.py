@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import types
 from pathlib import Path
 from typing import Any
 
@@ -181,11 +183,55 @@ def test_blf(tmp_path: Path) -> None:
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-4)
 
 
+def test_rlog(table: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # openpilot is in no package index: its reader is represented by what its events are.
+    class Event:
+        def __init__(self, k: int, service: str, values: dict[str, Any]) -> None:
+            self.logMonoTime, self.service = 10**9 + 10**7 * k, service
+            setattr(self, service, type("Reader", (), {"to_dict": lambda _: values}))
+
+        def which(self) -> str:
+            return self.service
+
+        def __getattribute__(self, name: str) -> Any:
+            value = object.__getattribute__(self, name)
+            return value() if isinstance(value, type) and value.__name__ == "Reader" else value
+
+    def events(_: str) -> Any:
+        for k in range(3000):
+            yield Event(k, "can", {"data": b""})
+            steering = np.rad2deg(table["steering_command_rad"][k])
+            car = {"steeringAngleDeg": steering, "vEgo": table["speed_mps"][k], "gearShifter": "drive"}
+            yield Event(k, "carState", car)
+            rate = [0.0, 0.0, table["yaw_rate_radps"][k]]
+            yield Event(k, "livePose", {"angularVelocityDevice": {"z": rate[2]}, "axes": rate})
+
+    reader = types.ModuleType("openpilot.tools.lib.logreader")
+    reader.LogReader = events  # type: ignore[attr-defined]
+    for name in ("openpilot", "openpilot.tools", "openpilot.tools.lib"):
+        monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
+    monkeypatch.setitem(sys.modules, reader.__name__, reader)
+    (tmp_path / "rlog.zst").write_bytes(b"")
+    found = steerwright.read(
+        tmp_path / "rlog.zst",
+        input_channel="steeringAngleDeg",
+        output_channel="angularVelocityDevice.z",
+        speed_channel="vEgo",
+        unit={"angularVelocityDevice.z": "rad/s", "vEgo": "m/s"},
+        steering_ratio=1.0,
+        intersample="zoh",
+    )
+    expected = steerwright.read(
+        {"time_s": 1.0 + 0.01 * np.arange(3000), **{name: table[name][:3000] for name in NAMES[1:]}},
+        **COLUMNS,
+        intersample="zoh",
+    )
+    same(found, expected, 1e-9)
+
+
 def test_formats_without_their_library_and_without_signals(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import sys
-
     (tmp_path / "drive.tdms").write_bytes(b"TDSm" + bytes(200))
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(steerwright.Error, match="nptdms, which is not installed"):
