@@ -15,6 +15,7 @@ mod demo;
 mod design;
 mod design_summary;
 mod evidence;
+mod export;
 mod failure;
 mod files;
 mod gate;
@@ -88,6 +89,7 @@ enum Command {
     // Boxed: it has the options of several stages.
     Compare(Box<compare::Arguments>),
     Sweep(sweep::Arguments),
+    Export(export::Arguments),
     Check(check::Arguments),
     Completions(manual::CompletionArguments),
     Man(manual::ManArguments),
@@ -107,6 +109,7 @@ fn execute(command: Command, global: &Global) -> Result<Outcome, Failure> {
         Command::Simulate(arguments) => simulate::run(&arguments, global),
         Command::Compare(arguments) => compare::run(&arguments, global),
         Command::Sweep(arguments) => sweep::run(&arguments, global),
+        Command::Export(arguments) => export::run(&arguments, global),
         Command::Check(arguments) => check::run(&arguments),
         Command::Completions(arguments) => manual::completions(&arguments),
         Command::Man(arguments) => manual::man(&arguments, global),

@@ -24,6 +24,8 @@ pub(crate) enum Kind {
     Fmu,
     Ssp,
     ManPage,
+    /// The parameters of a driving stack.
+    Parameters,
 }
 
 impl Kind {
@@ -44,6 +46,7 @@ impl Kind {
             Self::Fmu => "FMU".into(),
             Self::Ssp => "system structure package".into(),
             Self::ManPage => "page of the manual".into(),
+            Self::Parameters => "parameters of a driving stack".into(),
         }
     }
 
@@ -84,6 +87,7 @@ impl Kind {
                 let title = format!(".TH {GENERATOR}");
                 head(file)?.lines().any(|line| line.starts_with(&title))
             }
+            Self::Parameters => head(file)?.starts_with(steerwright_stacks::MARK),
             Self::Fmu => entry(&mut file, "modelDescription.xml").is_some_and(is_ours),
             Self::Ssp => entry(&mut file, "SystemStructure.ssd").is_some_and(is_ours),
         })

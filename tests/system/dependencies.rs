@@ -25,6 +25,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("packaging", &["host", "formats", "model-description", "slaves"]),
     ("checker", &["host", "model-description"]),
     ("report", &["formats"]),
+    ("stacks", &["formats"]),
     ("sweep", &["host"]),
     (
         "comparison",
@@ -52,6 +53,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "formats",
             "packaging",
             "report",
+            "stacks",
             "sweep",
             "sysid",
         ],

@@ -14,6 +14,7 @@ mod compare;
 mod crashing;
 mod demo;
 mod dependencies;
+mod export;
 mod first_fmu;
 mod fmus;
 #[cfg(unix)]

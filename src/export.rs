@@ -1,0 +1,79 @@
+//! `steerwright export`: the parameters of a driving stack.
+
+use crate::failure::{Failure, Outcome};
+use crate::gate::GateArguments;
+use crate::output::{Kind, Outputs};
+use crate::{Global, console, quantity};
+use std::path::PathBuf;
+use steerwright_comparison::ModelDocument;
+use steerwright_stacks::{Lateral, Stack, Stated};
+
+/// Write the parameters that a driving stack requires, with standard errors and conventions as comments
+///
+/// Delay, lag, effective wheelbase and offsets are those of the model, at its speed. What a drive does not
+/// determine is listed with the way to obtain it.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// plant.json or bicycle.json
+    #[arg(value_name = "MODEL.json")]
+    model: PathBuf,
+    /// The driving stack
+    #[arg(long = "for", value_name = "autoware|openpilot|ardupilot|px4", value_parser = stack)]
+    stack: Stack,
+    /// Write the parameters here; by default they are printed
+    #[arg(long = "output", short = 'o', value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Largest steering angle, in steering coordinates
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
+    max_angle: Option<f64>,
+    /// Largest rate of the steering angle that the actuator reaches, in steering coordinates
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
+    max_rate: Option<f64>,
+    /// Wheelbase, m; by default that of a bicycle
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    wheelbase: Option<f64>,
+    #[command(flatten)]
+    gate: GateArguments,
+}
+
+fn stack(text: &str) -> Result<Stack, String> {
+    Stack::ALL
+        .into_iter()
+        .find(|stack| stack.name() == text)
+        .ok_or_else(|| "expected autoware, openpilot, ardupilot or px4".into())
+}
+
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let mut outputs = Outputs::new(global.force, [&arguments.model]);
+    let out =
+        arguments.out.as_ref().map(|path| outputs.file(path, Kind::Parameters)).transpose()?;
+    let (model, ..) = arguments.gate.read(&arguments.model)?;
+    let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());
+    let lateral = match &model {
+        ModelDocument::Identified(plant) => Lateral::of_plant(plant),
+        ModelDocument::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
+    }
+    .map_err(failed)?;
+    let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);
+    let stated = Stated {
+        max_angle_rad: at_road_wheel(arguments.max_angle),
+        max_rate_radps: at_road_wheel(arguments.max_rate),
+        wheelbase_m: arguments.wheelbase,
+    };
+    let export = steerwright_stacks::export(arguments.stack, &lateral, &stated).map_err(|e| {
+        Failure::new(&e, format!("{} (--max-angle, --max-rate, --wheelbase)", e.hint()))
+    })?;
+    let text = export.text();
+    if let Some(out) = &out {
+        out.write(text.as_bytes())?;
+    }
+    for missing in &export.missing {
+        console::warning(format!("{} is left out: {}", missing.key, missing.reason));
+    }
+    match &out {
+        _ if console::is_json() => console::result(&text, &export)?,
+        Some(out) => console::note(format!("written to {out}")),
+        None => console::bytes(text.as_bytes()).map_err(console::NoOutput)?,
+    }
+    Ok(Outcome::Done)
+}
