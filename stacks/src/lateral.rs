@@ -122,8 +122,15 @@ impl Lateral {
         let errors = spread(plant.ensemble_dimension(), |xi| {
             turn_and_timing(&plant.ensemble_member(xi)?.discrete)
         });
+        // A first-order model has no freedom to correct its delay.
+        let fixed = delay > 0.0 && plant.order() == 1;
+        let delay_error = plant.evidence.delay.filter(|d| d.taken).and_then(|d| d.standard_error_s);
         let timing = turn_and_timing(&plant.discrete).map(|[_, delay, lag, total]| {
-            Timing::new([delay, lag, total], errors.map(|[_, d, l, t]| [d, l, t]))
+            let errors = errors.and_then(|[_, d, l, t]| {
+                let more = if fixed { delay_error? } else { 0.0 };
+                Some([d.hypot(more), l.hypot(more), t])
+            });
+            Timing::new([delay, lag, total], errors)
         });
         let ratio = plant.steering_ratio;
         Ok(Self {
@@ -290,33 +297,31 @@ fn moments(d: &Discrete) -> Option<[f64; 3]> {
 }
 
 /// (I − A)x = b by elimination with row pivots.
-fn solved(a: &Matrix, mut b: Vec<f64>) -> Option<Vec<f64>> {
+fn solved(a: &Matrix, b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
-    let mut m: Vec<Vec<f64>> = a.0.iter().map(|row| row.iter().map(|x| -x).collect()).collect();
-    if m.len() != n || m.iter().any(|row: &Vec<f64>| row.len() != n) {
+    if a.rows() != n || a.columns() != Some(n) {
         return None;
     }
-    (0..n).for_each(|i| m[i][i] += 1.0);
+    // The rows of (I − A | b).
+    let row = |(i, (row, b)): (usize, (&Vec<f64>, f64))| {
+        let mut row: Vec<f64> = row.iter().map(|x| -x).chain([b]).collect();
+        row[i] += 1.0;
+        row
+    };
+    let mut m: Vec<Vec<f64>> = a.0.iter().zip(b).enumerate().map(row).collect();
     for i in 0..n {
         let pivot = (i..n).max_by(|p, q| m[*p][i].abs().total_cmp(&m[*q][i].abs()))?;
-        if m[pivot][i].abs() < 1e-12 {
+        m.swap(i, pivot);
+        let pivot = m[i].clone();
+        if pivot[i].abs() < 1e-12 {
             return None;
         }
-        m.swap(i, pivot);
-        b.swap(i, pivot);
-        for k in i + 1..n {
-            let factor = m[k][i] / m[i][i];
-            for j in i..n {
-                m[k][j] -= factor * m[i][j];
-            }
-            b[k] -= factor * b[i];
+        for (_, row) in m.iter_mut().enumerate().filter(|(k, _)| *k != i) {
+            let factor = row[i] / pivot[i];
+            row.iter_mut().zip(&pivot).skip(i).for_each(|(x, p)| *x -= factor * p);
         }
     }
-    for i in (0..n).rev() {
-        let known: f64 = (i + 1..n).map(|j| m[i][j] * b[j]).sum();
-        b[i] = (b[i] - known) / m[i][i];
-    }
-    Some(b)
+    Some(m.iter().enumerate().map(|(i, row)| row[n] / row[i]).collect())
 }
 
 #[cfg(test)]

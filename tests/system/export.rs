@@ -143,6 +143,26 @@ fn a_plant_returns_the_delay_lag_and_wheelbase_of_the_simulated_vehicle() {
     assert!((found["RA_STR_RATE_LIM"].0 - 30.0).abs() < 1e-3, "{found:?}");
 }
 
+#[test]
+#[ignore = "slow: cargo xtask test"]
+fn bands_of_forty_drives_contain_the_delay_and_the_lag() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut inside = [0; 2];
+    for seed in 100..140 {
+        std::fs::write(folder.join("drive.csv"), kinematic(seed)).unwrap();
+        let identify = "identify drive.csv --steering-ratio 1 --intersample zoh --force";
+        done(folder, identify);
+        let found = exported(folder, "plant.json --for autoware --force");
+        let keys = [("steer_time_delay", DELAY), ("steer_time_constant", LAG)];
+        for (inside, (key, truth)) in inside.iter_mut().zip(keys) {
+            let (value, error) = found[key];
+            *inside += u32::from((value - truth).abs() < 1.96 * error.unwrap());
+        }
+    }
+    assert!(inside.iter().all(|n| *n >= 34), "of 40: {inside:?}");
+}
+
 /// Mass, inertia, distances, stiffnesses and steering ratio of the dynamic car.
 const CAR: [f64; 7] = [1500.0, 2600.0, 1.2, 1.5, 80e3, 95e3, 16.0];
 
