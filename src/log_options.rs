@@ -29,7 +29,7 @@ pub(crate) struct SourceArguments {
     pub(crate) mapping: Option<PathBuf>,
     /// Vehicle of the mapping file
     #[arg(long, value_name = "NAME", requires = "mapping")]
-    pub(crate) vehicle: Option<String>,
+    pub(crate) mapping_vehicle: Option<String>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
     #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
     pub(crate) decimal: Option<DecimalMark>,
@@ -156,7 +156,7 @@ impl SourceArguments {
         let mut databases = self.dbc.clone();
         if let Some(path) = &self.mapping {
             let (text, name) = (files::read_text(path)?, path.display().to_string());
-            let mapping = Mapping::of_toml(&text, &name, self.vehicle.as_deref())?;
+            let mapping = Mapping::of_toml(&text, &name, self.mapping_vehicle.as_deref())?;
             if databases.is_empty() {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 databases = mapping.dbc.iter().map(|name| folder.join(name)).collect();

@@ -17,6 +17,7 @@ COMMANDS = {
     "package": {"json"},
     "check": {"force", "json"},
     "compare": {"json"},
+    "export": {"json", "for"},
     "build": {"json"},
     "sweep": {"json", "serve"},
     "sweep merge": {"json"},

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         BuildOptions,
         CheckOptions,
         CompareOptions,
+        ExportOptions,
         InspectOptions,
         MergeSweepOptions,
         PackageOptions,
@@ -118,6 +119,19 @@ def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     Returns what ``steerwright inspect --json`` prints.
     """
     found: dict[str, Any] = _command.run("inspect", [log], dict(options)).value
+    return found
+
+
+@documented("export", {"json", "for"})
+def export(model: Plant | Bicycle | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
+    """The parameters of a driving stack (``autoware``, ``openpilot``, ``ardupilot``, ``px4``) from a model, with standard
+    errors, units and conventions; with ``output`` also as the stack's file.
+
+    Returns what ``steerwright export --json`` prints: ``parameters``, ``missing`` and ``convention``.
+    """
+    with _command.folder() as folder:
+        files = _command.as_files([model], folder)
+        found: dict[str, Any] = _command.run("export", files, {**options, "for": stack}).value
     return found
 
 

@@ -89,6 +89,21 @@ def test_the_examples_agree(fmus: dict[str, Path], monkeypatch: pytest.MonkeyPat
     np.testing.assert_allclose(ours, theirs, atol=1e-12)
 
 
+def test_parameters_of_stacks_are_exported(plant: steerwright.Plant, tmp_path: Path) -> None:
+    file = tmp_path / "steering.param.yaml"
+    found = steerwright.export(plant, "autoware", max_angle=0.5, wheelbase=2.58, output=file)
+    values = {parameter["key"]: parameter for parameter in found["parameters"]}
+    assert values["steer_lim"]["value"] == 0.5
+    delay, lag = values["steer_time_delay"], values["steer_time_constant"]
+    # Delay and lag of the response at low frequencies are those of the model.
+    omega = np.array([0.05])
+    late = -np.angle(plant.frequency_response(omega).response / np.sign(plant.gain))[0] / omega[0]
+    assert delay["value"] + lag["value"] == pytest.approx(late, rel=0.02)
+    assert f"{delay['value']:.4f}"[:5] in file.read_text("utf-8")
+    with pytest.raises(steerwright.Error, match="autoware"):
+        steerwright.export(plant, "none")
+
+
 def test_a_sweep_is_summarised_and_resumed(fmus: dict[str, Path], tmp_path: Path) -> None:
     study, results = tmp_path / "study.toml", tmp_path / "results.csv"
     study.write_text(STUDY.format(ssp=fmus["LateralLoop"].as_posix()))

@@ -60,7 +60,10 @@ fn a_mapping_file_replaces_the_options() {
                    steering_ratio = 1\n[vehicle.other]\nsteering = \"nothing\"\n";
     std::fs::write(folder.path().join("mapping.toml"), mapping).unwrap();
     let line = "identify {data}/multibody/drive.csv --order 2 --horizon 10";
-    done(folder.path(), &format!("{line} --mapping mapping.toml --vehicle car -o mapped.json"));
+    done(
+        folder.path(),
+        &format!("{line} --mapping mapping.toml --mapping-vehicle car -o mapped.json"),
+    );
     done(
         folder.path(),
         &format!(
