@@ -82,7 +82,7 @@ def kind_of(command: str, name: str, value: str | None, values: list[str], repea
     elif others and first.islower():
         literals = ", ".join(f'"{item}"' for item in (first, *others))
         kind = f"Union[Literal[{literals}], bool]" if "on" in others else f"Literal[{literals}]"
-    elif any(part in value for part in ("FILE", "CSV", "TOML", "DIR", "FMU", "SSP", "json", "HTML", "toml")):
+    elif any(part in value for part in ("FILE", "CSV", "TOML", "DIR", "FMU", "SSP", "json", "HTML", "toml", "csv")):
         kind = "File"
     else:
         kind = "str"

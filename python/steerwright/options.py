@@ -28,7 +28,7 @@ class ReadOptions(TypedDict, total=False):
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
-    vehicle: str
+    mapping_vehicle: str
     """Vehicle of the mapping file."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
@@ -233,7 +233,7 @@ class InspectOptions(TypedDict, total=False):
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
-    vehicle: str
+    mapping_vehicle: str
     """Vehicle of the mapping file."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
@@ -305,12 +305,32 @@ class CompareOptions(DesignOptions, ReadOptions, total=False):
     never overwritten, a foreign file in a folder never removed."""
 
 
+class ExportOptions(TypedDict, total=False):
+    """The options of `export`."""
+
+    output: File
+    """Write the parameters here; by default they are printed."""
+    max_angle: Quantity
+    """Largest steering angle, in steering coordinates."""
+    max_rate: Quantity
+    """Largest rate of the steering angle that the actuator reaches, in steering coordinates."""
+    wheelbase: float
+    """Wheelbase, m; by default that of a bicycle."""
+    accept_untrusted: bool
+    """Use a model that failed validation; all files made from it state its quality."""
+    force: bool
+    """Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    never overwritten, a foreign file in a folder never removed."""
+
+
 class BuildOptions(DesignOptions, ReadOptions, total=False):
     """The options of `build`."""
 
     out: File
     """Folder for all results (default out)."""
-    track: str
+    vehicle: File
+    """Vehicle data (TOML) of a bicycle model to compare with."""
+    track: File
     """Recorded points (CSV) of a road to track, in addition to the standard road."""
     lateral_acceleration: Quantity
     """Largest lateral acceleration on the standard road (default 4m/s2)."""

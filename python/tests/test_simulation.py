@@ -95,9 +95,10 @@ def test_parameters_of_stacks_are_exported(plant: steerwright.Plant, tmp_path: P
     values = {parameter["key"]: parameter for parameter in found["parameters"]}
     assert values["steer_lim"]["value"] == 0.5
     delay, lag = values["steer_time_delay"], values["steer_time_constant"]
-    # Delay and lag of the response at low frequencies are those of the model.
+    # Delay and lag are those of the model at low frequencies, without the half sample for which its input is held.
     omega = np.array([0.05])
     late = -np.angle(plant.frequency_response(omega).response / np.sign(plant.gain))[0] / omega[0]
+    late -= plant.sample_time / 2.0
     assert delay["value"] + lag["value"] == pytest.approx(late, rel=0.02)
     assert f"{delay['value']:.4f}"[:5] in file.read_text("utf-8")
     with pytest.raises(steerwright.Error, match="autoware"):
