@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import signal
 import threading
 import time
 
@@ -45,6 +46,8 @@ def test_a_design_on_a_failed_model_is_refused(log: steerwright.Log) -> None:
 
 @pytest.mark.filterwarnings("ignore::steerwright.Warning")
 def test_an_interruption_returns_at_once(log: steerwright.Log) -> None:
+    # Where it was started in the background, this process ignores interruptions.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     rng = np.random.default_rng(2)
     n = 300_000
     table = {
@@ -63,6 +66,7 @@ def test_an_interruption_returns_at_once(log: steerwright.Log) -> None:
     with pytest.raises(KeyboardInterrupt):
         steerwright.identify(large, max_samples="all", max_order=20, horizon=60)
     assert time.monotonic() - start < 0.6 * alone
+    signal.signal(signal.SIGINT, before)
 
 
 def test_other_threads_run_meanwhile(log: steerwright.Log) -> None:
