@@ -149,7 +149,7 @@ mod tests {
                         || one.get_long().is_some_and(|name| other.get_long() == Some(name))
                         || one.get_short().is_some_and(|name| other.get_short() == Some(name))
                 };
-                assert!(!arguments[..k].iter().any(|other| same(other)), "{command} {one}");
+                assert!(!arguments[..k].iter().any(same), "{command} {one}");
             }
             command.get_subcommands().for_each(check);
         }

@@ -3,7 +3,7 @@
 //!
 //! [`Lateral`] reduces a plant or a bicycle to what the stacks' models have: a delay, a first-order lag, and the
 //! effective wheelbase v·δ/r at the road wheel. A file for each stack maps these to its parameters; what the model
-//! does not determine is listed in [`Export::missing`]. Signs are those of ISO 8855, positive to the left.
+//! does not determine is listed in [`Export`]. Signs are those of ISO 8855, positive to the left.
 
 mod ardupilot;
 mod autoware;
