@@ -64,8 +64,8 @@ impl DriveLog {
                 channel.warn_bridged(from, to, options.max_gap_s, &mut self.warnings);
             }
             let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
-            let input = on_grid(Role::Steering);
-            let output = on_grid(Role::YawRate).unwrap_or_default();
+            let [input, output] = options.response.roles().map(on_grid);
+            let output = output.unwrap_or_default();
             let speed = self.speed.as_ref().and_then(|_| on_grid(Role::Speed));
             let speed: Option<Vec<f64>> =
                 speed.map(|v| v.into_iter().map(|x| x.max(0.0)).collect());
@@ -80,7 +80,20 @@ impl DriveLog {
                 }
                 _ => std::iter::once(0..grid.count).collect(),
             };
+            let runs = match segments::engaged(drive, &grid) {
+                Some(engaged) => {
+                    let runs = segments::within(runs, &engaged);
+                    let samples: usize = runs.iter().map(Range::len).sum();
+                    *kept.engaged.get_or_insert(0) += samples;
+                    runs
+                }
+                None => runs,
+            };
             for run in runs {
+                for (role, samples) in &mut self.others {
+                    let own = drive.channel(*role).map(|channel| channel.samples_on(&grid));
+                    samples.extend_from_slice(&own.unwrap_or_default()[run.clone()]);
+                }
                 self.push(&grid, run, input.as_deref(), &output, speed.as_deref());
             }
         }
@@ -116,6 +129,8 @@ struct Kept {
     splits: Vec<Split>,
     /// Speeds before the speed window.
     speeds: Vec<f64>,
+    /// Samples with the controller engaged.
+    engaged: Option<usize>,
     /// Sum and number of one drive's speeds.
     speed: (f64, usize),
 }
@@ -167,6 +182,16 @@ impl Kept {
                 used as f64 * step,
                 all as f64 * step,
                 counted(log.segments.len(), "segment")
+            ));
+        }
+        if let Some(engaged) = self.engaged {
+            let (kept_s, shortest_s) = (engaged as f64 * step, LEAST_SEGMENT as f64 * step);
+            if engaged < LEAST_SAMPLES {
+                return Err(Error::NotEngaged { kept_s, shortest_s });
+            }
+            log.warnings.push(format!(
+                "controller engaged, and not overridden, in {kept_s:.1} s of {:.1} s: only these are used",
+                self.samples as f64 * step
             ));
         }
         if used >= LEAST_SAMPLES {

@@ -223,6 +223,10 @@ fn finished(
         SpikeFilter::default().take(&mut series, true);
     }
     series.check_rows()?;
+    if role.is_switch() {
+        series.period = median_period(&series.time);
+        return Ok(series);
+    }
     if role == Role::Steering {
         series.intersample = intersample::of_steering(&series, options);
     }

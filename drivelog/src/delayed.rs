@@ -1,6 +1,7 @@
 //! A recording with its steering delayed.
 
 use crate::log::DriveLog;
+use crate::options::Response;
 use crate::role::Role;
 use steerwright_formats::{ChannelSummary, Intersample};
 
@@ -33,6 +34,9 @@ impl DriveLog {
 
     /// Whether the steering is as it was recorded, one sample for each of its own.
     fn is_held(&self) -> bool {
+        if self.response != Response::YawRate {
+            return false;
+        }
         let mut steering = self.channels.iter().filter(|c| c.role == Role::Steering.key());
         let one = |c: &ChannelSummary| c.rate_hz * self.sample_time_s < 1.5;
         steering.all(|c| one(c) && matches!(c.intersample, None | Some(Intersample::Zoh)))

@@ -9,7 +9,7 @@ use crate::error::{Error, Place, last_part};
 use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
-use crate::options::LogOptions;
+use crate::options::{LogOptions, Response};
 use crate::recording::Group;
 use crate::role::{Role, Wheel};
 use crate::series::Series;
@@ -25,7 +25,7 @@ const FULL_SCALE_TOLERANCE: f64 = 1.02;
 
 pub(crate) struct Drive {
     pub(crate) name: String,
-    /// Steering, yaw rate and, where there is one, speed.
+    /// Input, output, and what else there is of the response.
     pub(crate) channels: Vec<Series>,
     pub(crate) places: Vec<Series>,
     pub(crate) files: Vec<SourceFile>,
@@ -38,8 +38,7 @@ pub(crate) fn grouped<'a>(
     options: &LogOptions,
 ) -> Result<Vec<Vec<Opened<'a>>>, Error> {
     let brings = |file: &Opened<'_>, role| file.groups().any(|g| brings(g, role, options));
-    let whole =
-        |file: &Opened<'_>| [Role::Steering, Role::YawRate].iter().all(|r| brings(file, *r));
+    let whole = |file: &Opened<'_>| options.response.roles().iter().all(|r| brings(file, *r));
     let complete: Vec<&str> = files.iter().filter(|f| whole(f)).map(name).collect();
     if files.len() > 1 && complete.len() == files.len() {
         return Ok(files.into_iter().map(|f| vec![f]).collect());
@@ -95,7 +94,12 @@ impl Drive {
         let names: Vec<&str> = files.iter().map(|file| last_part(name(file))).collect();
         let name = names.join(" + ");
         let groups: Vec<Group> = files.iter().flat_map(Opened::groups).cloned().collect();
-        let roles = [Role::Steering, Role::YawRate, Role::Speed].into_iter().chain(Role::PLACES);
+        let response = options.response;
+        let roles = response.roles().into_iter().chain([Role::Speed]);
+        let others = response.others().iter().copied();
+        let of_yaw = response == Response::YawRate;
+        let places = Role::PLACES.into_iter().filter(|_| of_yaw);
+        let roles = roles.chain(others).chain(places);
         let sources = sources(&groups, roles, options, warnings)?;
         let (all, files) = channels::read(files, &sources, options, warnings)?;
         let (places, mut channels): (Vec<_>, Vec<_>) =
@@ -103,10 +107,13 @@ impl Drive {
         for channel in channels.iter().take(2) {
             check_constant(channel)?;
         }
-        let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
-        leave_out_frozen(&mut channels);
+        let mut ratio = 1.0;
+        if of_yaw {
+            ratio = steering_ratio(&channels[0], options, warnings)?;
+            leave_out_frozen(&mut channels);
+        }
         warnings.extend(channels.iter().filter_map(Series::frozen_in_words));
-        Ok(Self { name, channels, places, files, steering_ratio })
+        Ok(Self { name, channels, places, files, steering_ratio: ratio })
     }
 
     pub(crate) fn channel(&self, role: Role) -> Option<&Series> {

@@ -135,6 +135,10 @@ pub enum Error {
         most: f64,
         quartiles: (f64, f64),
     },
+    #[error(
+        "the controller is engaged for {kept_s:.1} s only (in segments of {shortest_s:.1} s or more)"
+    )]
+    NotEngaged { kept_s: f64, shortest_s: f64 },
     #[error("a speed window needs a speed column, and {drive} has none")]
     NoSpeedForWindow { drive: String },
     #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
@@ -287,6 +291,9 @@ impl Error {
                 return format!(
                     "half of the time it is between {low:.1} and {high:.1} m/s: widen the speed window, or leave it out"
                 );
+            }
+            Self::NotEngaged { .. } => {
+                "use a log of longer drives with the controller engaged, or check its channel"
             }
             Self::NoSpeedForWindow { .. } => {
                 "name the channel of the speed, or leave the speed window out"

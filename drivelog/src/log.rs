@@ -1,6 +1,8 @@
 //! A drive on one uniform grid.
 
 use crate::gnss::Gnss;
+use crate::options::Response;
+use crate::role::Role;
 use crate::signal::integrate;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,13 +17,18 @@ pub struct DriveLog {
     pub sample_time_s: f64,
     /// The segments without a gap, in order; together they are all samples.
     pub segments: Vec<Segment>,
+    /// What responds to what.
+    pub response: Response,
     /// Steering angle, rad, in the log's coordinates, held over each sample: of an angle that moves on
-    /// between its samples, the held one that does the same to a vehicle.
+    /// between its samples, the held one that does the same to a vehicle. Of the response of the lateral
+    /// acceleration, samples of the torque, Nm, or of its normalised command.
     pub input: Vec<f64>,
-    /// Yaw rate, rad/s.
+    /// Yaw rate, rad/s, or lateral acceleration, m/s².
     pub output: Vec<f64>,
     /// Speed, m/s.
     pub speed: Option<Vec<f64>>,
+    /// Samples of further channels, SI.
+    pub others: BTreeMap<Role, Vec<f64>>,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
     /// A receiver's fixes, where the log has them.

@@ -5,7 +5,7 @@ use crate::expression::{Term, terms};
 use crate::options::LogOptions;
 use crate::recording::Group;
 use crate::role::Role;
-use crate::units::{Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
+use crate::units::{ONE, Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
 
 /// What a role is read from.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ pub(crate) fn find(
     let first = terms.iter().flat_map(|term| &term.channels).next().copied().unwrap_or_default();
     let is_plain = matches!(&terms[..], [term] if term.channels.len() == 1);
     let own = &groups[group];
-    let unit = unit_of(own, first, options)?;
+    let unit = unit_for(own, first, role, options)?;
     check_quantity(own, first, unit, role)?;
     let unit = at_full_scale(unit, options, role)?;
     let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
@@ -114,7 +114,7 @@ fn by_name(
             if !channel.may_be(role) {
                 continue;
             }
-            let unit = unit_of(group, c, options)
+            let unit = unit_for(group, c, role, options)
                 .and_then(|unit| check_quantity(group, c, unit, role).map(|()| unit));
             match unit {
                 Ok(unit) => {
@@ -127,7 +127,12 @@ fn by_name(
             }
         }
     }
-    match (&found[..], role.required()) {
+    let is_required = options.response.roles().contains(&role);
+    if role == Role::Steering && !is_required {
+        // Not the command.
+        found.retain(|source| source.unit.quantity == Quantity::Angle);
+    }
+    match (&found[..], is_required) {
         ([source], _) => {
             let unit = at_full_scale(source.unit, options, role)?;
             Ok(Some(Source { unit, ..source.clone() }))
@@ -170,6 +175,19 @@ fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, E
         });
     }
     Ok(Unit { quantity: Quantity::Angle, to_si: angle * unit.to_si, ..unit })
+}
+
+/// The unit of a channel in a role; a switch needs none.
+fn unit_for(
+    group: &Group,
+    channel: usize,
+    role: Role,
+    options: &LogOptions,
+) -> Result<Unit, Error> {
+    match unit_of(group, channel, options) {
+        Err(Error::UnitNotStated { .. }) if role.is_switch() => Ok(ONE),
+        unit => unit,
+    }
 }
 
 /// The unit stated in the options, else by the file or in the channel's name.

@@ -1,5 +1,6 @@
 //! How a log is read.
 
+use crate::role::Role;
 use std::collections::BTreeMap;
 use steerwright_formats::Intersample;
 
@@ -26,16 +27,65 @@ impl DecimalMark {
     }
 }
 
+/// What responds to what in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Response {
+    /// The yaw rate, to the steering angle.
+    #[default]
+    YawRate,
+    /// The lateral acceleration, to a steering torque or its normalised command.
+    LateralAcceleration,
+}
+
+impl Response {
+    /// All.
+    pub const ALL: [Self; 2] = [Self::YawRate, Self::LateralAcceleration];
+
+    /// Its name in options and messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::YawRate => "yaw-rate",
+            Self::LateralAcceleration => "lateral-acceleration",
+        }
+    }
+
+    /// The roles of input and output.
+    #[must_use]
+    pub fn roles(self) -> [Role; 2] {
+        match self {
+            Self::YawRate => [Role::Steering, Role::YawRate],
+            Self::LateralAcceleration => [Role::SteeringTorque, Role::LateralAcceleration],
+        }
+    }
+
+    /// The roles of further channels, which are optional.
+    pub(crate) fn others(self) -> &'static [Role] {
+        match self {
+            Self::YawRate => &[],
+            Self::LateralAcceleration => {
+                &[Role::Steering, Role::Roll, Role::Engaged, Role::Override]
+            }
+        }
+    }
+}
+
 /// Which column is what, and how the channels are brought onto one grid.
 ///
 /// A column is named as in the header (with or without its bracketed unit), as `file.csv:column`
 /// where several files have it, and with a leading `-` where its sign is opposite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogOptions {
-    /// Steering angle. `None`: the one column with such a name.
+    /// What responds to what.
+    pub response: Response,
+    /// Steering angle or torque. `None`: the one column with such a name.
     pub input: Option<String>,
-    /// Yaw rate, or yaw, which is then differenced. `None`: the one column with such a name.
+    /// Yaw rate, or yaw, which is then differenced; or lateral acceleration. `None`: the one column with such a
+    /// name.
     pub output: Option<String>,
+    /// Further channels of the response by role (`steering`, `roll`, `engaged`, `override`). A role that is not
+    /// there: the one column with such a name, if there is one.
+    pub channels: BTreeMap<String, String>,
     /// Speed. `None`: the one column with such a name, if there is one.
     pub speed: Option<String>,
     /// Time, in every file. `None`: the first column that is named and measured like one.
@@ -77,8 +127,10 @@ pub struct LogOptions {
 impl Default for LogOptions {
     fn default() -> Self {
         Self {
+            response: Response::default(),
             input: None,
             output: None,
+            channels: BTreeMap::new(),
             speed: None,
             time: None,
             units: BTreeMap::new(),
@@ -142,6 +194,12 @@ impl LogOptions {
         }
         for (name, text) in &self.dbc {
             map.insert(format!("dbc {name}"), steerwright_formats::sha256_hex(text));
+        }
+        if self.response != Response::default() {
+            map.insert("response".into(), self.response.name().into());
+        }
+        for (role, column) in &self.channels {
+            map.insert(format!("channel {role}"), column.clone());
         }
         for (column, unit) in &self.units {
             map.insert(format!("unit {column}"), unit.clone());

@@ -10,6 +10,7 @@ use crate::options::LogOptions;
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
+use std::collections::BTreeMap;
 use steerwright_formats::ChannelSummary;
 
 /// Reads log files that are in memory, of any format, each with a clock of its own.
@@ -83,10 +84,12 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     let mut log = DriveLog {
         name,
         sample_time_s: 0.0,
+        response: options.response,
         segments: Vec::new(),
         input: Vec::new(),
         output: Vec::new(),
         speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
+        others: others(&drives, options),
         steering_ratio: drives[0].steering_ratio,
         gnss: None,
         channels: channels(&drives),
@@ -135,6 +138,20 @@ pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
     if let Some(ratio) = options.steering_ratio.filter(|r| !(0.01..=1000.0).contains(r)) {
         let (option, value) = ("steering ratio", format!("{ratio:?}"));
         return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
+    }
+    for role in options.channels.keys() {
+        let known = options.response.others().iter().map(|role| role.key());
+        if !known.clone().any(|key| key == role) {
+            let known: Vec<&str> = known.collect();
+            return Err(Error::Option {
+                option: "channel",
+                value: role.clone(),
+                expected: match &known[..] {
+                    [] => format!("no further channel for the response {}", options.response.name()),
+                    known => format!("one of {}", known.join(", ")),
+                },
+            });
+        }
     }
     positive("steering full scale", options.steering_full_scale_rad)?;
     positive("sample time", options.sample_time_s)?;
@@ -186,6 +203,13 @@ fn has_speed(
         warnings.push(format!("no speed in {names}: the speed of the other drives is not used"));
     }
     Ok(without.is_empty())
+}
+
+/// The further channels that every drive has, without samples.
+fn others(drives: &[Drive], options: &LogOptions) -> BTreeMap<Role, Vec<f64>> {
+    let roles = options.response.others().iter().filter(|role| !role.is_switch());
+    let of_all = roles.filter(|role| drives.iter().all(|d| d.channel(**role).is_some()));
+    of_all.map(|role| (*role, Vec::new())).collect()
 }
 
 /// What was read from each column; of several drives, with the file.

@@ -4,17 +4,33 @@ use crate::options::LogOptions;
 use crate::units::{Quantity, plain_name, split_brackets};
 
 /// The quantity that a column represents.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Angle of the steering wheel or of the road wheels.
     Steering,
+    /// Torque at the steering, or its normalised command.
+    SteeringTorque,
+    /// Yaw rate, or yaw.
     YawRate,
+    /// Speed.
     Speed,
+    /// Lateral acceleration.
     LateralAcceleration,
+    /// Roll of the vehicle on a banked road.
+    Roll,
+    /// Whether the controller steers.
+    Engaged,
+    /// Whether the driver steers against the controller.
+    Override,
+    /// Time.
     Time,
-    /// Where a receiver's fix is, east and north or in degrees.
+    /// East coordinate of a receiver's fix.
     East,
+    /// North coordinate of a receiver's fix.
     North,
+    /// Latitude of a receiver's fix.
     Latitude,
+    /// Longitude of a receiver's fix.
     Longitude,
 }
 
@@ -41,7 +57,11 @@ impl Role {
             Self::Steering => ["steering", "deg", "deg", "deg or rad"],
             Self::YawRate => ["yaw rate", "degps", "deg/s", "deg/s or rad/s, or deg or rad of yaw"],
             Self::Speed => ["speed", "kmh", "km/h", "m/s, km/h or mph"],
+            Self::SteeringTorque => ["steering torque", "Nm", "Nm", "Nm, or 1 or % of a command"],
             Self::LateralAcceleration => ["lateral acceleration", "mps2", "m/s2", "m/s2 or g"],
+            Self::Roll => ["roll", "deg", "deg", "deg or rad"],
+            Self::Engaged => ["engagement", "1", "1", "1"],
+            Self::Override => ["driver override", "1", "1", "1"],
             Self::Time => ["time", "s", "s", "s, ms, us or ns"],
             Self::East => ["x of the position", "m", "m", "m"],
             Self::North => ["y of the position", "m", "m", "m"],
@@ -55,25 +75,26 @@ impl Role {
     }
 
     /// The word in files.
-    pub(crate) fn key(self) -> &'static str {
+    #[must_use]
+    pub fn key(self) -> &'static str {
         match self {
             Self::YawRate => "yaw_rate",
+            Self::SteeringTorque => "steering_torque",
             Self::LateralAcceleration => "lateral_acceleration",
+            Self::Engaged => "engaged",
+            Self::Override => "override",
             other => other.name(),
         }
     }
 
     pub(crate) fn wanted(self, options: &LogOptions) -> Option<&str> {
+        let [input, output] = options.response.roles();
         match self {
-            Self::Steering => options.input.as_deref(),
-            Self::YawRate => options.output.as_deref(),
+            role if role == input => options.input.as_deref(),
+            role if role == output => options.output.as_deref(),
             Self::Speed => options.speed.as_deref(),
             Self::Time => options.time.as_deref(),
-            Self::LateralAcceleration
-            | Self::East
-            | Self::North
-            | Self::Latitude
-            | Self::Longitude => None,
+            other => options.channels.get(other.key()).map(String::as_str),
         }
     }
 
@@ -81,11 +102,15 @@ impl Role {
     pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
 
     /// The roles of channels.
-    pub(crate) const OF_CHANNELS: [Self; 8] = [
+    pub(crate) const OF_CHANNELS: [Self; 12] = [
         Self::Steering,
+        Self::SteeringTorque,
         Self::YawRate,
         Self::Speed,
         Self::LateralAcceleration,
+        Self::Roll,
+        Self::Engaged,
+        Self::Override,
         Self::East,
         Self::North,
         Self::Latitude,
@@ -99,11 +124,12 @@ impl Role {
 
     /// Whether single bad samples are looked for.
     pub(crate) fn has_spikes(self) -> bool {
-        self.required()
+        matches!(self, Self::Steering | Self::YawRate)
     }
 
-    pub(crate) fn required(self) -> bool {
-        matches!(self, Self::Steering | Self::YawRate)
+    /// Whether its values are true and false, which have no unit.
+    pub(crate) fn is_switch(self) -> bool {
+        matches!(self, Self::Engaged | Self::Override)
     }
 
     /// Whether a column of that name may be taken where none is stated: as people and the field's tools
@@ -154,9 +180,21 @@ impl Role {
                     || is(&["vego", "carv", "vfzg"])
             }
             Self::LateralAcceleration => {
-                any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
-                    || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"])
+                // openpilot's desired acceleration, and that of its steering angle.
+                let is_other = any(&["desired", "target", "soll", "steeringangle"]);
+                !is_other
+                    && (any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
+                        || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"]))
             }
+            Self::SteeringTorque => {
+                let is_driver = any(&["driver", "hand", "fahrer"]);
+                !is_driver
+                    && (any(&["steertorque", "steeringtorque", "lenkmoment"])
+                        || is(&["steerfiltered"]))
+            }
+            Self::Roll => is(&["roll", "rollangle", "roadroll", "wankwinkel"]),
+            Self::Engaged => is(&["latactive", "lateralactive", "steeringengaged"]),
+            Self::Override => is(&["steeringpressed", "steeroverride", "steeringoverride"]),
             Self::Time => {
                 let header = header.to_lowercase();
                 header == "t"
@@ -197,11 +235,15 @@ impl Role {
                 quantity,
                 Quantity::AngularRate | Quantity::Angle | Quantity::Dimensionless
             ),
+            Self::SteeringTorque => {
+                matches!(quantity, Quantity::Torque | Quantity::Dimensionless)
+            }
+            Self::Engaged | Self::Override => quantity == Quantity::Dimensionless,
             Self::Speed => quantity == Quantity::Speed,
             Self::LateralAcceleration => quantity == Quantity::Acceleration,
             Self::Time => quantity == Quantity::Time,
             Self::East | Self::North => quantity == Quantity::Length,
-            Self::Latitude | Self::Longitude => quantity == Quantity::Angle,
+            Self::Roll | Self::Latitude | Self::Longitude => quantity == Quantity::Angle,
         }
     }
 
@@ -215,6 +257,7 @@ impl Role {
             // More than six turns of a steering wheel.
             (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
             (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
+            (Self::Roll, Quantity::Angle) => Some((-1.6, 1.6, "rad")),
             // Half a metre a second backwards is sensor noise at standstill.
             (Self::Speed, _) => Some((-0.5, 150.0, "m/s")),
             _ => None,
@@ -225,7 +268,7 @@ impl Role {
     pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
         let deg = std::f64::consts::PI / 180.0;
         let others: &[(&str, f64)] = match self {
-            Self::Steering => &[("deg", deg), ("rad", 1.0)],
+            Self::Steering | Self::Roll => &[("deg", deg), ("rad", 1.0)],
             Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],
             Self::Speed => &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("mph", 0.447_04)],
             _ => &[],

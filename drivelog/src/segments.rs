@@ -5,6 +5,7 @@ use crate::error::{Error, Place, counted, round_ms, short};
 use crate::noise;
 use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
+use crate::role::Role;
 use crate::series::Series;
 use crate::signal::mean;
 use std::ops::Range;
@@ -236,6 +237,37 @@ fn same_clock(a: &Series, b: &Series) -> bool {
 /// Samples on either side of one over which its speed is averaged.
 pub(crate) fn half_average(step: f64) -> usize {
     (0.5 * SPEED_AVERAGE / step).round() as usize
+}
+
+/// Whether the controller steers and the driver does not, on the grid; `None` where the log does not state it.
+pub(crate) fn engaged(drive: &Drive, grid: &Grid) -> Option<Vec<bool>> {
+    let on = |role| Some(drive.channel(role)?.samples_on(grid));
+    let [engaged, overridden] = [Role::Engaged, Role::Override].map(on);
+    if engaged.is_none() && overridden.is_none() {
+        return None;
+    }
+    let at = |samples: &Option<Vec<f64>>, k: usize| samples.as_ref().map(|s| s[k] > 0.5);
+    Some(
+        (0..grid.count)
+            .map(|k| at(&engaged, k).unwrap_or(true) && !at(&overridden, k).unwrap_or(false))
+            .collect(),
+    )
+}
+
+/// The parts of the runs in which `is_used` holds, and that are long enough.
+pub(crate) fn within(runs: Vec<Range<usize>>, is_used: &[bool]) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for run in runs {
+        let first = parts.len();
+        for k in run.filter(|&k| is_used[k]) {
+            match parts[first..].last_mut() {
+                Some(part) if part.end == k => part.end = k + 1,
+                _ => parts.push(k..k + 1),
+            }
+        }
+    }
+    parts.retain(|part| part.len() >= LEAST_SEGMENT);
+    parts
 }
 
 /// The runs of samples in which the averaged speed stays within `window`, and are long enough.

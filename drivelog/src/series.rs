@@ -130,9 +130,14 @@ impl Series {
     pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
         let becomes = match self.role {
             Role::Steering => Becomes::Held(self.intersample),
-            _ => Becomes::Samples,
+            _ => return self.samples_on(grid),
         };
         resample(&self.time, &self.value, self.period, grid, becomes)
+    }
+
+    /// The values of the channel on a grid.
+    pub(crate) fn samples_on(&self, grid: &Grid) -> Vec<f64> {
+        resample(&self.time, &self.value, self.period, grid, Becomes::Samples)
     }
 
     pub(super) fn append(&mut self, later: &mut Self) {

@@ -10,6 +10,7 @@ pub(crate) enum Quantity {
     Speed,
     Length,
     Acceleration,
+    Torque,
     Dimensionless,
 }
 
@@ -25,6 +26,9 @@ const DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// Times as ISO 8601 writes them, which are read as seconds.
 pub(crate) const STAMP: Unit = unit("ISO 8601", Quantity::Time, 1.0);
+
+/// The unit of numbers.
+pub(crate) const ONE: Unit = unit("1", Quantity::Dimensionless, 1.0);
 
 /// Spellings, longest first where one ends in another (`deg_s` before `s`).
 const SPELLINGS: &[(&[&str], Unit)] = &[
@@ -45,8 +49,9 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["s", "sec", "seconds"], unit("s", Quantity::Time, 1.0)),
     (&["m"], unit("m", Quantity::Length, 1.0)),
     (&["g"], unit("g", Quantity::Acceleration, 9.806_65)),
+    (&["nm", "n.m", "n*m", "n·m"], unit("Nm", Quantity::Torque, 1.0)),
     (&["%"], unit("%", Quantity::Dimensionless, 0.01)),
-    (&["1"], unit("1", Quantity::Dimensionless, 1.0)),
+    (&["1"], ONE),
 ];
 
 const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {

@@ -32,6 +32,7 @@ mod provenance;
 mod quality;
 mod r_factor;
 mod start;
+mod torque;
 mod uncertainty;
 mod vehicle;
 
@@ -63,6 +64,7 @@ pub use provenance::{HashingReader, Provenance, SampleHash, SourceFile, sha256_h
 pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
 pub use start::Start;
+pub use torque::{Torque, TorqueEvidence};
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
 };

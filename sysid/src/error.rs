@@ -18,6 +18,8 @@ pub enum Error {
     NoSpeed,
     #[error("the structure bicycle needs the speed, and the log has no channel of it")]
     SpeedNeeded,
+    #[error("the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}")]
+    TorqueLogNeeded { missing: &'static str },
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
     #[error("inputs and outputs are no data set: {problem}")]
@@ -70,6 +72,9 @@ impl Error {
             Self::Option { option, .. } => format!("use a value of {option} within that range, or leave it out"),
             Self::SpeedNeeded => {
                 "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space".into()
+            }
+            Self::TorqueLogNeeded { .. } => {
+                "read the log for the response lateral-acceleration, and name the channel that is missing".into()
             }
             Self::NoSpeed => "name the channel of the speed, or identify with the input steering".into(),
             Self::OrderAboveHorizon { order, .. } => {

@@ -39,6 +39,7 @@ pub mod pem;
 mod selection;
 pub mod sideslip;
 pub mod subspace;
+pub mod torque;
 mod validation;
 
 pub use data::scaled::Detrend;

@@ -18,7 +18,7 @@ use crate::error::{Error, counted, last_part, stem};
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::intersample;
 use crate::mapping::{self, Source};
-use crate::options::LogOptions;
+use crate::options::{LogOptions, Response};
 use crate::read::{check_options, opened};
 use crate::recording::{Columns, Group, Recording, Request, Wanted};
 use crate::role::Role;
@@ -81,6 +81,11 @@ fn in_chunks<E: From<Error>>(
     let mut file = opened(recording, options)?;
     let groups: Vec<Group> = file.groups().cloned().collect();
     let name = groups[0].file.clone();
+    if options.response != Response::YawRate {
+        let (option, value) = ("response", options.response.name().into());
+        let expected = "yaw-rate where logs are read in chunks".into();
+        return Err(Error::Option { option, value, expected }.into());
+    }
     for role in [Role::Steering, Role::YawRate] {
         if !groups.iter().any(|group| brings(group, role, options)) {
             return Err(Error::NotADrive { file: name, role: role.name() }.into());

@@ -23,6 +23,7 @@ pub fn swapped_halves(log: &DriveLog) -> DriveLog {
         input: swap(&log.input),
         output: swap(&log.output),
         speed: log.speed.as_deref().map(swap),
+        others: log.others.iter().map(|(role, x)| (*role, swap(x))).collect(),
         ..log.clone()
     }
 }

@@ -202,6 +202,8 @@ mod tests {
             input,
             speed: None,
             steering_ratio: 1.0,
+            response: Default::default(),
+            others: Default::default(),
             gnss: None,
             channels: Vec::new(),
             warnings: Vec::new(),

@@ -3,6 +3,8 @@
 /// comma.ai's steering-control data set: command from −1 to 1, speeds and accelerations in SI.
 const STEERING_CONTROL: &[(&str, &str)] = &[
     ("t", "s"),
+    ("latActive", "1"),
+    ("steeringPressed", "1"),
     ("vEgo", "m/s"),
     ("aEgo", "m/s2"),
     ("steeringAngleDeg", "deg"),

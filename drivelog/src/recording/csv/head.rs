@@ -76,7 +76,8 @@ impl Head {
                 *all += 1;
                 // `1.234,5` and `12:00` are faults of a number.
                 let begins_number = |c: char| c.is_ascii_digit() || "+-−.,".contains(c);
-                *texts += u32::from(!is_value(cell) && !cell.starts_with(begins_number));
+                let is_text = !is_value(cell) && switch(cell).is_none();
+                *texts += u32::from(is_text && !cell.starts_with(begins_number));
             }
         }
         Ok(Self {
@@ -100,6 +101,12 @@ pub(super) fn is_comment(line: &[u8]) -> bool {
 
 pub(super) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || ["na", "nan", "null"].iter().any(|m| cell.eq_ignore_ascii_case(m))
+}
+
+/// The number of a cell that is true or false.
+pub(super) fn switch(cell: &str) -> Option<f64> {
+    let is = |word: &str| cell.eq_ignore_ascii_case(word);
+    if is("true") { Some(1.0) } else { is("false").then_some(0.0) }
 }
 
 /// The text of a cell: UTF-8, else Latin 1, in which `°` and `ä` are a byte each.

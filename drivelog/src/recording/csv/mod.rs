@@ -160,6 +160,9 @@ impl<'a> Csv<'a> {
                 _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
             };
         }
+        if let Some(x) = head::switch(text) {
+            return Ok(x);
+        }
         if is_missing(text) && cell.is_ascii() {
             return Ok(f64::NAN);
         }

@@ -1,0 +1,178 @@
+//! The structure `torque`: the response of the lateral acceleration to a steering torque, or to its normalised
+//! command (docs/methods/torque.md).
+//!
+//! `a(t) = K·(u(t − d) − f·tanh(ω/ω0)) + ρ·g·sin(roll) + b`: linear in (K, K·f, ρ, b) for a delay d. All signals pass
+//! the same low-pass filter, which the equation permits; the command between its samples is then known well
+//! enough for a delay. Samples are selected by speed, never by the acceleration: a selection by the output makes K
+//! too small. The covariance comes from sums of the errors over blocks of time, which include the correlation of the
+//! errors.
+
+mod fit;
+mod signals;
+
+use crate::Error;
+use crate::torque::fit::Fit;
+use crate::torque::signals::Signals;
+use std::collections::BTreeMap;
+use steerwright_drivelog::{DriveLog, Response, Role};
+use steerwright_formats::{
+    Document, Estimate, Grade, Matrix, NORMAL_95, Provenance, Quality, Reason, ReasonCode, Torque,
+    TorqueEvidence,
+};
+
+/// Options of [`identify_torque`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorqueOptions {
+    /// Lowest speed of a sample, m/s: at lower speeds, the tyres' friction on the road is a large part of the torque.
+    pub least_speed_mps: f64,
+    /// ω0, rate of the steering angle at which friction reaches 76 %, rad/s.
+    pub friction_rate_radps: f64,
+    /// Share of the samples that are validation data, from the end.
+    pub validation_fraction: f64,
+}
+
+impl Default for TorqueOptions {
+    fn default() -> Self {
+        Self { least_speed_mps: 15.0, friction_rate_radps: 0.05, validation_fraction: 0.5 }
+    }
+}
+
+impl TorqueOptions {
+    fn check(&self) -> Result<(), Error> {
+        let Self { least_speed_mps, friction_rate_radps, validation_fraction } = self;
+        if !(*least_speed_mps >= 0.0 && least_speed_mps.is_finite()) {
+            return Err(Error::option("lowest speed", least_speed_mps, "0 m/s or more"));
+        }
+        if !(*friction_rate_radps > 0.0 && friction_rate_radps.is_finite()) {
+            return Err(Error::option("friction rate", friction_rate_radps, "above 0 rad/s"));
+        }
+        if !(0.0..=0.9).contains(validation_fraction) {
+            return Err(Error::option("validation fraction", validation_fraction, "0 to 0.9"));
+        }
+        Ok(())
+    }
+
+    fn to_map(self) -> BTreeMap<String, String> {
+        BTreeMap::from([
+            ("structure".into(), "torque".into()),
+            ("least_speed_mps".into(), self.least_speed_mps.to_string()),
+            ("friction_rate_radps".into(), self.friction_rate_radps.to_string()),
+            ("validation_fraction".into(), self.validation_fraction.to_string()),
+        ])
+    }
+}
+
+/// Duration of a block of errors, s: longer than they are correlated.
+const BLOCK_S: f64 = 10.0;
+/// Fewest blocks of which a covariance of five parameters is estimated.
+const LEAST_BLOCKS: usize = 15;
+
+/// Identifies the model in a log of the response of the lateral acceleration, with speed and steering angle.
+///
+/// # Errors
+/// [`Error::TorqueLogNeeded`] for another log, [`Error::TooFewSamples`] at or above the lowest speed,
+/// [`Error::NotExciting`] if a parameter is not determined, [`Error::Option`].
+pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque, Error> {
+    options.check()?;
+    if log.response != Response::LateralAcceleration {
+        let missing = "it was read for the response of the yaw rate";
+        return Err(Error::TorqueLogNeeded { missing });
+    }
+    let needed = |missing| Error::TorqueLogNeeded { missing };
+    let speed = log.speed.as_ref().ok_or_else(|| needed("it has no channel of the speed"))?;
+    let angle = log.others.get(&Role::Steering);
+    let angle = angle.ok_or_else(|| needed("it has no channel of the steering angle"))?;
+    let signals = Signals::of(log, angle, options);
+    let rows = signals.rows(speed, options.least_speed_mps);
+    let split = ((1.0 - options.validation_fraction) * rows.len() as f64) as usize;
+    let need = (LEAST_BLOCKS as f64 * BLOCK_S / log.sample_time_s) as usize;
+    if split < need {
+        let got = split;
+        return Err(Error::TooFewSamples { got, need, sample_time_s: log.sample_time_s });
+    }
+    let (estimation, validation) = rows.split_at(split);
+    let fit = Fit::estimate(&signals, estimation)?;
+    let [k, kf, rho, offset, delay] = fit.parameters;
+    let c = &fit.covariance;
+    let f = kf / k;
+    let friction_variance = (c[(1, 1)] - 2.0 * f * c[(0, 1)] + f * f * c[(0, 0)]) / (k * k);
+    let estimate =
+        |value: f64, variance: f64| Estimate { value, standard_error: variance.max(0.0).sqrt() };
+    let (estimation_fit, error_mps2) = fit.on(&signals, estimation);
+    let (validation_fit, _) = fit.on(&signals, validation);
+    let evidence = TorqueEvidence {
+        channels: log.channels.clone(),
+        estimation_samples: estimation.len(),
+        validation_samples: validation.len(),
+        sample_time_s: log.sample_time_s,
+        blocks: fit.blocks,
+        least_speed_mps: options.least_speed_mps,
+        mean_speed_mps: estimation.iter().map(|&k| speed[k]).sum::<f64>() / split as f64,
+        error_mps2,
+        estimation_fit,
+        validation_fit,
+        warnings: log.warnings.clone(),
+    };
+    let factor = estimate(k, c[(0, 0)]);
+    let unit = log.channels.iter().find(|channel| channel.role == Role::SteeringTorque.key());
+    let mut used = log.options.clone();
+    used.extend(options.to_map());
+    let torque = Torque {
+        schema: Torque::SCHEMA.into(),
+        name: log.name.clone(),
+        command_unit: unit.map_or("1", |c| if c.unit == "Nm" { "Nm" } else { "1" }).into(),
+        acceleration_per_command: factor,
+        friction: estimate(f, friction_variance),
+        friction_rate_radps: options.friction_rate_radps,
+        roll_coefficient: signals.has_roll().then(|| estimate(rho, c[(2, 2)])),
+        offset_mps2: estimate(offset, c[(3, 3)]),
+        delay_s: estimate(delay, c[(4, 4)]),
+        covariance: Matrix(c.row_iter().map(|row| row.iter().copied().collect()).collect()),
+        quality: quality(factor, &evidence),
+        evidence,
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            sources: log.sources.clone(),
+            options: used,
+        },
+    };
+    torque.checked("torque.json").map_err(|e| Error::no_model(e.to_string()))?;
+    Ok(torque)
+}
+
+/// Of a fit in percent, below which the command explains too little of the acceleration.
+const LEAST_FIT: f64 = 30.0;
+/// Of the half width of the 95 % band of K over K, above which a controller would be designed on chance.
+const LARGEST_ERROR: f64 = 0.2;
+
+fn quality(factor: Estimate, evidence: &TorqueEvidence) -> Quality {
+    let mut reasons = Vec::new();
+    if factor.value <= 0.0 {
+        let message = "the vehicle accelerates against the command";
+        reasons.push(Reason::new(ReasonCode::WrongSign, Grade::Fail, message));
+    }
+    let error = NORMAL_95 * factor.standard_error / factor.value.abs();
+    if error > LARGEST_ERROR {
+        let message = "the lateral acceleration per command is too uncertain";
+        let reason = Reason::new(ReasonCode::UncertainGain, Grade::Fail, message);
+        reasons.push(reason.compared(error, LARGEST_ERROR, "1"));
+    }
+    let fit = evidence.validation_fit;
+    if evidence.validation_samples == 0 {
+        let message = "the model was not validated";
+        reasons.push(Reason::new(ReasonCode::NotValidated, Grade::Warn, message));
+    } else if fit < LEAST_FIT {
+        let grade = if fit < 0.0 { Grade::Fail } else { Grade::Warn };
+        let message = "the command explains little of the acceleration of the validation data";
+        let reason = Reason::new(ReasonCode::LowValidationFit, grade, message);
+        reasons.push(reason.compared(fit, LEAST_FIT, "%"));
+    }
+    let advice = match reasons.is_empty() {
+        true => Vec::new(),
+        false => vec!["record curves in both directions with the controller engaged".into()],
+    };
+    Quality::new(format!("The fit on validation data is {fit:.1} %."), reasons, advice)
+}
+
+#[cfg(test)]
+mod tests;
