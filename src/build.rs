@@ -8,6 +8,7 @@ use crate::pipeline::{self, Job, Text};
 use crate::specification::SpecificationArguments;
 use crate::{Global, console, design_summary, evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
+use steerwright_drivelog::Response;
 
 /// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
@@ -44,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let folder = Outputs::new(global.force, inputs).folder(&arguments.out, "build")?;
     let named = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
     let built = pipeline::build(&Job {
-        log: arguments.log.read(&arguments.logs)?,
+        log: arguments.log.read(&arguments.logs, Response::YawRate)?,
         identify: arguments.identify.options(),
         design: arguments.specification.read()?.design,
         vehicle: named(&arguments.vehicle)?,

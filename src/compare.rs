@@ -10,6 +10,7 @@ use crate::specification::SpecificationArguments;
 use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_comparison::{ControllerFile, Job, Model, Road, Truth};
+use steerwright_drivelog::Response;
 use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
 use steerwright_sysid::IdentifyOptions;
@@ -161,7 +162,7 @@ impl Arguments {
         if self.logs.is_empty() && self.log.drives.is_empty() {
             return Ok(None);
         }
-        let log = self.log.read(&self.logs)?;
+        let log = self.log.read(&self.logs, Response::YawRate)?;
         let options = IdentifyOptions {
             validation_fraction: self.validation_fraction / 100.0,
             ..IdentifyOptions::default()

@@ -3,10 +3,11 @@
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
-use crate::{Global, console, quantity};
+use crate::{Global, console, files, quantity};
 use std::path::PathBuf;
 use steerwright_comparison::ModelDocument;
-use steerwright_stacks::{Lateral, Stack, Stated};
+use steerwright_formats::{Document, Torque};
+use steerwright_stacks::{Export, Lateral, Stack, Stated};
 
 /// Write the parameters that a driving stack requires, with standard errors and conventions as comments
 ///
@@ -14,7 +15,7 @@ use steerwright_stacks::{Lateral, Stack, Stated};
 /// determine is listed with the way to obtain it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json
+    /// plant.json or bicycle.json; for openpilot also torque.json
     #[arg(value_name = "MODEL.json")]
     model: PathBuf,
     /// The driving stack
@@ -47,22 +48,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let mut outputs = Outputs::new(global.force, [&arguments.model]);
     let out =
         arguments.out.as_ref().map(|path| outputs.file(path, Kind::Parameters)).transpose()?;
-    let (model, ..) = arguments.gate.read(&arguments.model)?;
-    let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());
-    let lateral = match &model {
-        ModelDocument::Identified(plant) => Lateral::of_plant(plant),
-        ModelDocument::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
-    }
-    .map_err(failed)?;
-    let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);
-    let stated = Stated {
-        max_angle_rad: at_road_wheel(arguments.max_angle),
-        max_rate_radps: at_road_wheel(arguments.max_rate),
-        wheelbase_m: arguments.wheelbase,
+    let text = files::read_text(&arguments.model)?;
+    let export = match steerwright_formats::schema_of(&text).as_deref() {
+        Some(Torque::SCHEMA) => of_torque(arguments, &text)?,
+        _ => of_model(arguments)?,
     };
-    let export = steerwright_stacks::export(arguments.stack, &lateral, &stated).map_err(|e| {
-        Failure::new(&e, format!("{} (--max-angle, --max-rate, --wheelbase)", e.hint()))
-    })?;
     let text = export.text();
     if let Some(out) = &out {
         out.write(text.as_bytes())?;
@@ -76,4 +66,42 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => console::bytes(text.as_bytes()).map_err(console::NoOutput)?,
     }
     Ok(Outcome::Done)
+}
+
+/// The parameters of a plant or a bicycle.
+fn of_model(arguments: &Arguments) -> Result<Export, Failure> {
+    let (model, ..) = arguments.gate.read(&arguments.model)?;
+    let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());
+    let lateral = match &model {
+        ModelDocument::Identified(plant) => Lateral::of_plant(plant),
+        ModelDocument::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
+    }
+    .map_err(failed)?;
+    let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);
+    let stated = Stated {
+        max_angle_rad: at_road_wheel(arguments.max_angle),
+        max_rate_radps: at_road_wheel(arguments.max_rate),
+        wheelbase_m: arguments.wheelbase,
+    };
+    steerwright_stacks::export(arguments.stack, &lateral, &stated).map_err(|e| {
+        Failure::new(&e, format!("{} (--max-angle, --max-rate, --wheelbase)", e.hint()))
+    })
+}
+
+/// The parameters of a car steered by torque.
+fn of_torque(arguments: &Arguments, text: &str) -> Result<Export, Failure> {
+    let file = arguments.model.display().to_string();
+    let torque = Torque::from_json(text, &file)?;
+    arguments.gate.check(&file, &torque.quality)?;
+    let stated = [
+        ("--max-angle", arguments.max_angle),
+        ("--max-rate", arguments.max_rate),
+        ("--wheelbase", arguments.wheelbase),
+    ];
+    if let Some((option, _)) = stated.iter().find(|(_, value)| value.is_some()) {
+        let message = format!("{option} is no parameter of a car that is steered by torque");
+        return Err(Failure::new(message, "omit it"));
+    }
+    steerwright_stacks::export_torque(arguments.stack, &torque)
+        .map_err(|e| Failure::in_file(&arguments.model, &e, e.hint()))
 }

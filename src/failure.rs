@@ -123,10 +123,11 @@ fn flag(option: &str) -> String {
 /// The option that names the channel of a role.
 fn channel(role: &str) -> &'static str {
     match role {
-        "steering" => "--input-channel NAME",
-        "yaw rate" => "--output-channel NAME",
+        "steering" | "steering torque" => "--input-channel NAME",
+        "yaw rate" | "lateral acceleration" => "--output-channel NAME",
         "speed" => "--speed-channel NAME",
-        _ => "--time-channel NAME",
+        "time" => "--time-channel NAME",
+        _ => "--channel ROLE=NAME",
     }
 }
 

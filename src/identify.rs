@@ -2,16 +2,14 @@
 
 use crate::evidence::{evidence, plots, traces_csv};
 use crate::failure::{Failure, Outcome};
-use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::{Global, console, identify_accumulated};
+use crate::structure::{Structure, StructureArguments};
+use crate::{Global, console, identify_accumulated, identify_bicycle, identify_torque};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use steerwright_formats::{Bicycle, Plant};
-use steerwright_sysid::IdentifyOptions;
-use steerwright_sysid::bicycle::BicycleOptions;
+use steerwright_formats::{Bicycle, Plant, Torque};
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -21,7 +19,7 @@ pub(crate) struct Arguments {
     /// `accumulate`, which are merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Model file; by default plant.json, or bicycle.json for `--structure bicycle`
+    /// Model file; by default plant.json, bicycle.json or torque.json, by the structure
     #[arg(long = "output", short = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write measured and simulated signals as CSV
@@ -38,17 +36,12 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     identify: IdentifyArguments,
     #[command(flatten)]
-    bicycle: BicycleArguments,
+    structure: StructureArguments,
 }
 
 impl Arguments {
-    /// Options of the bicycle, where that is the structure.
-    pub(crate) fn bicycle_options(&self) -> Result<Option<BicycleOptions>, Failure> {
-        self.bicycle.options(&self.identify)
-    }
-
-    pub(crate) fn options(&self) -> IdentifyOptions {
-        self.identify.options()
+    pub(crate) fn structure(&self) -> Result<Structure, Failure> {
+        self.structure.with(&self.identify)
     }
 
     pub(crate) fn log(&self) -> &LogArguments {
@@ -61,10 +54,11 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let bicycle = arguments.bicycle.options(&arguments.identify)?;
-    let (default, kind) = match bicycle {
-        Some(_) => ("bicycle.json", Kind::of::<Bicycle>()),
-        None => ("plant.json", Kind::of::<Plant>()),
+    let structure = arguments.structure()?;
+    let (default, kind) = match structure {
+        Structure::StateSpace(_) => ("plant.json", Kind::of::<Plant>()),
+        Structure::Bicycle(_) => ("bicycle.json", Kind::of::<Bicycle>()),
+        Structure::Torque(_) => ("torque.json", Kind::of::<Torque>()),
     };
     let mut outputs =
         Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
@@ -73,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let shown = Shown::decide(arguments, &mut outputs)?;
     if identify_accumulated::are_factors(&arguments.logs)? {
         let asked = [
-            ("--structure bicycle", bicycle.is_some()),
+            ("--structure", !matches!(structure, Structure::StateSpace(_))),
             ("--traces", traces.is_some()),
             ("--plots", arguments.plots.is_some()),
             ("--report", arguments.report.is_some()),
@@ -87,17 +81,27 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         let (log, identify) = (&arguments.log, &arguments.identify);
         return identify_accumulated::run(&arguments.logs, log, identify, &out);
     }
-    let log = arguments.log.read(&arguments.logs)?;
-    if let Some(options) = bicycle {
-        let drawn = [("--plots", &arguments.plots), ("--report", &arguments.report)];
-        if let Some((name, _)) = drawn.iter().find(|(_, path)| path.is_some()) {
-            let message = format!("{name} is an option of the structure state-space");
-            return Err(Failure::new(message, "omit it; --traces writes the signals as CSV"));
-        }
-        return identify_bicycle::run(&log, &options, &out, traces.as_ref());
+    let of_state_space = [
+        ("--plots", arguments.plots.is_some()),
+        ("--report", arguments.report.is_some()),
+        ("--traces", matches!(structure, Structure::Torque(_)) && traces.is_some()),
+    ];
+    if !matches!(structure, Structure::StateSpace(_))
+        && let Some((name, _)) = of_state_space.iter().find(|(_, is_stated)| *is_stated)
+    {
+        let message = format!("{name} is not available for this structure");
+        return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }
+    let log = arguments.log.read(&arguments.logs, structure.response())?;
+    let options = match structure {
+        Structure::StateSpace(options) => options,
+        Structure::Bicycle(options) => {
+            return identify_bicycle::run(&log, &options, &out, traces.as_ref());
+        }
+        Structure::Torque(options) => return identify_torque::run(&log, &options, &out),
+    };
     let progress = Progress::start("identifying");
-    let identified = steerwright_sysid::identify(&log, &arguments.identify.options())?;
+    let identified = steerwright_sysid::identify(&log, &options)?;
     drop(progress);
     out.document(&identified.plant)?;
     // The signals as text are several times the log in memory.

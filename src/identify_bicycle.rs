@@ -1,88 +1,14 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
+use crate::console;
 use crate::evidence::{channel_table, conclusion, traces_csv, validation_data};
 use crate::failure::{Failure, Outcome};
-use crate::log_options::IdentifyArguments;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::{console, quantity};
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Bicycle, BicycleEvidence, Quality};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
-
-/// The structure of the model, and vehicle data of a bicycle.
-#[derive(clap::Args, Debug, Clone)]
-#[command(next_help_heading = "Structure")]
-pub(crate) struct BicycleArguments {
-    /// Structure of the model: state-space, or the bicycle of eq 13 scheduled by the speed, for drives of
-    /// varying speed; auto is state-space
-    #[arg(long, value_name = "auto|state-space|bicycle", default_value = "state-space", value_parser = structure)]
-    structure: Structure,
-    /// Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500
-    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
-    mass: Option<f64>,
-    /// Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase
-    /// is identified, with the steering ratio of the log
-    #[arg(long, value_name = "M", allow_hyphen_values = true)]
-    wheelbase: Option<f64>,
-    /// Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%
-    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
-    front_share: Option<f64>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Structure {
-    StateSpace,
-    Bicycle,
-}
-
-impl BicycleArguments {
-    /// The options of the bicycle where that is the structure; options of the other one are rejected.
-    pub(crate) fn options(
-        &self,
-        other: &IdentifyArguments,
-    ) -> Result<Option<BicycleOptions>, Failure> {
-        let options = BicycleOptions {
-            mass_kg: self.mass,
-            wheelbase_m: self.wheelbase,
-            front_share: self.front_share.map(|percent| percent / 100.0),
-            validation_fraction: other.validation_fraction / 100.0,
-        };
-        let stated = IdentifyArguments::options(other);
-        let refuse = |used: &[(bool, &str)], of: &str, hint: &str| {
-            used.iter().find(|(used, _)| *used).map_or(Ok(()), |(_, name)| {
-                Err(Failure::new(format!("{name} is an option of the structure {of}"), hint))
-            })
-        };
-        if self.structure == Structure::StateSpace {
-            let used = [
-                (self.mass.is_some(), "--mass"),
-                (self.wheelbase.is_some(), "--wheelbase"),
-                (self.front_share.is_some(), "--front-share"),
-            ];
-            refuse(&used, "bicycle", "add --structure bicycle, or omit the option")?;
-            return Ok(None);
-        }
-        let used = [
-            (stated.method.is_some(), "--method"),
-            (stated.order.is_some(), "--order"),
-            (stated.horizon.is_some(), "--horizon"),
-            (stated.feedthrough.is_some(), "--feedthrough"),
-            (stated.input_kind != steerwright_sysid::InputKind::Steering, "--model-input"),
-        ];
-        refuse(&used, "state-space", "omit the option, or identify with --structure state-space")?;
-        Ok(Some(options))
-    }
-}
-
-fn structure(text: &str) -> Result<Structure, String> {
-    match text {
-        "auto" | "state-space" => Ok(Structure::StateSpace),
-        "bicycle" => Ok(Structure::Bicycle),
-        _ => Err("expected auto, state-space or bicycle".into()),
-    }
-}
 
 pub(crate) fn run(
     log: &DriveLog,

@@ -22,6 +22,7 @@ mod gate;
 mod identify;
 mod identify_accumulated;
 mod identify_bicycle;
+mod identify_torque;
 mod inspect;
 mod log_options;
 mod manual;
@@ -36,6 +37,7 @@ mod quantity;
 mod simulate;
 mod specification;
 pub mod stages;
+mod structure;
 mod sweep;
 
 use clap::{Parser, Subcommand};
@@ -76,10 +78,10 @@ struct Global {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
-    // Boxed: it has the options of all stages.
+    // Boxed: they have the options of several stages.
     Build(Box<build::Arguments>),
     Inspect(inspect::Arguments),
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     Accumulate(accumulate::Arguments),
     Bicycle(bicycle::Arguments),
     Design(design::Arguments),

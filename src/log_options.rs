@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions, Mapping};
+use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions, Mapping, Response};
 use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
 
 /// How the channels in a log file are found.
@@ -45,18 +45,22 @@ pub(crate) struct SourceArguments {
 pub(crate) struct LogArguments {
     #[command(flatten)]
     pub(crate) source: SourceArguments,
-    /// Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
+    /// Channel of the steering angle, or of the torque; recognised by its name by default. For all channels: -CHANNEL
     /// reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several topics or
     /// messages, "A + 0.1 * B" combines channels of one of these
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) input_channel: Option<String>,
-    /// Channel of the yaw rate, or of the yaw, which is then differenced; recognised by its name by
-    /// default
+    /// Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    /// recognised by its name by default
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) output_channel: Option<String>,
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
+    /// Further channel of `--structure torque`: steering (its angle), roll, engaged or override; may be repeated.
+    /// Recognised by their names by default
+    #[arg(long = "channel", value_name = "ROLE=CHANNEL", value_parser = channel)]
+    pub(crate) channels: Vec<(String, String)>,
     /// Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     /// taken as it is
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
@@ -181,6 +185,7 @@ impl LogArguments {
             input: self.input_channel.clone(),
             output: self.output_channel.clone(),
             speed: self.speed_channel.clone(),
+            channels: self.channels.iter().cloned().collect(),
             steering_full_scale_rad: self.steering_full_scale,
             steering_ratio: self.steering_ratio,
             windows: self.windows.clone(),
@@ -195,12 +200,12 @@ impl LogArguments {
     }
 
     /// Reads the files of the log: the positional ones and those of `--drive`.
-    pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
+    pub(crate) fn read(&self, paths: &[PathBuf], response: Response) -> Result<DriveLog, Failure> {
         let is_stdin = |path: &&PathBuf| path.as_path() == Path::new("-");
         if paths.iter().chain(self.files()).filter(is_stdin).count() > 1 {
             return Err(Failure::new("standard input is named twice", "name - once"));
         }
-        let options = self.options()?;
+        let options = LogOptions { response, ..self.options()? };
         let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
             paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()
@@ -263,6 +268,13 @@ fn channel_unit(text: &str) -> Result<(String, String), String> {
         .filter(|(column, unit)| !column.is_empty() && !unit.is_empty())
         .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
         .ok_or_else(|| "expected CHANNEL=UNIT, such as steer=deg".into())
+}
+
+fn channel(text: &str) -> Result<(String, String), String> {
+    text.split_once('=')
+        .filter(|(role, channel)| !role.is_empty() && !channel.is_empty())
+        .map(|(role, channel)| (role.to_owned(), channel.to_owned()))
+        .ok_or_else(|| "expected ROLE=CHANNEL, such as roll=roll_deg".into())
 }
 
 fn window(text: &str) -> Result<(f64, f64), String> {

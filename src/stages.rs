@@ -5,15 +5,17 @@
 
 use crate::identify_accumulated::{check_factor_options, merged};
 use crate::progress::{self, Progress};
+use crate::structure::Structure;
 use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::PathBuf;
 use steerwright_comparison::ModelDocument;
-use steerwright_drivelog::{DriveLog, in_memory, read_recordings};
-use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile};
+use steerwright_drivelog::{DriveLog, LogOptions, Response, in_memory, read_recordings};
+use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile, Torque};
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
 use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::torque::identify_torque;
 use steerwright_sysid::{Accumulated, Identified, Traces};
 
 pub use crate::failure::Failure;
@@ -57,7 +59,7 @@ pub struct OptionDescription {
 #[must_use]
 pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
     let mut root = match subcommand {
-        "read" => crate::log_options::LogArguments::augment_args(clap::Command::new("read")),
+        "read" => ReadArguments::augment_args(clap::Command::new("read")),
         _ => crate::Arguments::command(),
     };
     // Which also gives the options of all subcommands to each.
@@ -111,8 +113,17 @@ const LOG: &str = "log";
 
 #[derive(Args)]
 struct ReadArguments {
+    /// What responds: the yaw rate to the steering angle; or, for the structure torque, the lateral acceleration
+    /// to a steering torque or its normalised command
+    #[arg(long, value_name = "yaw-rate|lateral-acceleration", default_value = "yaw-rate", value_parser = response)]
+    response: Response,
     #[command(flatten)]
     log: crate::log_options::LogArguments,
+}
+
+fn response(text: &str) -> Result<Response, String> {
+    let named = Response::ALL.into_iter().find(|response| response.name() == text);
+    named.ok_or_else(|| "expected yaw-rate or lateral-acceleration".into())
 }
 
 /// Reads a log, with the options of `read`.
@@ -120,15 +131,15 @@ struct ReadArguments {
 /// # Errors
 /// As `steerwright identify`, with file, line and column.
 pub fn read(source: Source, options: Options<'_>) -> Result<DriveLog, Failure> {
-    let ReadArguments { log } = parsed(options, &[])?;
+    let ReadArguments { response, log } = parsed(options, &[])?;
     match source {
-        Source::Files(paths) => log.read(&paths),
+        Source::Files(paths) => log.read(&paths, response),
         Source::Tables(tables) => {
             if log.files().next().is_some() {
                 let hint = "name files, or pass the tables of each drive on their own";
                 return Err(Failure::new("--drive: tables are no files", hint));
             }
-            let options = log.options()?;
+            let options = LogOptions { response, ..log.options()? };
             let _progress = Progress::start("reading the log");
             let tables = tables.into_iter().map(|(name, columns)| in_memory(&name, columns));
             Ok(read_recordings(tables.collect::<Result<_, _>>()?, &options)?)
@@ -143,6 +154,8 @@ pub enum Found {
     Plant(Box<Identified>),
     /// The bicycle scheduled by the speed.
     Bicycle(Box<IdentifiedBicycle>),
+    /// The response to a steering torque.
+    Torque(Box<Torque>),
 }
 
 impl Found {
@@ -152,15 +165,17 @@ impl Found {
         match self {
             Self::Plant(found) => found.plant.to_json(),
             Self::Bicycle(found) => found.bicycle.to_json(),
+            Self::Torque(found) => found.to_json(),
         }
     }
 
-    /// Measured and simulated signals.
+    /// Measured and simulated signals, where the structure simulates them.
     #[must_use]
-    pub fn traces(&self) -> &Traces {
+    pub fn traces(&self) -> Option<&Traces> {
         match self {
-            Self::Plant(found) => &found.traces,
-            Self::Bicycle(found) => &found.traces,
+            Self::Plant(found) => Some(&found.traces),
+            Self::Bicycle(found) => Some(&found.traces),
+            Self::Torque(_) => None,
         }
     }
 }
@@ -172,9 +187,12 @@ impl Found {
 pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> {
     let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
     let _progress = Progress::start("identifying");
-    Ok(match arguments.bicycle_options()? {
-        Some(options) => Found::Bicycle(Box::new(identify_bicycle(log, &options)?)),
-        None => Found::Plant(Box::new(steerwright_sysid::identify(log, &arguments.options())?)),
+    Ok(match arguments.structure()? {
+        Structure::StateSpace(options) => {
+            Found::Plant(Box::new(steerwright_sysid::identify(log, &options)?))
+        }
+        Structure::Bicycle(options) => Found::Bicycle(Box::new(identify_bicycle(log, &options)?)),
+        Structure::Torque(options) => Found::Torque(Box::new(identify_torque(log, &options)?)),
     })
 }
 

@@ -36,7 +36,10 @@ pub(crate) fn find(
     let first = terms.iter().flat_map(|term| &term.channels).next().copied().unwrap_or_default();
     let is_plain = matches!(&terms[..], [term] if term.channels.len() == 1);
     let own = &groups[group];
-    let unit = unit_for(own, first, role, options)?;
+    let unit = match centripetal(own, &terms, role, options) {
+        Some(unit) => unit,
+        None => unit_for(own, first, role, options)?,
+    };
     check_quantity(own, first, unit, role)?;
     let unit = at_full_scale(unit, options, role)?;
     let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
@@ -74,6 +77,18 @@ fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error
 
 fn hits(groups: &[Group], name: &str) -> Vec<(usize, usize)> {
     groups.iter().enumerate().filter_map(|(g, group)| Some((g, group.find(name)?))).collect()
+}
+
+/// The unit of a lateral acceleration that is yaw rate times speed.
+fn centripetal(group: &Group, terms: &[Term], role: Role, options: &LogOptions) -> Option<Unit> {
+    let [Term { channels, .. }] = terms else { return None };
+    let [a, b] = channels[..] else { return None };
+    let [a, b] = [unit_of(group, a, options).ok()?, unit_of(group, b, options).ok()?];
+    let is_product = [(a, b), (b, a)]
+        .iter()
+        .any(|(a, b)| a.quantity == Quantity::AngularRate && b.quantity == Quantity::Speed);
+    let unit = Unit { name: "m/s2", quantity: Quantity::Acceleration, to_si: a.to_si * b.to_si };
+    (role == Role::LateralAcceleration && is_product).then_some(unit)
 }
 
 /// Channels of one group that are added, such as an angle and its fraction; `None` where the text is no

@@ -147,7 +147,9 @@ pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
                 option: "channel",
                 value: role.clone(),
                 expected: match &known[..] {
-                    [] => format!("no further channel for the response {}", options.response.name()),
+                    [] => {
+                        format!("no further channel for the response {}", options.response.name())
+                    }
                     known => format!("one of {}", known.join(", ")),
                 },
             });

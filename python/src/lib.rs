@@ -92,11 +92,11 @@ fn identify(
     log: &Bound<'_, Log>,
     keywords: &Bound<'_, PyDict>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<(String, Traces)> {
+) -> PyResult<(String, Option<Traces>)> {
     let options = options::of_keywords("identify", keywords)?;
     let log = log.get().shared();
     let found = work::done(py, progress, move || stages::identify(&log, &options))?;
-    Ok((found.json(), Traces::new(found.traces().clone())))
+    Ok((found.json(), found.traces().cloned().map(Traces::new)))
 }
 
 /// Designs a controller: its document.

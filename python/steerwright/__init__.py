@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle
-    from .plant import Bicycle, Plant
+    from .plant import Bicycle, Plant, Torque
     from .reading import read
     from .simulation import Simulation, simulate
 
@@ -68,6 +68,7 @@ _MODULES = {
     "identify": "identification",
     "identify_bicycle": "identification",
     "Bicycle": "plant",
+    "Torque": "plant",
     "Plant": "plant",
     "read": "reading",
     "Simulation": "simulation",
@@ -84,6 +85,7 @@ __all__ = [
     "Plant",
     "Simulation",
     "Sweep",
+    "Torque",
     "Traces",
     "Warning",
     "__version__",

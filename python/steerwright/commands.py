@@ -12,7 +12,7 @@ from . import _command, documents
 from ._errors import Error
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, Plant
+from .plant import Bicycle, Document, Plant, Torque
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -123,7 +123,7 @@ def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
 
 
 @documented("export", {"json", "for"})
-def export(model: Plant | Bicycle | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
+def export(model: Plant | Bicycle | Torque | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
     """The parameters of a driving stack (``autoware``, ``openpilot``, ``ardupilot``, ``px4``) from a model, with standard
     errors, units and conventions; with ``output`` also as the stack's file.
 
@@ -223,9 +223,9 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 
 def load(file: File) -> Any:
-    """The object of any document of this package: plant, bicycle, controller, path."""
+    """The object of any document of this package: plant, bicycle, torque, controller, path."""
     text = FilePath(file).read_text("utf-8")
     schema = str(json.loads(text).get("schema", ""))
-    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Controller, Path)}
+    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Torque, Controller, Path)}
     kind = kinds.get(f"{schema.split('/')[1] if '/' in schema else ''}.json", Plant)
     return kind(text, file=os.fspath(file))

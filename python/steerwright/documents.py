@@ -129,6 +129,39 @@ class Bicycle(Record):
     """The sources of the file."""
 
 
+class Torque(Record):
+    """`a(t) = K·(u(t − d) − f·tanh(ω/ω0)) + ρ·g·sin(roll) + b`, with the lateral acceleration a, the
+    command u, and the rate ω of the steering angle. Positive to the left, in the coordinates of the log."""
+
+    schema: str
+    """`steerwright/torque/1`."""
+    name: str
+    """A name, such as the log's."""
+    command_unit: str
+    """Unit of the command: `Nm`, or `1` for a normalised one."""
+    acceleration_per_command: Estimate
+    """K, lateral acceleration per command, m/s² per unit of the command."""
+    friction: Estimate
+    """f, command that overcomes the friction of the steering."""
+    friction_rate_radps: float
+    """ω0, rate of the steering angle at which friction reaches 76 % of f, rad/s in coordinates of the log."""
+    roll_coefficient: Union[Estimate, None]
+    """ρ, share of the gravity along the banked road that acts on the lateral acceleration; absent if the
+    log has no roll."""
+    offset_mps2: Estimate
+    """b, lateral acceleration without command on a level road, m/s²."""
+    delay_s: Estimate
+    """d, delay from command to lateral acceleration, s."""
+    covariance: Array
+    """Covariance of (K, K·f, ρ, b, d), 5 by 5, in the units of these; zeros where ρ is absent."""
+    evidence: TorqueEvidence
+    """The evidence."""
+    quality: Union[Quality, None]
+    """Whether the model may be used."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
 class Vehicle(Record):
     """A vehicle up to its limits."""
 
@@ -521,6 +554,42 @@ class BicycleEvidence(Record):
     """Warnings of the log reader and of the identification."""
 
 
+class Estimate(Record):
+    """A number with its standard error."""
+
+    value: float
+    """The estimate."""
+    standard_error: float
+    """Its standard deviation."""
+
+
+class TorqueEvidence(Record):
+    """The data of a torque model, and its errors."""
+
+    channels: tuple[ChannelSummary, ...]
+    """What was read from each column."""
+    estimation_samples: int
+    """Number of estimation samples."""
+    validation_samples: int
+    """Number of validation samples."""
+    sample_time_s: float
+    """Sample time, s."""
+    blocks: int
+    """Number of blocks of time whose sums of errors determine the covariance."""
+    least_speed_mps: float
+    """Lowest speed of the samples, m/s."""
+    mean_speed_mps: float
+    """Mean speed of the estimation samples, m/s."""
+    error_mps2: float
+    """Standard deviation of the errors on the estimation data, m/s²."""
+    estimation_fit: float
+    """Fit on the estimation data, percent."""
+    validation_fit: float
+    """Fit on validation data, percent."""
+    warnings: tuple[str, ...]
+    """Warnings of the reader."""
+
+
 class Body(Record):
     """Mass, inertia and dimensions."""
 
@@ -864,15 +933,6 @@ class UncertainPole(Record):
     """Variance of the imaginary part."""
     covariance: float
     """Covariance of the two."""
-
-
-class Estimate(Record):
-    """A number with its standard error."""
-
-    value: float
-    """The estimate."""
-    standard_error: float
-    """Its standard deviation."""
 
 
 class FrequencyBand(Record):

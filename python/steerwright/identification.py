@@ -11,7 +11,7 @@ from ._errors import Error, Warning
 from ._native import Log
 from ._options import documented
 from .accumulator import Accumulator
-from .plant import Bicycle, Plant
+from .plant import Bicycle, Plant, Torque
 from .reading import Source, read
 
 if TYPE_CHECKING:
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
 @documented("identify")
 def identify(
     log: Log | Accumulator | Source | Sequence[Source], **options: Unpack[IdentifyOptions]
-) -> Plant | Bicycle:
+) -> Plant | Bicycle | Torque:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
-    Returns a :class:`Plant`, or a :class:`Bicycle` with ``structure="bicycle"``; its document is that which
-    ``steerwright identify`` writes, byte for byte. Whether it can be trusted is in ``quality``.
+    Returns a :class:`Plant`, a :class:`Bicycle` with ``structure="bicycle"``, or with ``structure="torque"`` a
+    :class:`Torque`, for which a :class:`Log` is read with ``response="lateral-acceleration"``. Its document is that
+    which ``steerwright identify`` writes, byte for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.
     """
@@ -39,7 +40,10 @@ def identify(
         return _warned(Plant(text), ())
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
-        log = read(log, **{name: keywords.pop(name) for name in of_read & keywords.keys()})
+        of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
+        if keywords.get("structure") == "torque":
+            of_log["response"] = "lateral-acceleration"
+        log = read(log, **of_log)
     else:
         misplaced = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         wrong = sorted(misplaced & {name for name, value in keywords.items() if value is not None})
@@ -47,6 +51,8 @@ def identify(
             raise Error(f"{wrong[0]}: the log is read already", "pass it to steerwright.read")
     with _progress.shown() as progress:
         text, traces = _native.identify(log, keywords, progress)
+    if traces is None:
+        return _warned(Torque(text), log.warnings)
     kind: type[Plant | Bicycle] = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
     return _warned(kind(text, traces=traces), log.warnings)
 
@@ -63,7 +69,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, Bicycle, "Plant | Bicycle")
+M = TypeVar("M", Plant, Bicycle, Torque, "Plant | Bicycle")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

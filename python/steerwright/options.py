@@ -17,6 +17,9 @@ File = Union[str, "os.PathLike[str]"]
 class ReadOptions(TypedDict, total=False):
     """The options of `read`."""
 
+    response: Literal["yaw-rate", "lateral-acceleration"]
+    """What responds: the yaw rate to the steering angle; or, for the structure torque, the lateral
+    acceleration to a steering torque or its normalised command (default yaw-rate)."""
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
@@ -35,14 +38,17 @@ class ReadOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
-    reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several topics or
-    messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
+    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
+    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced; recognised by its name by
-    default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
+    channel: Union[Mapping[str, Any], Sequence[str], str]
+    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -72,9 +78,65 @@ class ReadOptions(TypedDict, total=False):
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
 
-class IdentifyOptions(ReadOptions, total=False):
+class IdentifyOptions(TypedDict, total=False):
     """The options of `identify`."""
 
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    mapping_vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+    input_channel: str
+    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
+    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
+    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    output_channel: str
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    recognised by its name by default."""
+    speed_channel: str
+    """Channel of the speed; recognised by its name by default, and optional."""
+    channel: Union[Mapping[str, Any], Sequence[str], str]
+    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
+    repeated. Recognised by their names by default."""
+    steering_full_scale: Quantity
+    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    taken as it is."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    drive: Union[File, Sequence[File]]
+    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    drive, and all other files are channels of one drive."""
+    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    speed_window: Union[tuple[float, float], str]
+    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    (m/s) or 50km/h..60km/h."""
+    sample_time: Quantity
+    """Sample time of the merged log; by default chosen from the log's rate."""
+    intersample: Literal["auto", "zoh", "foh", "bl"]
+    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
+    max_gap: Quantity
+    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
+    gnss_latency: Quantity
+    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
+    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    is stated."""
+    antenna_x: Quantity
+    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
     method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
     """Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data;
     auto decides by a test for feedback (default auto)."""
@@ -98,9 +160,10 @@ class IdentifyOptions(ReadOptions, total=False):
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
-    structure: Literal["auto", "state-space", "bicycle"]
-    """Structure of the model: state-space, or the bicycle of eq 13 scheduled by the speed, for drives of
-    varying speed; auto is state-space (default state-space)."""
+    structure: Literal["auto", "state-space", "bicycle", "torque"]
+    """Structure of the model: state-space; the bicycle of eq 13 scheduled by the speed, for drives of
+    varying speed; or torque, the lateral acceleration that a steering torque or its normalised command
+    causes. auto is state-space (default state-space)."""
     mass: float
     """Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500."""
     wheelbase: float
@@ -108,15 +171,76 @@ class IdentifyOptions(ReadOptions, total=False):
     identified, with the steering ratio of the log."""
     front_share: Quantity
     """Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%."""
+    min_speed: Quantity
+    """Lowest speed of the samples of the structure torque. By default 15 m/s."""
+    friction_rate: Quantity
+    """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
+    value, in coordinates of the log. By default 0.05rad/s."""
 
 
-class AccumulateOptions(ReadOptions, total=False):
+class AccumulateOptions(TypedDict, total=False):
     """The options of `accumulate`."""
 
     horizon: int
     """Block rows of the Hankel matrices, the largest horizon for a later identification (default 30)."""
     model_input: Literal["steering", "steering*speed"]
     """Input of the model: the steering angle, or its product with the speed (default steering)."""
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    mapping_vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+    input_channel: str
+    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
+    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
+    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    output_channel: str
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    recognised by its name by default."""
+    speed_channel: str
+    """Channel of the speed; recognised by its name by default, and optional."""
+    channel: Union[Mapping[str, Any], Sequence[str], str]
+    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
+    repeated. Recognised by their names by default."""
+    steering_full_scale: Quantity
+    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    taken as it is."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    drive: Union[File, Sequence[File]]
+    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    drive, and all other files are channels of one drive."""
+    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    speed_window: Union[tuple[float, float], str]
+    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    (m/s) or 50km/h..60km/h."""
+    sample_time: Quantity
+    """Sample time of the merged log; by default chosen from the log's rate."""
+    intersample: Literal["auto", "zoh", "foh", "bl"]
+    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
+    max_gap: Quantity
+    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
+    gnss_latency: Quantity
+    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
+    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    is stated."""
+    antenna_x: Quantity
+    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
 
 class DesignOptions(TypedDict, total=False):
@@ -272,7 +396,7 @@ class CheckOptions(TypedDict, total=False):
     """Treat warnings as errors."""
 
 
-class CompareOptions(DesignOptions, ReadOptions, total=False):
+class CompareOptions(DesignOptions, total=False):
     """The options of `compare`."""
 
     truth: File
@@ -300,6 +424,62 @@ class CompareOptions(DesignOptions, ReadOptions, total=False):
     that of the path, or none."""
     max_cross_track_error: Quantity
     """A cross-track error beyond this is off the path (default 1.75m)."""
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    mapping_vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+    input_channel: str
+    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
+    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
+    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    output_channel: str
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    recognised by its name by default."""
+    speed_channel: str
+    """Channel of the speed; recognised by its name by default, and optional."""
+    channel: Union[Mapping[str, Any], Sequence[str], str]
+    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
+    repeated. Recognised by their names by default."""
+    steering_full_scale: Quantity
+    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    taken as it is."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    drive: Union[File, Sequence[File]]
+    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    drive, and all other files are channels of one drive."""
+    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    speed_window: Union[tuple[float, float], str]
+    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    (m/s) or 50km/h..60km/h."""
+    sample_time: Quantity
+    """Sample time of the merged log; by default chosen from the log's rate."""
+    intersample: Literal["auto", "zoh", "foh", "bl"]
+    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
+    max_gap: Quantity
+    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
+    gnss_latency: Quantity
+    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
+    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    is stated."""
+    antenna_x: Quantity
+    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
     force: bool
     """Overwrite an existing file of any content, and replace a folder with changed files; an input is
     never overwritten, a foreign file in a folder never removed."""
@@ -323,7 +503,7 @@ class ExportOptions(TypedDict, total=False):
     never overwritten, a foreign file in a folder never removed."""
 
 
-class BuildOptions(DesignOptions, ReadOptions, total=False):
+class BuildOptions(DesignOptions, total=False):
     """The options of `build`."""
 
     out: File
@@ -334,6 +514,62 @@ class BuildOptions(DesignOptions, ReadOptions, total=False):
     """Recorded points (CSV) of a road to track, in addition to the standard road."""
     lateral_acceleration: Quantity
     """Largest lateral acceleration on the standard road (default 4m/s2)."""
+    time_channel: str
+    """Column of the time in every file; by default the first one with such a name."""
+    unit: Union[Mapping[str, Any], Sequence[str], str]
+    """Unit of a channel whose name does not state it."""
+    topic: Union[str, Sequence[str]]
+    """Topic, message or channel group to use; may be repeated. By default all."""
+    dbc: Union[File, Sequence[File]]
+    """CAN database that decodes a raw bus; may be repeated."""
+    mapping: File
+    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
+    line override it."""
+    mapping_vehicle: str
+    """Vehicle of the mapping file."""
+    decimal: Literal["point", "comma"]
+    """Decimal mark of the numbers; by default the one that the first rows determine."""
+    row_period: Quantity
+    """Time between rows of files without a clock."""
+    input_channel: str
+    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
+    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
+    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    output_channel: str
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
+    recognised by its name by default."""
+    speed_channel: str
+    """Channel of the speed; recognised by its name by default, and optional."""
+    channel: Union[Mapping[str, Any], Sequence[str], str]
+    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
+    repeated. Recognised by their names by default."""
+    steering_full_scale: Quantity
+    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    taken as it is."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    drive: Union[File, Sequence[File]]
+    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    drive, and all other files are channels of one drive."""
+    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    speed_window: Union[tuple[float, float], str]
+    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    (m/s) or 50km/h..60km/h."""
+    sample_time: Quantity
+    """Sample time of the merged log; by default chosen from the log's rate."""
+    intersample: Literal["auto", "zoh", "foh", "bl"]
+    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
+    max_gap: Quantity
+    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
+    gnss_latency: Quantity
+    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
+    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    is stated."""
+    antenna_x: Quantity
+    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
     method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
     """Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data;
     auto decides by a test for feedback (default auto)."""

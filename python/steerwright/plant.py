@@ -390,6 +390,45 @@ class Bicycle(Document, documents.Bicycle):
         return f"<Bicycle: wheelbase {length:.3f} m, steering ratio {v.steering_ratio:.2f}{fit}>"
 
 
+class Torque(Document, documents.Torque):
+    """The response of the lateral acceleration to a steering torque. The attributes are the keys of torque.json."""
+
+    FILE = "torque.json"
+
+    @property
+    def fit(self) -> float:
+        """Fit on validation data, %."""
+        return self.evidence.validation_fit
+
+    def command(self, acceleration: ArrayLike, roll: ArrayLike = 0.0, steering_rate: ArrayLike = 0.0) -> Array:
+        """The command (in `command_unit`) of a steady lateral acceleration (m/s²), on a road with a roll (rad), while
+        the steering angle has a rate (rad/s): arrays of one shape, or scalars."""
+        rho = 0.0 if self.roll_coefficient is None else self.roll_coefficient.value
+        gravity = 9.80665 * rho * np.sin(np.asarray(roll, dtype=float))
+        needed = np.asarray(acceleration, dtype=float) - gravity - self.offset_mps2.value
+        friction = np.tanh(np.asarray(steering_rate, dtype=float) / self.friction_rate_radps)
+        command: Array = needed / self.acceleration_per_command.value + self.friction.value * friction
+        return command
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{value.value:.4f} ± {1.96 * value.standard_error:.4f}") for name, value in self._estimates()]
+        rows.append(("fit on validation data", f"{self.fit:.2f} %"))
+        return html("Response to a steering torque", rows, ())
+
+    def _estimates(self) -> list[tuple[str, documents.Estimate]]:
+        estimates = [
+            (f"lateral acceleration per command, m/s² per {self.command_unit}", self.acceleration_per_command),
+            (f"friction, {self.command_unit}", self.friction),
+            ("offset, m/s²", self.offset_mps2),
+            ("delay, s", self.delay_s),
+        ]
+        return estimates + ([("roll coefficient", self.roll_coefficient)] if self.roll_coefficient else [])
+
+    def __repr__(self) -> str:
+        factor = self.acceleration_per_command.value
+        return f"<Torque: {factor:.3f} m/s² per {self.command_unit}, fit {self.fit:.2f} % on validation data>"
+
+
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
     """C (z − A)⁻¹ B + D at z = exp(j·angle)."""
     z = np.exp(1j * angle)[:, None, None]

@@ -1,8 +1,8 @@
 //! The parameters of a stack, and those that a model does not determine.
 
-use crate::{Error, Lateral, Quantity};
+use crate::{Error, Quantity};
 use serde::Serialize;
-use steerwright_formats::Grade;
+use steerwright_formats::{Grade, Quality};
 
 /// A driving stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -108,12 +108,12 @@ pub struct Export {
 }
 
 impl Export {
-    pub(crate) fn new(stack: Stack, lateral: &Lateral) -> Self {
+    pub(crate) fn new(stack: Stack, model: &str, quality: &Quality) -> Self {
         Self {
             stack,
-            model: lateral.name.clone(),
-            quality: lateral.quality.grade,
-            reasons: lateral.quality.codes(),
+            model: model.into(),
+            quality: quality.grade,
+            reasons: quality.codes(),
             convention: Vec::new(),
             parameters: Vec::new(),
             missing: Vec::new(),

@@ -13,11 +13,13 @@ mod lateral;
 mod openpilot;
 mod px4;
 mod text;
+mod torque;
 
 pub use error::Error;
 pub use export::{Export, Missing, Parameter, Stack, Stated};
 pub use lateral::{Lateral, Quantity, Timing};
 pub use text::MARK;
+pub use torque::export_torque;
 
 /// The parameters of a stack.
 ///
@@ -25,7 +27,7 @@ pub use text::MARK;
 /// Limits or a wheelbase that are not greater than 0.
 pub fn export(stack: Stack, lateral: &Lateral, stated: &Stated) -> Result<Export, Error> {
     stated.check()?;
-    let mut export = Export::new(stack, lateral);
+    let mut export = Export::new(stack, &lateral.name, &lateral.quality);
     match stack {
         Stack::Autoware => autoware::fill(&mut export, lateral, stated),
         Stack::Openpilot => openpilot::fill(&mut export, lateral),

@@ -1,4 +1,4 @@
-//! openpilot: `CarParams` of a car steered by angle or torque.
+//! openpilot: `CarParams` of the vehicle model, for cars steered by angle or torque.
 //!
 //! Its vehicle model is the steady state of eq 13: `yaw rate = v/(L·(1 − sf·v²))·δ/steerRatio` with
 //! `sf = m(C_f·L_f − C_r·L_r)/(L²·C_f·C_r)`; its lag from command to lateral acceleration is
@@ -8,8 +8,8 @@ use crate::autoware::LEADS;
 use crate::{Export, Lateral, Quantity, Timing};
 
 /// The part of the lateral delay that openpilot adds to `steerActuatorDelay`, s.
-const ADDED: f64 = 0.2;
-const GROUP: &str = "CarParams";
+pub(crate) const ADDED: f64 = 0.2;
+pub(crate) const GROUP: &str = "CarParams";
 
 pub(crate) fn fill(export: &mut Export, lateral: &Lateral) {
     export.convention(
@@ -93,6 +93,6 @@ pub(crate) fn fill(export: &mut Export, lateral: &Lateral) {
 fn torque(export: &mut Export) {
     export.missing(
         "lateralTuning.torque",
-        "latAccelFactor, latAccelOffset and friction require a model of the steering torque",
+        "latAccelFactor, latAccelOffset and friction require a model of the steering torque; identify the structure torque, and export that",
     );
 }

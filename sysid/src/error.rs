@@ -1,5 +1,7 @@
 //! The errors between a drive and its model, with their numbers and the suggested fix.
 
+use steerwright_drivelog::{DriveLog, Response};
+
 /// Why no model could be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // the fields are named in the messages
@@ -18,7 +20,13 @@ pub enum Error {
     NoSpeed,
     #[error("the structure bicycle needs the speed, and the log has no channel of it")]
     SpeedNeeded,
-    #[error("the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}")]
+    #[error(
+        "the log was read for the response of the lateral acceleration, and this structure needs that of the yaw rate"
+    )]
+    YawRateLogNeeded,
+    #[error(
+        "the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}"
+    )]
     TorqueLogNeeded { missing: &'static str },
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
@@ -32,6 +40,14 @@ pub enum Error {
     NoModel { problem: String },
     #[error("a matrix factorisation did not converge: {what}")]
     Numerical { what: &'static str },
+}
+
+/// Rejects a log that was read for another response.
+pub(crate) fn check_yaw_rate(log: &DriveLog) -> Result<(), Error> {
+    match log.response {
+        Response::YawRate => Ok(()),
+        Response::LateralAcceleration => Err(Error::YawRateLogNeeded),
+    }
 }
 
 impl Error {
@@ -72,6 +88,9 @@ impl Error {
             Self::Option { option, .. } => format!("use a value of {option} within that range, or leave it out"),
             Self::SpeedNeeded => {
                 "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space".into()
+            }
+            Self::YawRateLogNeeded => {
+                "read the log for the response yaw-rate, or identify the structure torque".into()
             }
             Self::TorqueLogNeeded { .. } => {
                 "read the log for the response lateral-acceleration, and name the channel that is missing".into()

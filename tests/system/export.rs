@@ -1,7 +1,7 @@
 //! `export`: drives of vehicles with known delay, lag, wheelbase and steering ratio are identified and exported;
 //! the file that is written is read back, and the stack's own formula is run on it.
 
-use crate::support::{read_json, run, text_of};
+use crate::support::{read_json, run, steerwright, text_of};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -250,4 +250,73 @@ fn what_one_speed_does_not_determine_is_left_out_and_failed_models_are_stopped()
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let text = done(folder, "export failed.json --for px4 --accept-untrusted");
     assert!(text.contains("# quality of the model: fail"), "{text}");
+}
+
+/// A drive steered by torque, with yaw rate and speed in place of the lateral acceleration: 2.5 m/s² per command,
+/// friction 0.12, offset 0.05 m/s², delay 0.27 s.
+fn torque_drive(unit: &str) -> String {
+    let mut random = Random(5);
+    let (mut goal, mut command, mut angle, mut last_rate) = (0.0, 0.0, 0.0, 0.0);
+    let mut queue = std::collections::VecDeque::from(vec![0.0; 27]);
+    let mut log =
+        format!("time_s,steering_torque [{unit}],yaw_rate_degps,speed_kmh,steering_angle_deg\n");
+    for k in 0..60_000 {
+        command = random.command(k, &mut goal, command, 0.4);
+        queue.push_back(command);
+        let delayed = queue.pop_front().unwrap();
+        let rate: f64 = (0.3 * delayed - angle) / 0.15;
+        let friction = 0.12 * (f64::midpoint(rate, last_rate) / 0.05).tanh();
+        let acceleration = 2.5 * (delayed - friction) + 0.05 + 0.05 * random.normal();
+        let (yaw_rate, degrees) = ((acceleration / 20.0).to_degrees(), angle.to_degrees());
+        let time = k as f64 * DT;
+        writeln!(log, "{time:.2},{command:.6},{yaw_rate:.6},72,{degrees:.6}").unwrap();
+        angle += DT * rate;
+        last_rate = rate;
+    }
+    log
+}
+
+#[test]
+fn a_torque_returns_the_steady_turns_of_the_simulated_car_in_openpilots_formula() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("drive.csv"), torque_drive("1")).unwrap();
+    let identify = |log: &str, out: &str| {
+        let acceleration = ["--output-channel", "yaw_rate_degps * speed_kmh"];
+        let output = steerwright(
+            folder,
+            &[&["identify", log, "--structure", "torque", "-o", out][..], &acceleration].concat(),
+        );
+        assert!(output.status.success(), "{}", text_of(&output));
+    };
+    identify("drive.csv", "torque.json");
+    let found = exported(folder, "torque.json --for openpilot");
+    for (key, truth) in [("latAccelFactor", 2.5), ("friction", 0.12), ("latAccelOffset", 0.05)] {
+        assert_within(found[key], truth, 3.0, 0.02 * truth.max(0.2));
+    }
+    let delay = found["steerActuatorDelay"];
+    // Friction and filter do not commute: 0.6 ms.
+    assert!((delay.0 + 0.2 - 0.27).abs() < 1e-3 && delay.1.unwrap() < 1e-3, "{delay:?}");
+    // The command of openpilot's controller for a steady turn turns the simulated car as desired.
+    for desired in [-1.0, 0.5, 1.5] {
+        let command = (desired - found["latAccelOffset"].0) / found["latAccelFactor"].0;
+        assert!((2.5 * command + 0.05 - desired).abs() < 0.01, "{desired} {command}");
+    }
+
+    std::fs::write(folder.join("newton.csv"), torque_drive("Nm")).unwrap();
+    identify("newton.csv", "newton.json");
+    for (line, problem) in [
+        ("export torque.json --for px4", "px4 does not steer by torque"),
+        ("export torque.json --for openpilot --wheelbase 2.7", "no parameter of a car"),
+        ("export newton.json --for openpilot", "is in Nm"),
+        ("design torque.json", "steerwright/torque/1"),
+        ("identify drive.csv --structure torque --order 2", "of the structure state-space"),
+        ("identify drive.csv --min-speed 5m/s", "of the structure torque"),
+        ("identify drive.csv --structure torque --channel bank=roll", "engaged, override"),
+    ] {
+        let output = run(folder, line);
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}: {text}");
+        assert!(text.contains(problem) && text.contains("hint:"), "{line}: {text}");
+    }
 }

@@ -8,9 +8,10 @@ use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
 /// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 8] = [
+const DOCUMENTS: [(&str, &str); 9] = [
     ("Plant", "plant.json"),
     ("Bicycle", "bicycle.json"),
+    ("Torque", "torque.json"),
     ("Vehicle", "vehicle.json"),
     ("Pid", "pid.json"),
     ("Path", "path.json"),

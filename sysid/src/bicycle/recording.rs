@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::bicycle::simulate::SpeedSegment;
 use crate::data::split::Split;
+use crate::error::check_yaw_rate;
 use crate::validation::fit::{FitWithError, fit_with_error};
 use crate::validation::prediction::BLOCK_S;
 use std::ops::Range;
@@ -22,6 +23,7 @@ pub(super) struct Recording {
 impl Recording {
     /// Checks the log, and splits it by its steering times speed.
     pub(super) fn new(log: &DriveLog, split: &dyn Fn(&[f64]) -> Split) -> Result<Self, Error> {
+        check_yaw_rate(log)?;
         let speed = log.speed.clone().ok_or(Error::SpeedNeeded)?;
         let n = log.len();
         let no_model = |problem: &str| Err(Error::no_model(problem));

@@ -8,6 +8,7 @@ use crate::Error;
 use crate::data::dataset::without;
 use crate::data::split::{Selection, Split};
 use crate::data::{DataSet, Segment};
+use crate::error::check_yaw_rate;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
@@ -189,6 +190,7 @@ impl Data {
         split: &dyn Fn(&[f64]) -> Split,
     ) -> Result<Self, Error> {
         const LEAST: usize = 100;
+        check_yaw_rate(log)?;
         let input = driving_input(&log.input, log.speed.as_deref(), options.input_kind)?;
         let n = input.len().min(log.output.len());
         if n < LEAST {

@@ -73,7 +73,8 @@ fn errors<'a>(
     let [k, kf, rho, b, delay] = *parameters;
     let step = 0.05 * signals.log.sample_time_s;
     let command = signals.command(delay);
-    let (later, earlier) = (signals.command(delay + step), signals.command((delay - step).max(0.0)));
+    let (later, earlier) =
+        (signals.command(delay + step), signals.command((delay - step).max(0.0)));
     let between = step + delay.min(step);
     rows.iter().map(move |&row| {
         let x = signals.regressors(command[row], row);

@@ -81,11 +81,7 @@ fn rate(log: &DriveLog, angle: &[f64]) -> Vec<f64> {
     })
 }
 
-fn by_segment(
-    log: &DriveLog,
-    signal: &[f64],
-    of: impl Fn(&dyn Fn(i64) -> f64) -> f64,
-) -> Vec<f64> {
+fn by_segment(log: &DriveLog, signal: &[f64], of: impl Fn(&dyn Fn(i64) -> f64) -> f64) -> Vec<f64> {
     let mut all = Vec::with_capacity(signal.len());
     for segment in &log.segments {
         let own = &signal[segment.range.clone()];

@@ -70,8 +70,7 @@ fn drive(seed: u64, rate_hz: usize, feedback: f64) -> String {
 }
 
 fn read(csv: &str) -> DriveLog {
-    let options =
-        LogOptions { response: Response::LateralAcceleration, ..LogOptions::default() };
+    let options = LogOptions { response: Response::LateralAcceleration, ..LogOptions::default() };
     read_log(&[("drive.csv".into(), csv.as_bytes().to_vec())], &options).unwrap()
 }
 
