@@ -8,6 +8,7 @@ use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console};
 use std::path::{Path, PathBuf};
+use steerwright_drivelog::Response;
 use steerwright_formats::AccumulatedDrives;
 use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
@@ -42,7 +43,7 @@ impl Arguments {
             ));
         }
         Ok(AccumulateOptions {
-            log: self.log.options()?,
+            log: self.log.options(Response::YawRate)?,
             input_kind: self.model_input,
             horizon: self.horizon,
         })

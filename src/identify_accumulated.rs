@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::{console, files};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::LogOptions;
+use steerwright_drivelog::{LogOptions, Response};
 use steerwright_formats::AccumulatedDrives;
 use steerwright_sysid::{Accumulated, IdentifyOptions};
 
@@ -69,7 +69,7 @@ pub(crate) fn check_factor_options(
     log: &LogArguments,
     identify: Option<&IdentifyArguments>,
 ) -> Result<IdentifyOptions, Failure> {
-    if log.options()? != LogOptions::default() || !log.drives.is_empty() {
+    if log.options(Response::YawRate)? != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
             "options for reading a log have no effect on an R factor",
             "pass them to steerwright accumulate",

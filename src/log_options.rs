@@ -180,8 +180,9 @@ impl LogArguments {
         self.drives.iter().flat_map(|drive| &drive.0)
     }
 
-    pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
+    pub(crate) fn options(&self, response: Response) -> Result<LogOptions, Failure> {
         self.source.complete(LogOptions {
+            response,
             input: self.input_channel.clone(),
             output: self.output_channel.clone(),
             speed: self.speed_channel.clone(),
@@ -205,7 +206,7 @@ impl LogArguments {
         if paths.iter().chain(self.files()).filter(is_stdin).count() > 1 {
             return Err(Failure::new("standard input is named twice", "name - once"));
         }
-        let options = LogOptions { response, ..self.options()? };
+        let options = self.options(response)?;
         let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
             paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()

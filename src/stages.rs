@@ -10,7 +10,7 @@ use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::PathBuf;
 use steerwright_comparison::ModelDocument;
-use steerwright_drivelog::{DriveLog, LogOptions, Response, in_memory, read_recordings};
+use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile, Torque};
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
@@ -139,7 +139,7 @@ pub fn read(source: Source, options: Options<'_>) -> Result<DriveLog, Failure> {
                 let hint = "name files, or pass the tables of each drive on their own";
                 return Err(Failure::new("--drive: tables are no files", hint));
             }
-            let options = LogOptions { response, ..log.options()? };
+            let options = log.options(response)?;
             let _progress = Progress::start("reading the log");
             let tables = tables.into_iter().map(|(name, columns)| in_memory(&name, columns));
             Ok(read_recordings(tables.collect::<Result<_, _>>()?, &options)?)

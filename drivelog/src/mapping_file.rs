@@ -12,7 +12,8 @@
 //! ```
 
 use crate::error::Error;
-use crate::options::{DecimalMark, LogOptions};
+use crate::options::{DecimalMark, LogOptions, Response};
+use crate::role::Role;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use steerwright_formats::Intersample;
@@ -21,10 +22,17 @@ use steerwright_formats::Intersample;
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mapping {
-    /// As [`LogOptions::input`].
+    /// Steering angle.
     pub steering: Option<String>,
-    /// As [`LogOptions::output`].
+    /// Yaw rate, or yaw.
     pub yaw_rate: Option<String>,
+    /// Steering torque, or its normalised command.
+    pub steering_torque: Option<String>,
+    /// Lateral acceleration.
+    pub lateral_acceleration: Option<String>,
+    /// Further channels, as [`LogOptions::channels`].
+    #[serde(default)]
+    pub channels: BTreeMap<String, String>,
     /// As [`LogOptions::speed`].
     pub speed: Option<String>,
     /// As [`LogOptions::time`].
@@ -93,9 +101,14 @@ impl Mapping {
         let list = |own: Vec<String>, other| if own.is_empty() { other } else { own };
         let mut units = other.units;
         units.extend(self.units);
+        let mut channels = other.channels;
+        channels.extend(self.channels);
         Self {
             steering: self.steering.or(other.steering),
             yaw_rate: self.yaw_rate.or(other.yaw_rate),
+            steering_torque: self.steering_torque.or(other.steering_torque),
+            lateral_acceleration: self.lateral_acceleration.or(other.lateral_acceleration),
+            channels,
             speed: self.speed.or(other.speed),
             time: self.time.or(other.time),
             units,
@@ -111,14 +124,26 @@ impl Mapping {
         }
     }
 
-    /// Fills in what the options leave open; the databases are for the caller to read.
+    /// Fills in what the options leave open, for their response; the databases are for the caller to read.
     ///
     /// # Errors
     /// [`Error::Option`] for an unknown word.
     pub fn apply(self, options: &mut LogOptions) -> Result<(), Error> {
         let fill = |own: &mut Option<String>, stated| *own = own.take().or(stated);
-        fill(&mut options.input, self.steering);
-        fill(&mut options.output, self.yaw_rate);
+        match options.response {
+            Response::YawRate => {
+                fill(&mut options.input, self.steering);
+                fill(&mut options.output, self.yaw_rate);
+            }
+            Response::LateralAcceleration => {
+                fill(&mut options.input, self.steering_torque);
+                fill(&mut options.output, self.lateral_acceleration);
+                let steering = self.steering.map(|channel| (Role::Steering.key().into(), channel));
+                for (role, channel) in self.channels.into_iter().chain(steering) {
+                    options.channels.entry(role).or_insert(channel);
+                }
+            }
+        }
         fill(&mut options.speed, self.speed);
         fill(&mut options.time, self.time);
         for (name, unit) in self.units {
@@ -184,6 +209,25 @@ mod tests {
         let message = |vehicle| of(vehicle).unwrap_err().to_string();
         assert_eq!(message(None), "mapping.toml: which vehicle? There are: one, two");
         assert!(message(Some("tow")).contains("no vehicle `tow`; there are: one, two"));
+    }
+
+    #[test]
+    fn channels_are_those_of_the_response() {
+        let text = "steering = \"angle\"\nyaw_rate = \"gyro\"\nsteering_torque = \"eps\"\nchannels = { roll = \"bank\" }\n";
+        let of = |response| {
+            let mut options = LogOptions { response, ..LogOptions::default() };
+            let mapping = Mapping::of_toml(text, "mapping.toml", None).unwrap();
+            mapping.apply(&mut options).unwrap();
+            options
+        };
+        let yaw = of(Response::YawRate);
+        assert_eq!(yaw.input.as_deref(), Some("angle"));
+        assert!(yaw.channels.is_empty());
+        let torque = of(Response::LateralAcceleration);
+        assert_eq!([torque.input.as_deref(), torque.output.as_deref()], [Some("eps"), None]);
+        let channels: Vec<(&str, &str)> =
+            torque.channels.iter().map(|(role, name)| (role.as_str(), name.as_str())).collect();
+        assert_eq!(channels, [("roll", "bank"), ("steering", "angle")]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Drive logs of every format, and the databases of buses.
 
-use steerwright_drivelog::{LogFile, LogOptions, inspect};
+use steerwright_drivelog::{LogFile, LogOptions, Response, inspect, read_log};
 
 /// A database with the frames of the logs in the corpus.
 const DATABASE: &[u8] = b"BO_ 37 A: 8 X\n SG_ B : 3|12@0- (1.5,0) [0|0] \"deg\" X\n SG_ C M : 0|2@1+ (1,0) [0|0] \"\" X\n";
@@ -27,5 +27,13 @@ fn read(log: &[u8], database: &[u8]) {
     if let Err(error) = inspect(LogFile::of_bytes("fuzzed", log), &options) {
         assert!(!error.to_string().is_empty());
         assert!(!error.hint().is_empty());
+    }
+    for response in Response::ALL {
+        let options = LogOptions { response, ..options.clone() };
+        let files = [("fuzzed".to_owned(), log.to_vec())];
+        if let Err(error) = read_log(&files, &options) {
+            assert!(!error.to_string().is_empty());
+            assert!(!error.hint().is_empty());
+        }
     }
 }
