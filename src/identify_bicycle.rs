@@ -7,7 +7,7 @@ use crate::output::Output;
 use crate::progress::Progress;
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Bicycle, BicycleEvidence, Quality};
+use steerwright_formats::{Bicycle, BicycleEvidence, Quality, VehicleData};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 pub(crate) fn run(
@@ -24,8 +24,11 @@ pub(crate) fn run(
         traces.write(traces_csv(&found.traces, None).as_bytes())?;
     }
     let bicycle = &found.bicycle;
-    let mut text =
-        bicycle.evidence.as_ref().map(|e| evidence(e, &bicycle.quality)).unwrap_or_default();
+    let mut text = bicycle
+        .evidence
+        .as_ref()
+        .map(|e| evidence(e, &bicycle.vehicle, &bicycle.quality))
+        .unwrap_or_default();
     text += &vehicle(&found.bicycle);
     console::result(&text, &found.bicycle)?;
     console::note(format!("written to {out}"));
@@ -37,12 +40,12 @@ fn vehicle(bicycle: &Bicycle) -> String {
     let [m, j, lf, lr] = [v.mass_kg, v.yaw_inertia_kgm2, v.distance_front_m, v.distance_rear_m];
     let [cf, cr] = [v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr];
     format!(
-        "vehicle  m {m:.0} kg, J {j:.0} kg·m², Lf {lf:.3} m, Lr {lr:.3} m, Cf {cf:.0} N/rad, Cr {cr:.0} N/rad, Tn {:.4} s, steering ratio {:.3}\n",
-        v.actuator_time_constant_s, v.steering_ratio
+        "vehicle  m {m:.0} kg, J {j:.0} kg·m², Lf {lf:.3} m, Lr {lr:.3} m, Cf {cf:.0} N/rad, Cr {cr:.0} N/rad, Tn {:.4} s, delay {:.4} s, steering ratio {:.3}\n",
+        v.actuator_time_constant_s, v.actuator_delay_s, v.steering_ratio
     )
 }
 
-fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
+fn evidence(e: &BicycleEvidence, vehicle: &VehicleData, quality: &Quality) -> String {
     let mut identified =
         steerwright_report::Table::new(["identified", "value", "± (95 %)", "unit"]);
     for q in &e.identified {
@@ -71,11 +74,12 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     let d = &e.with_delay;
     let _ = writeln!(
         text,
-        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; not in the file, whose actuator lag represents it",
+        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; {}",
         1e3 * d.input_delay_s,
         2e3 * d.standard_error_s,
         d.validation_fit,
-        d.estimation_fit
+        d.estimation_fit,
+        if vehicle.actuator_delay_s > 0.0 { "in the file" } else { "not in the file" }
     );
     let _ = writeln!(
         text,

@@ -27,7 +27,7 @@ pub(crate) struct StructureArguments {
     /// Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
-    /// Lowest speed of the samples of the structure torque. By default 15 m/s
+    /// Lowest speed that is used. By default 1 m/s for the bicycle, 15 m/s for the structure torque
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
     /// Rate of the steering angle at which the friction of the structure torque reaches 76 % of its value, in
@@ -77,10 +77,7 @@ impl StructureArguments {
             (self.wheelbase.is_some(), "--wheelbase"),
             (self.front_share.is_some(), "--front-share"),
         ];
-        let of_torque = [
-            (self.min_speed.is_some(), "--min-speed"),
-            (self.friction_rate.is_some(), "--friction-rate"),
-        ];
+        let of_torque = [(self.friction_rate.is_some(), "--friction-rate")];
         let all = [
             (Name::StateSpace, "state-space", &of_state_space[..]),
             (Name::Bicycle, "bicycle", &of_bicycle[..]),
@@ -94,6 +91,10 @@ impl StructureArguments {
                 ));
             }
         }
+        if self.structure == Name::StateSpace && self.min_speed.is_some() {
+            let message = "--min-speed is an option of the structures bicycle and torque";
+            return Err(Failure::new(message, "omit it, or select speeds with --speed-window"));
+        }
         let validation_fraction = stated.validation_fraction;
         Ok(match self.structure {
             Name::StateSpace => Structure::StateSpace(stated),
@@ -101,6 +102,9 @@ impl StructureArguments {
                 mass_kg: self.mass,
                 wheelbase_m: self.wheelbase,
                 front_share: self.front_share.map(|percent| percent / 100.0),
+                least_speed_mps: self
+                    .min_speed
+                    .unwrap_or(BicycleOptions::default().least_speed_mps),
                 validation_fraction,
             }),
             Name::Torque => {

@@ -81,6 +81,7 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Err
     tyres.cornering_stiffness_rear_npr = data.cornering_stiffness_rear_npr;
     actuator.steering_ratio = data.steering_ratio;
     actuator.time_constant_s = data.actuator_time_constant_s;
+    actuator.delay_s = data.actuator_delay_s;
     let remark = format!(
         "{name} has no friction ({} assumed), tyre curves, height, track width, roll, steering rate \
          ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states them",

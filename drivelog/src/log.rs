@@ -3,6 +3,7 @@
 use crate::gnss::Gnss;
 use crate::options::Response;
 use crate::role::Role;
+use crate::segments::within_speeds;
 use crate::signal::integrate;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -88,6 +89,56 @@ impl DriveLog {
             all.extend(yaw.iter().map(|yaw| from + yaw));
         }
         all
+    }
+
+    /// The segments in which the speed, averaged over a second, is `least_mps` or more, with a warning. `None` if that
+    /// is the whole log or nothing of it, or if the log has no speed of all samples.
+    #[must_use]
+    pub fn above_speed(&self, least_mps: f64) -> Option<Self> {
+        let speed = self.speed.as_ref()?;
+        let is_speed = |v: &f64| v.is_finite() && *v >= 0.0;
+        if speed.len() != self.len() || !speed.iter().all(is_speed) {
+            return None;
+        }
+        let step = self.sample_time_s;
+        let mut kept: Vec<(f64, Range<usize>)> = Vec::new();
+        for segment in &self.segments {
+            let (time0_s, first) = (segment.time0_s, segment.range.start);
+            let speed = &speed[segment.range.clone()];
+            for run in within_speeds(speed, step, (least_mps, f64::INFINITY)) {
+                let from_s = time0_s + run.start as f64 * step;
+                kept.push((from_s, first + run.start..first + run.end));
+            }
+        }
+        let count: usize = kept.iter().map(|(_, range)| range.len()).sum();
+        if count == 0 || count == self.len() {
+            return None;
+        }
+        let of = |signal: &[f64]| -> Vec<f64> {
+            kept.iter().flat_map(|(_, range)| &signal[range.clone()]).copied().collect()
+        };
+        let mut end = 0;
+        let segments = kept.iter().map(|(time0_s, range)| {
+            let start = end;
+            end += range.len();
+            Segment { time0_s: *time0_s, range: start..end }
+        });
+        let segments = segments.collect();
+        let mut warnings = self.warnings.clone();
+        warnings.push(format!(
+            "the speed is below {least_mps} m/s in {:.1} s of {:.1} s: these segments are left out",
+            (self.len() - count) as f64 * step,
+            self.len() as f64 * step
+        ));
+        Some(Self {
+            segments,
+            input: of(&self.input),
+            output: of(&self.output),
+            speed: Some(of(speed)),
+            others: self.others.iter().map(|(role, signal)| (*role, of(signal))).collect(),
+            warnings,
+            ..self.clone()
+        })
     }
 
     /// Number of samples.

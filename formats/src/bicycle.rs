@@ -23,6 +23,9 @@ pub struct VehicleData {
     pub cornering_stiffness_rear_npr: f64,
     /// Time constant of the steering actuator T_n, s.
     pub actuator_time_constant_s: f64,
+    /// Pure delay of the steering angle before the actuator, s; 0 if omitted.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub actuator_delay_s: f64,
     /// Steering angle over road-wheel angle, 1/n.
     pub steering_ratio: f64,
     /// Longitudinal velocity V, m/s.
@@ -75,12 +78,18 @@ pub struct BicycleCoefficients {
     pub tn: f64,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
 impl VehicleData {
     /// Reports impossible values; `at` is the prefix of each key, such as `vehicle.`.
     pub fn check(&self, c: &mut Checker, at: &str) {
         check_fields!(c.positive(self, at): mass_kg yaw_inertia_kgm2 distance_front_m distance_rear_m
             cornering_stiffness_front_npr cornering_stiffness_rear_npr actuator_time_constant_s
             steering_ratio speed_mps);
+        c.within(self.actuator_delay_s, 0.0, 10.0, &format!("{at}actuator_delay_s"));
     }
 
     /// The vehicle displaced by a multiple of a direction of its uncertainty.
@@ -97,6 +106,7 @@ impl VehicleData {
             actuator_time_constant_s: self.actuator_time_constant_s
                 * by(direction.actuator_time_constant),
             steering_ratio: self.steering_ratio * by(direction.steering_ratio),
+            actuator_delay_s: (self.actuator_delay_s + times * direction.actuator_delay_s).max(0.0),
             ..self.clone()
         }
     }

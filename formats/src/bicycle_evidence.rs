@@ -42,8 +42,7 @@ pub struct BicycleEvidence {
     pub largest_steering_rate_radps: Option<f64>,
     /// Offset of the yaw rate's sensor, rad/s. The plant has none.
     pub yaw_rate_offset_radps: f64,
-    /// The same model with a delay of the steering, which the plant does not have: in the file, the
-    /// actuator's lag represents both.
+    /// The model with a delay of the steering, which is that of the file if the delay is determined and positive.
     pub with_delay: WithDelay,
     /// How long the simulation errors last, s: their long-run variance over their variance, by the
     /// sample time. The standard errors count with it.
@@ -68,7 +67,7 @@ pub struct Estimated {
     pub unit: String,
 }
 
-/// Natural logarithms of factors on a vehicle's data.
+/// Natural logarithms of factors on a vehicle's data, and a change of its delay.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleDirection {
@@ -84,6 +83,9 @@ pub struct VehicleDirection {
     pub actuator_time_constant: f64,
     /// On the steering ratio.
     pub steering_ratio: f64,
+    /// Change of the actuator's delay, s.
+    #[serde(default)]
+    pub actuator_delay_s: f64,
 }
 
 /// A number that was not identified.
@@ -112,7 +114,7 @@ pub struct SpeedSummary {
     pub standard_deviation_mps: f64,
 }
 
-/// The same bicycle with a delay of the steering.
+/// The bicycle with a delay of the steering.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WithDelay {
@@ -144,7 +146,7 @@ impl BicycleEvidence {
         for (i, d) in self.directions.iter().enumerate() {
             let at = format!("{at}directions[{i}].");
             check_fields!(c.finite(d, at): wheelbase yaw_inertia cornering_stiffness_front
-                cornering_stiffness_rear actuator_time_constant steering_ratio);
+                cornering_stiffness_rear actuator_time_constant steering_ratio actuator_delay_s);
         }
         for (i, e) in self.identified.iter().enumerate() {
             c.finite(e.value, &format!("{at}identified[{i}].value"));

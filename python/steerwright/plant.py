@@ -340,7 +340,8 @@ class Bicycle(Document, documents.Bicycle):
 
     def at_speed(self, speed: float) -> tuple[Array, Array, Array, Array]:
         """Continuous A, B, C, D at a speed (m/s): states lateral velocity (m/s), yaw rate (rad/s), road-wheel
-        angle (rad); input steering angle (rad), outputs yaw rate and lateral velocity."""
+        angle (rad); input steering angle (rad), outputs yaw rate and lateral velocity. The delay of the steering
+        is `vehicle.actuator_delay_s`."""
         v = self.vehicle
         m, j = v.mass_kg, v.yaw_inertia_kgm2
         lf, lr = v.distance_front_m, v.distance_rear_m
@@ -361,7 +362,7 @@ class Bicycle(Document, documents.Bicycle):
         return a, b, c, np.zeros((2, 1))
 
     def to_control(self, speed: float) -> Any:
-        """A continuous python-control ``StateSpace`` at a speed (m/s)."""
+        """A continuous python-control ``StateSpace`` at a speed (m/s), without the delay of the steering."""
         import control
 
         outputs = ["yaw_rate", "lateral_velocity"]

@@ -167,15 +167,17 @@ impl Lateral {
         if effective.is_nan() || effective <= 0.0 {
             return Err(Error::Gain { gain: vehicle.speed_mps / effective });
         }
-        // In the file, the actuator's lag represents the delay too: the mean is that of the file, the variance that
-        // of the model with a delay.
-        let delayed =
-            evidence.map(|e| e.with_delay).filter(|d| d.input_delay_s > 2.0 * d.standard_error_s);
+        // In a file without a delay, the actuator's lag represents it too: the mean is that of the file, the variance
+        // that of the model with a delay.
+        let delayed = evidence.map(|e| e.with_delay).filter(|d| {
+            vehicle.actuator_delay_s == 0.0 && d.input_delay_s > 2.0 * d.standard_error_s
+        });
         let values = |v: &VehicleData| {
             let [effective, mean, variance] = turn(v);
             let actuator = v.actuator_time_constant_s;
             let lag = delayed.map_or(actuator, |d| d.actuator_time_constant_s);
-            let [delay, lag, total] = delay_and_lag(mean + actuator, variance + lag * lag)?;
+            let mean = mean + actuator + v.actuator_delay_s;
+            let [delay, lag, total] = delay_and_lag(mean, variance + lag * lag)?;
             let wheelbase = v.distance_front_m + v.distance_rear_m;
             Some([effective, wheelbase, v.steering_ratio, delay, lag, total])
         };
@@ -357,6 +359,7 @@ mod tests {
             cornering_stiffness_front_npr: 80e3,
             cornering_stiffness_rear_npr: 90e3,
             actuator_time_constant_s: 0.1,
+            actuator_delay_s: 0.0,
             steering_ratio: 15.0,
             speed_mps: 15.0,
         };

@@ -124,7 +124,7 @@ impl DesignPlant {
             name: vehicle.name.clone(),
             speed: vehicle.speed_mps,
             steering_ratio: vehicle.steering_ratio,
-            input_delay: 0.0,
+            input_delay: vehicle.actuator_delay_s,
             quality: bicycle.quality.clone(),
             family: Family::Bicycle(Box::new(bicycle.clone())),
             gain: steady_state_gain(&dynamics),

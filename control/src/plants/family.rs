@@ -37,7 +37,11 @@ impl DesignPlant {
             Family::Bicycle(bicycle) => {
                 let mut drawn = bicycle.as_ref().clone();
                 drawn.vehicle = bicycle.ensemble_member(xi)?;
-                Self::from_bicycle(&drawn).ok()?
+                let mut drawn = Self::from_bicycle(&drawn).ok()?;
+                // With the latency of the loop, if it has been added.
+                let change = drawn.input_delay - bicycle.vehicle.actuator_delay_s;
+                drawn.input_delay = (self.input_delay + change).max(0.0);
+                return Some(drawn);
             }
             Family::Alone => return None,
         };

@@ -64,6 +64,7 @@ impl PlantModel {
             cornering_stiffness_rear: linear.cornering_stiffness_rear,
             steering_ratio: linear.steering_ratio,
             actuator_time_constant: linear.actuator_time_constant,
+            actuator_delay: linear.actuator_delay,
             road_wheel_rate_max,
             ..NonlinearParameters::default()
         };

@@ -58,6 +58,7 @@ pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
         cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
         cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
         actuator_time_constant: vehicle.actuator_time_constant_s,
+        actuator_delay: vehicle.actuator_delay_s,
         steering_ratio: vehicle.steering_ratio,
     }
 }

@@ -72,6 +72,7 @@ fn the_vehicle() {
         cornering_stiffness_front_npr: 5.0,
         cornering_stiffness_rear_npr: 6.0,
         actuator_time_constant_s: 7.0,
+        actuator_delay_s: 10.0,
         steering_ratio: 8.0,
         speed_mps: 9.0,
     };
@@ -83,6 +84,7 @@ fn the_vehicle() {
         cornering_stiffness_front: 5.0,
         cornering_stiffness_rear: 6.0,
         actuator_time_constant: 7.0,
+        actuator_delay: 10.0,
         steering_ratio: 8.0,
     };
     assert_eq!(bicycle_parameters(&vehicle), expected);

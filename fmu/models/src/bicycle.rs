@@ -14,6 +14,9 @@ use serde::{Deserialize, Serialize};
 /// Speed below which the dynamics are those of this speed, m/s; see [`crate::bicycle_plant`].
 pub const BLEND_SPEED: f64 = 1.0;
 
+/// Longest delay of the steering actuator, s.
+pub const LONGEST_DELAY: f64 = 10.0;
+
 /// A vehicle as the bicycle model sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BicycleParameters {
@@ -31,6 +34,8 @@ pub struct BicycleParameters {
     pub cornering_stiffness_rear: f64,
     /// Time constant of the steering actuator Tn, s.
     pub actuator_time_constant: f64,
+    /// Pure delay of the steering angle before the actuator, s.
+    pub actuator_delay: f64,
     /// Steering angle over road-wheel angle, 1/n.
     pub steering_ratio: f64,
 }
@@ -46,6 +51,7 @@ impl Default for BicycleParameters {
             cornering_stiffness_front: 100_000.0,
             cornering_stiffness_rear: 110_000.0,
             actuator_time_constant: 0.05,
+            actuator_delay: 0.0,
             steering_ratio: 1.0,
         }
     }
@@ -87,6 +93,10 @@ impl BicycleParameters {
             if value <= 0.0 {
                 return Err(Error::NotPositive { name, value });
             }
+        }
+        let (name, value) = ("the actuator's delay", self.actuator_delay);
+        if !(0.0..=LONGEST_DELAY).contains(&value) {
+            return Err(Error::Range { name, value, min: 0.0, max: LONGEST_DELAY });
         }
         if let Some(critical_speed) = self.critical_speed()
             && critical_speed <= BLEND_SPEED

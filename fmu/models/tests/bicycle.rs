@@ -19,6 +19,7 @@ fn car() -> BicycleParameters {
         cornering_stiffness_front: 105_000.0,
         cornering_stiffness_rear: 131_000.0,
         actuator_time_constant: 0.08,
+        actuator_delay: 0.0,
         steering_ratio: 14.3,
     }
 }
@@ -251,4 +252,39 @@ fn refuses_what_is_no_vehicle() {
     }
     plant.parameters.mass = -1.0;
     assert!(plant.start().is_err());
+}
+
+#[test]
+fn a_delay_is_a_shift_of_the_steering() {
+    let late = BicycleParameters { actuator_delay: 0.125, ..car() };
+    let (mut delayed, mut shifted) =
+        (BicyclePlant::new(late).unwrap(), BicyclePlant::new(car()).unwrap());
+    let steering = |k: i32| if k < 0 { 0.0 } else { 0.3 * (0.4 * f64::from(k)).sin() + 0.05 };
+    for k in 0..400 {
+        let h = 0.03125;
+        delayed.steering_angle = steering(k);
+        shifted.steering_angle = steering(k - 4);
+        for plant in [&mut delayed, &mut shifted] {
+            plant.speed = 12.0 + 0.02 * f64::from(k);
+            plant.step(h).unwrap();
+        }
+        for i in 0..6 {
+            assert!((delayed.state(i) - shifted.state(i)).abs() < 1e-12, "{k} {i}");
+        }
+        if k == 200 {
+            let copy = BicyclePlant::restore(&delayed.save()).unwrap();
+            assert_eq!(copy, delayed);
+            delayed = copy;
+        }
+    }
+    // The wheel rests where it starts, also behind a delay.
+    delayed.initial_states = [0.0, 0.0, 0.01];
+    delayed.start().unwrap();
+    delayed.steering_angle = 0.0;
+    delayed.step(0.1).unwrap();
+    assert_eq!(delayed.road_wheel_angle(), 0.01);
+    delayed.step(0.1).unwrap();
+    assert!(delayed.road_wheel_angle() < 0.01);
+    let refused = BicyclePlant::new(BicycleParameters { actuator_delay: -0.1, ..car() });
+    assert!(refused.unwrap_err().to_string().contains("actuator's delay"));
 }

@@ -39,6 +39,7 @@ impl BicyclePlant {
             V::CorneringStiffnessFront => &mut p.parameters.cornering_stiffness_front,
             V::CorneringStiffnessRear => &mut p.parameters.cornering_stiffness_rear,
             V::ActuatorTimeConstant => &mut p.parameters.actuator_time_constant,
+            V::ActuatorDelay => &mut p.parameters.actuator_delay,
             V::SteeringRatio => &mut p.parameters.steering_ratio,
             V::InitialX => &mut p.initial_x,
             V::InitialY => &mut p.initial_y,
@@ -98,7 +99,7 @@ fn by_parameter(unknown: Unknown<V>, parameter: V) -> bool {
         }
         Unknown::Derivative(YAW_RATE) => force || parameter == V::YawInertia,
         Unknown::Derivative(ROAD_WHEEL_ANGLE) => {
-            matches!(parameter, V::ActuatorTimeConstant | V::SteeringRatio)
+            matches!(parameter, V::ActuatorTimeConstant | V::ActuatorDelay | V::SteeringRatio)
         }
         _ => false,
     }

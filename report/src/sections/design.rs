@@ -17,6 +17,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
         ("cornering stiffness, front axle", v.cornering_stiffness_front_npr, "N/rad"),
         ("cornering stiffness, rear axle", v.cornering_stiffness_rear_npr, "N/rad"),
         ("time constant of the actuator", v.actuator_time_constant_s, "s"),
+        ("delay of the actuator", v.actuator_delay_s, "s"),
         ("steering ratio", v.steering_ratio, ""),
         ("speed", v.speed_mps, "m/s"),
     ] {

@@ -16,8 +16,12 @@ use steerwright_formats::{
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
 pub(super) const LEAST_SPREAD: f64 = 0.05;
-/// A delay matters where it is beyond this, s, and beyond two of its standard deviations.
+/// A delay is part of the model where it is beyond this, s, and beyond two of its standard deviations.
 const LEAST_DELAY: f64 = 0.01;
+
+pub(super) fn is_determined(d: &WithDelay) -> bool {
+    d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s)
+}
 
 pub(super) struct Known<'a> {
     pub(super) log: &'a DriveLog,
@@ -133,21 +137,10 @@ impl Known<'_> {
         all
     }
 
-    pub(super) fn has_delay(&self) -> bool {
-        let d = &self.with_delay;
-        d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s)
-    }
-
     fn warn(&self, e: &mut BicycleEvidence) {
         let d = &self.with_delay;
-        let matters = self.has_delay();
         let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 2e3 * d.standard_error_s);
-        if matters && d.input_delay_s > 0.0 {
-            e.warnings.push(format!(
-                "the steering acts {milliseconds:.0} ms late (± {error:.0} ms), and the plant has no delay: its actuator's lag represents it, with a fit of {:.2} % in place of {:.2} % on estimation data",
-                e.estimation_fit, d.estimation_fit
-            ));
-        } else if matters {
+        if is_determined(d) && d.input_delay_s < 0.0 {
             e.warnings.push(format!(
                 "yaw rate comes {milliseconds:.0} ms (± {error:.0} ms) before its steering: check the channels' clocks and filters"
             ));

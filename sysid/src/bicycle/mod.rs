@@ -23,6 +23,7 @@ use crate::bicycle::parameters::DELAY;
 use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::within;
 use crate::data::split::Split;
+use crate::error::check_yaw_rate;
 use crate::identify::plant::Traces;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
@@ -53,37 +54,43 @@ pub fn identify_bicycle(
     options: &BicycleOptions,
 ) -> Result<IdentifiedBicycle, Error> {
     options.check()?;
+    check_yaw_rate(log)?;
+    let moving = log.above_speed(options.least_speed_mps);
+    let log = moving.as_ref().unwrap_or(log);
     let recording =
         Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
     let segments = recording.segments(log);
     let problem = |ranges: &[Range<usize>], delay: bool| {
         Problem::new(within(&segments, ranges), options.front_share(), options.wheelbase_m, delay)
     };
-    let folded = problem(&recording.split.estimation, false);
-    let found = folded.solve()?;
+    let prompt = problem(&recording.split.estimation, false);
+    let without_delay = prompt.solve()?;
     let delayed = problem(&recording.split.estimation, true);
-    let with_delay = delayed.solve_with_delay(&found)?;
+    let with_delay = delayed.solve_with_delay(&without_delay)?;
     let validation = problem(&recording.split.validation, false);
     let simulate = |e: &Estimate| -> Result<Simulation, Error> {
-        let estimation = folded.errors(&e.parameters, &e.initial_states);
+        let estimation = prompt.errors(&e.parameters, &e.initial_states);
         let initial_states = validation.initial_states(&e.parameters)?;
         let validation = initial_states
             .and_then(|initial_states| validation.errors(&e.parameters, &initial_states));
         Ok(Simulation::new(log, &recording, estimation, validation))
     };
-    let simulation = simulate(&found)?;
-    let simulation_with_delay = simulate(&with_delay)?;
-
-    let covariance = uncertainty::covariance(&folded, &found)?;
-    let with_delay = WithDelay {
+    let of_delayed = (simulate(&with_delay)?, uncertainty::covariance(&delayed, &with_delay)?);
+    let summary = WithDelay {
         input_delay_s: with_delay.parameters[DELAY],
-        standard_error_s: uncertainty::covariance(&delayed, &with_delay)?[DELAY][DELAY]
-            .max(0.0)
-            .sqrt(),
+        standard_error_s: of_delayed.1[DELAY][DELAY].max(0.0).sqrt(),
         actuator_time_constant_s: with_delay.parameters[parameters::LAG].exp(),
-        estimation_fit: simulation_with_delay.estimation_fit,
-        validation_fit: simulation_with_delay.validation_fit.fit,
+        estimation_fit: of_delayed.0.estimation_fit,
+        validation_fit: of_delayed.0.validation_fit.fit,
     };
+    // Chosen on the estimation data.
+    let (found, (simulation, covariance)) =
+        if summary.input_delay_s > 0.0 && evidence::is_determined(&summary) {
+            (with_delay, of_delayed)
+        } else {
+            let covariance = uncertainty::covariance(&prompt, &without_delay)?;
+            (without_delay.clone(), (simulate(&without_delay)?, covariance))
+        };
     let known = evidence::Known {
         log,
         options,
@@ -91,7 +98,7 @@ pub fn identify_bicycle(
         estimate: &found,
         covariance: &covariance,
         simulation: &simulation,
-        with_delay,
+        with_delay: summary,
     };
     let evidence = known.evidence()?;
     let quality = known.quality(&evidence);

@@ -1,6 +1,7 @@
 //! How a bicycle is identified.
 
 use crate::Error;
+use crate::bicycle::parameters::BLEND_SPEED;
 use std::collections::BTreeMap;
 
 /// Mass of a mid-size car, kg, where none is stated; yaw rate does not depend on it.
@@ -19,13 +20,21 @@ pub struct BicycleOptions {
     /// Share of the weight on the front axle, Lr/L, which hardly follows from the yaw rate; 0.5 where
     /// `None`.
     pub front_share: Option<f64>,
+    /// Segments below this speed, m/s, are left out: the tyres of a vehicle that crawls obey other laws.
+    pub least_speed_mps: f64,
     /// Share of the log, at its end, that is validation data.
     pub validation_fraction: f64,
 }
 
 impl Default for BicycleOptions {
     fn default() -> Self {
-        Self { mass_kg: None, wheelbase_m: None, front_share: None, validation_fraction: 0.5 }
+        Self {
+            mass_kg: None,
+            wheelbase_m: None,
+            front_share: None,
+            least_speed_mps: BLEND_SPEED,
+            validation_fraction: 0.5,
+        }
     }
 }
 
@@ -49,6 +58,7 @@ impl BicycleOptions {
         within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("front share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
+        within("lowest speed", self.least_speed_mps, (0.0, 100.0), " m/s")?;
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
     }
 
@@ -59,6 +69,7 @@ impl BicycleOptions {
             ("mass_kg".into(), self.mass().to_string()),
             ("wheelbase_m".into(), wheelbase),
             ("front_share".into(), self.front_share().to_string()),
+            ("least_speed_mps".into(), self.least_speed_mps.to_string()),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
         ])
     }

@@ -160,12 +160,15 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
     all.push(("rear_stiffness_per_mass", "m/(s2.rad)", -(c.a1 + c.b1)));
     all.push(("dynamic_index", "1", d[INDEX].exp()));
     all.push(("actuator_time_constant", "s", d[LAG].exp()));
+    if p[DELAY] > 0.0 {
+        all.push(("actuator_delay", "s", d[DELAY]));
+    }
     all.push(("steering_offset_road_wheel", "rad", d[STEERING_OFFSET]));
     all.push(("yaw_rate_offset", "rad/s", d[YAW_RATE_OFFSET]));
     all
 }
 
-/// The reverse of [`vehicle`], with neither delay nor offsets, for another steering ratio.
+/// The reverse of [`vehicle`], without offsets, for another steering ratio.
 pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAMETERS] {
     let (a, b) = (data.distance_front_m, data.distance_rear_m);
     let (mass, inertia) = (data.mass_kg, data.yaw_inertia_kgm2);
@@ -175,6 +178,7 @@ pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAM
     p[WHEELBASE] = (a + b).ln();
     p[INDEX] = (inertia / (mass * a * b)).ln();
     p[LAG] = data.actuator_time_constant_s.ln();
+    p[DELAY] = data.actuator_delay_s;
     p[STEERING_FACTOR] = (steering_ratio / data.steering_ratio).ln();
     p
 }
@@ -200,6 +204,7 @@ pub(super) fn vehicle(
         cornering_stiffness_front_npr: mass * c.b1,
         cornering_stiffness_rear_npr: -mass * (c.a1 + c.b1),
         actuator_time_constant_s: p[LAG].exp(),
+        actuator_delay_s: p[DELAY].max(0.0),
         steering_ratio: steering_ratio / c.steering_factor,
         speed_mps,
     }

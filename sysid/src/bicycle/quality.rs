@@ -2,7 +2,7 @@
 //! wheelbase can be a road vehicle's, the recording was sound, and the model simulates the validation
 //! data.
 
-use crate::bicycle::evidence::{Known, LEAST_SPREAD};
+use crate::bicycle::evidence::{Known, LEAST_SPREAD, is_determined};
 use crate::bicycle::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
@@ -103,7 +103,7 @@ impl Known<'_> {
         let gain = at(0.0).0 * p[STEERING_FACTOR].exp();
         let (angle, rate) =
             if has_gain { (p[STEERING_OFFSET], p[YAW_RATE_OFFSET]) } else { (0.0, 0.0) };
-        let delay_s = self.has_delay().then_some(self.with_delay.input_delay_s);
+        let delay_s = is_determined(&self.with_delay).then_some(self.with_delay.input_delay_s);
         let play = steering_play(pairs, log.sample_time_s, log.steering_ratio, &|w| at(w / TAU));
         let mut found = faults(&Recorded {
             channels: &e.channels,
@@ -124,14 +124,16 @@ impl Known<'_> {
         found
     }
 
-    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz: eq 13 with the actuator's lag.
+    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz: eq 13 with the actuator's lag and delay.
     fn response(&self, speed_mps: f64) -> impl Fn(f64) -> (f64, f64) + use<> {
         let c = Coefficients::new(&self.estimate.parameters, self.options.front_share());
         let ([f11, f12, f21, f22], [b1, b2]) = c.at_speed(speed_mps);
+        let delay = c.delay;
         move |hz| {
             let s = c64::new(0.0, TAU * hz);
             let numerator = (s - f11) * b2 + f21 * b1;
-            let g = numerator / ((s - f11) * (s - f22) - f12 * f21) / (s / c.rate + 1.0);
+            let g = numerator / ((s - f11) * (s - f22) - f12 * f21) / (s / c.rate + 1.0)
+                * c64::cis(-TAU * hz * delay);
             (g.re, g.im)
         }
     }

@@ -7,7 +7,7 @@
 use crate::Error;
 use crate::bicycle::estimate::{Estimate, Problem};
 use crate::bicycle::parameters::{
-    ALL, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE,
+    ALL, DELAY, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE,
 };
 use crate::linalg::dense::{pseudo_inverse, svd};
 use crate::pem::larger;
@@ -112,11 +112,11 @@ fn bandwidth(samples: usize, correlation: f64) -> usize {
 }
 
 /// The principal axes of the parameters' covariance, as changes of the logarithms of the vehicle's
-/// data ([`crate::bicycle::parameters::vehicle`]), without offsets and delay.
+/// data ([`crate::bicycle::parameters::vehicle`]) and changes of its delay, without offsets.
 pub(super) fn covariance_factor(
     covariance: &[[f64; PARAMETERS]; PARAMETERS],
 ) -> Result<Vec<VehicleDirection>, Error> {
-    const OF_VEHICLE: [usize; 6] = [FRONT, REAR, WHEELBASE, INDEX, LAG, STEERING_FACTOR];
+    const OF_VEHICLE: [usize; 7] = [FRONT, REAR, WHEELBASE, INDEX, LAG, DELAY, STEERING_FACTOR];
     let n = OF_VEHICLE.len();
     let own = Mat::from_fn(n, n, |i, j| covariance[OF_VEHICLE[i]][OF_VEHICLE[j]]);
     let axes = svd(own.as_ref())?;
@@ -134,6 +134,7 @@ pub(super) fn covariance_factor(
             cornering_stiffness_front: stiffness(FRONT),
             cornering_stiffness_rear: stiffness(REAR),
             actuator_time_constant: p(LAG),
+            actuator_delay_s: p(DELAY),
             steering_ratio: -p(STEERING_FACTOR),
         }
     };

@@ -1,6 +1,6 @@
 //! The bicycle plant: the body-frame form of eq 13 ([`crate::bicycle`]) with yaw and position.
 //!
-//! States (v_y, r, δ), then ψ, X, Y; the README of `fmu/bicycle-plant` has the equations. Within a step the
+//! States (v_y, r, δ), then ψ, X, Y, and the steering angle of the last `actuator_delay` seconds; the README of `fmu/bicycle-plant` has the equations. Within a step the
 //! speed is held, and the steering angle held or ramped. The matrix exponential acts on the states through
 //! its Taylor series, `w(τ) = w + τ·ẇ + Σ τᵏ/k!·Fᵏ⁻²·ẅ` from k = 2 with `ẅ = F·ẇ + G·u̇`, summed to the last
 //! bit over panels shorter than the fastest time constant. Three states make a term cheaper than looking
@@ -16,6 +16,7 @@
 //! This is continuous in v, since `F(v)·s(v)` at 1 m/s is minus the column of δ.
 
 use crate::bicycle::{BicycleParameters, Coefficients};
+use crate::delay::DelayLine;
 use crate::error::Error;
 use crate::quadrature::{Pose, pose_getters};
 
@@ -47,6 +48,7 @@ pub struct BicyclePlant {
     pub initial_states: [f64; 3],
     started: BicycleParameters,
     coefficients: Coefficients,
+    delay: DelayLine,
     pose: Pose,
     /// v_y, r, δ.
     w: [f64; 3],
@@ -70,6 +72,7 @@ impl BicyclePlant {
             initial_states: [0.0; 3],
             started: parameters,
             coefficients: parameters.coefficients(),
+            delay: DelayLine::new(parameters.actuator_delay, 0.0),
             pose: Pose::default(),
             w: [0.0; 3],
         })
@@ -85,6 +88,9 @@ impl BicyclePlant {
         self.coefficients = self.parameters.coefficients();
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
         self.w = self.initial_states;
+        // The wheel has rested where it is.
+        let angle = self.w[2] * self.started.steering_ratio;
+        self.delay = DelayLine::new(self.started.actuator_delay, angle);
         Ok(())
     }
 

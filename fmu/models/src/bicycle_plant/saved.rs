@@ -2,6 +2,7 @@
 
 use super::BicyclePlant;
 use crate::bicycle::BicycleParameters;
+use crate::delay::{DelayLine, History};
 use crate::error::{Error, finite};
 use crate::quadrature::Pose;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,7 @@ pub struct SavedBicyclePlant {
     initial_states: [f64; 3],
     pose: Pose,
     w: [f64; 3],
+    history: History,
 }
 
 impl BicyclePlant {
@@ -34,6 +36,7 @@ impl BicyclePlant {
             initial_states: self.initial_states,
             pose: self.pose,
             w: self.w,
+            history: self.delay.save(),
         }
     }
 
@@ -54,6 +57,7 @@ impl BicyclePlant {
                 p.cornering_stiffness_front,
                 p.cornering_stiffness_rear,
                 p.actuator_time_constant,
+                p.actuator_delay,
                 p.steering_ratio,
             ],
         )?;
@@ -63,6 +67,8 @@ impl BicyclePlant {
         finite("an initial state", &saved.initial_states)?;
         saved.initial_pose.check()?;
         saved.pose.check()?;
+        let mut delay = DelayLine::new(saved.started.actuator_delay, 0.0);
+        delay.restore(saved.history.clone())?;
         let Pose { x, y, yaw } = saved.initial_pose;
         Ok(Self {
             parameters: saved.parameters,
@@ -75,6 +81,7 @@ impl BicyclePlant {
             initial_states: saved.initial_states,
             started: saved.started,
             coefficients: saved.started.coefficients(),
+            delay,
             pose: saved.pose,
             w: saved.w,
         })

@@ -60,7 +60,11 @@ impl BicyclePlant {
             Unknown::Rate(1) => self.lateral_by(1, known),
             Unknown::Rate(2) => match known {
                 Known::State(2) => Some(Factor::Fixed(-1.0 / self.coefficients.tn)),
-                Known::SteeringAngle => Some(Factor::Fixed(self.dynamics().gain)),
+                // A delay leaves no dependency on the present angle.
+                Known::SteeringAngle => Some(Factor::Fixed(match self.started.actuator_delay {
+                    0.0 => self.dynamics().gain,
+                    _ => 0.0,
+                })),
                 _ => None,
             },
             Unknown::Rate(YAW) => (known == Known::State(1)).then_some(Factor::Constant(1.0)),
@@ -95,7 +99,8 @@ impl BicyclePlant {
     fn rates(&self) -> [f64; 3] {
         let dynamics = self.dynamics();
         let mut rates = dynamics.times(&self.w);
-        rates[2] += dynamics.gain * self.steering_angle;
+        let (steering, _) = self.delay.output(self.steering_angle, self.steering_rate);
+        rates[2] += dynamics.gain * steering;
         rates
     }
 }

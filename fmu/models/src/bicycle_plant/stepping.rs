@@ -2,6 +2,7 @@
 
 use super::BicyclePlant;
 use super::dynamics::Dynamics;
+use crate::delay::Segment;
 use crate::error::{Error, diverged};
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::{LONGEST_PANEL, NODE, NODES, mean, panels};
@@ -37,10 +38,16 @@ impl BicyclePlant {
         } else {
             LONGEST_PANEL
         };
-        let (count, panel) = panels(h, longest);
-        for k in 0..count {
-            let steering = self.steering_angle + self.steering_rate * (k as f64 * panel);
-            self.move_exactly(&dynamics, panel, steering);
+        self.delay.push(h, self.steering_angle, self.steering_rate)?;
+        let mut left = h;
+        while left > 0.0 {
+            let Segment { duration, value, slope } = self.delay.next(left);
+            left -= duration;
+            let (count, panel) = panels(duration, longest);
+            for k in 0..count {
+                let steering = value + slope * (k as f64 * panel);
+                self.move_exactly(&dynamics, panel, steering, slope);
+            }
         }
         self.check_finite()
     }
@@ -59,12 +66,12 @@ impl BicyclePlant {
         ])
     }
 
-    /// One panel, which begins at a steering angle.
-    fn move_exactly(&mut self, dynamics: &Dynamics, panel: f64, steering: f64) {
+    /// One panel, which begins at a steering angle that grows by its slope.
+    fn move_exactly(&mut self, dynamics: &Dynamics, panel: f64, steering: f64, slope: f64) {
         let mut rate = dynamics.times(&self.w);
         rate[2] += dynamics.gain * steering;
         // The ramp enters the second term, and the others through F only.
-        let mut ramp = dynamics.gain * self.steering_rate * panel;
+        let mut ramp = dynamics.gain * slope * panel;
 
         let mut end = self.w;
         let mut yaw_increment = panel * self.w[1];

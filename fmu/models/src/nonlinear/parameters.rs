@@ -94,6 +94,7 @@ impl NonlinearParameters {
             cornering_stiffness_front: self.cornering_stiffness_front,
             cornering_stiffness_rear: self.cornering_stiffness_rear,
             actuator_time_constant: self.actuator_time_constant,
+            actuator_delay: self.actuator_delay,
             steering_ratio: self.steering_ratio,
         }
     }

@@ -44,6 +44,8 @@ super::variables! {
         .unit("s").min(1e-4).nominal(0.1).description("time constant of the steering actuator T_n");
     SteeringRatio = 27, real "steering_ratio", Parameter, Fixed,
         .unit("1").min(1e-3).nominal(10.0).description("steering angle over road-wheel angle, 1/n");
+    ActuatorDelay = 28, real "actuator_delay", Parameter, Fixed,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("delay before the steering actuator");
     InitialX = 30, real "initial_x", Parameter, Fixed,
         .unit("m").nominal(100.0).description("position at the start");
     InitialY = 31, real "initial_y", Parameter, Fixed,
