@@ -482,6 +482,8 @@ class VehicleData(Record):
     """Cornering stiffness of the rear axle C_r, N/rad."""
     actuator_time_constant_s: float
     """Time constant of the steering actuator T_n, s."""
+    actuator_delay_s: Union[float, None]
+    """Pure delay of the steering angle before the actuator, s; 0 if omitted."""
     steering_ratio: float
     """Steering angle over road-wheel angle, 1/n."""
     speed_mps: float
@@ -543,8 +545,8 @@ class BicycleEvidence(Record):
     yaw_rate_offset_radps: float
     """Offset of the yaw rate's sensor, rad/s. The plant has none."""
     with_delay: WithDelay
-    """The same model with a delay of the steering, which the plant does not have: in the file, the
-    actuator's lag represents both."""
+    """The model with a delay of the steering, which is that of the file if the delay is determined and
+    positive."""
     error_correlation_time_s: float
     """How long the simulation errors last, s: their long-run variance over their variance, by the sample
     time. The standard errors count with it."""
@@ -1201,7 +1203,7 @@ class Estimated(Record):
 
 
 class VehicleDirection(Record):
-    """Natural logarithms of factors on a vehicle's data."""
+    """Natural logarithms of factors on a vehicle's data, and a change of its delay."""
 
     wheelbase: float
     """On both axles' distances from the centre of gravity."""
@@ -1215,6 +1217,8 @@ class VehicleDirection(Record):
     """On the actuator's time constant."""
     steering_ratio: float
     """On the steering ratio."""
+    actuator_delay_s: Union[float, None]
+    """Change of the actuator's delay, s."""
 
 
 class Stated(Record):
@@ -1229,7 +1233,7 @@ class Stated(Record):
 
 
 class WithDelay(Record):
-    """The same bicycle with a delay of the steering."""
+    """The bicycle with a delay of the steering."""
 
     input_delay_s: float
     """The delay, s; negative if the steering channel lags behind the gyro."""

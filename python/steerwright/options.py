@@ -172,7 +172,7 @@ class IdentifyOptions(TypedDict, total=False):
     front_share: Quantity
     """Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%."""
     min_speed: Quantity
-    """Lowest speed of the samples of the structure torque. By default 15 m/s."""
+    """Lowest speed that is used. By default 1 m/s for the bicycle, 15 m/s for the structure torque."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
