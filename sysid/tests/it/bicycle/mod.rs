@@ -259,7 +259,7 @@ fn standard_errors_cover_as_often_as_stated() {
 }
 
 #[test]
-fn a_delay_is_identified_beside_the_lag() {
+fn a_delay_is_identified_with_the_lag() {
     let log = drive(car(), Drive { delay: 3, noise: 0.002, ..DRIVE });
     let found = identify_bicycle(&log, &known()).unwrap();
     let e = evidence(&found);
