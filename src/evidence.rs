@@ -70,6 +70,13 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             let error = 2.0 * standard_error;
             let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
         }
+        if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
+            let (speed, error) = (plant.operating_point.speed_mps, 2.0 * standard_error);
+            let _ = writeln!(
+                text,
+                "         all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
+            );
+        }
     }
     text.push_str(&validation(e));
     text + &conclusion(&e.warnings, &plant.quality)

@@ -94,7 +94,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     } else {
         notes.push("no feedforward: --pid sets it for a controller".into());
     }
-    path.guidance = sideslip(arguments, &mut path, &mut notes)?.guide(path.guidance);
+    let sideslip = sideslip(arguments, &mut path, &mut notes)?;
+    path.guidance = steerwright_control::with_sideslip(path.guidance, &sideslip, arguments.speed);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
     path.checked("the path's guidance")?;
     out.document(&path)?;
@@ -112,7 +113,7 @@ fn sideslip(
 ) -> Result<Sideslip, Failure> {
     let given = arguments
         .sideslip_per_yaw_rate
-        .map(|per_yaw_rate_s| Sideslip { per_yaw_rate_s, ..Sideslip::default() });
+        .map(|per_yaw_rate| Sideslip { per_yaw_rate, ..Sideslip::default() });
     let Some(file) = &arguments.plant else {
         return Ok(given.unwrap_or_default());
     };
@@ -139,13 +140,19 @@ fn sideslip(
 
 /// The terms that are not 0.
 fn in_words(sideslip: &Sideslip) -> String {
-    let mut text = format!("sideslip {:.1} ms per yaw rate", 1e3 * sideslip.per_yaw_rate_s);
-    if sideslip.growth_s5pm2 != 0.0 {
-        let grown = 1e3 * sideslip.growth_s5pm2;
+    let mut text = format!("sideslip {:.1} ms per yaw rate", 1e3 * sideslip.per_yaw_rate);
+    if sideslip.growth != 0.0 {
+        let grown = 1e3 * sideslip.growth;
         text += &format!(" and {grown:.2} ms more per (m/s2)2 of lateral acceleration");
     }
-    if sideslip.per_yaw_acceleration_s2 != 0.0 {
-        text += &format!(", {:.4} s2 per yaw acceleration", sideslip.per_yaw_acceleration_s2);
+    if sideslip.per_yaw_acceleration != 0.0 {
+        text += &format!(", {:.4} s2 per yaw acceleration", sideslip.per_yaw_acceleration);
+    }
+    if sideslip.distance_rear != 0.0 {
+        let (speed, distance) = (sideslip.reference_speed, sideslip.distance_rear);
+        text += &format!(
+            ", all at {speed:.1} m/s; rear axle {distance:.2} m behind the centre of gravity"
+        );
     }
     text
 }

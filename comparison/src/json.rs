@@ -136,8 +136,8 @@ pub fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
         name: &p.label,
         is_truth: p.model.is_none(),
         gain_per_s: p.gain,
-        sideslip_per_yaw_rate_s: p.sideslip.per_yaw_rate_s,
-        sideslip_per_yaw_acceleration_s2: p.sideslip.per_yaw_acceleration_s2,
+        sideslip_per_yaw_rate_s: p.sideslip.per_yaw_rate,
+        sideslip_per_yaw_acceleration_s2: p.sideslip.per_yaw_acceleration,
     });
     let runs = c.runs.iter().map(|r| RunOverview {
         controller: &c.controllers[r.controller].label,

@@ -116,11 +116,13 @@ fn length(path: &PathFile, step: f64) -> f64 {
 }
 
 /// The sideslip as parameters of the FMUs that use it.
-pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 3] {
+pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 5] {
     [
-        ("sideslip_per_yaw_rate", sideslip.per_yaw_rate_s),
-        ("sideslip_per_yaw_acceleration", sideslip.per_yaw_acceleration_s2),
-        ("sideslip_growth", sideslip.growth_s5pm2),
+        ("sideslip_per_yaw_rate", sideslip.per_yaw_rate),
+        ("sideslip_per_yaw_acceleration", sideslip.per_yaw_acceleration),
+        ("sideslip_growth", sideslip.growth),
+        ("distance_rear", sideslip.distance_rear),
+        (ssp::REFERENCE_SPEED, sideslip.reference_speed),
     ]
 }
 

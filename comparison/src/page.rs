@@ -125,8 +125,8 @@ fn method(c: &Comparison) -> Section {
         table.push([
             plant.label.clone(),
             format!("{:.4} 1/s", plant.gain),
-            format!("{:.1} ms", 1e3 * plant.sideslip.per_yaw_rate_s),
-            format!("{:.5} s²", plant.sideslip.per_yaw_acceleration_s2),
+            format!("{:.1} ms", 1e3 * plant.sideslip.per_yaw_rate),
+            format!("{:.5} s²", plant.sideslip.per_yaw_acceleration),
         ]);
     }
     let text = format!(

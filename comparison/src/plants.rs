@@ -88,17 +88,19 @@ impl Setting<'_> {
         }
         let rounded = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
         let exact = held.sideslip / held.yaw_rate;
-        let per_yaw_rate_s = rounded(exact);
+        let per_yaw_rate = rounded(exact);
         let rest = turning.sideslip - exact * turning.yaw_rate;
         // The lead is read only of a plant that follows the steering into the turn.
         let followed = turning.yaw_acceleration * RAMP_S / held.yaw_rate;
-        let per_yaw_acceleration_s2 = match rounded(rest / turning.yaw_acceleration) {
+        let per_yaw_acceleration = match rounded(rest / turning.yaw_acceleration) {
             _ if !FOLLOWED.contains(&followed) => 0.0,
             // 0 would mean "not known".
-            0.0 if per_yaw_rate_s != 0.0 => 1.0 / SIDESLIP_DIGITS,
+            0.0 if per_yaw_rate != 0.0 => 1.0 / SIDESLIP_DIGITS,
             lead => lead,
         };
-        let sideslip = Sideslip { per_yaw_rate_s, per_yaw_acceleration_s2, growth_s5pm2: 0.0 };
+        let reference_speed = self.road.speed_mps;
+        let sideslip =
+            Sideslip { per_yaw_rate, per_yaw_acceleration, reference_speed, ..Sideslip::default() };
         Ok(Plant { label, model, archive, gain, sideslip })
     }
 

@@ -13,7 +13,7 @@
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
-//! | [`guidance_for`], [`sideslip`], [`Sideslip`] | the path follower around the loop |
+//! | [`guidance_for`], [`sideslip`], [`plant_sideslip`], [`with_sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
@@ -42,7 +42,7 @@ pub use design::limits::usual_max_angle_rad;
 pub use design::options::{DesignOptions, RobustOptions};
 pub use error::Error;
 pub use guidance::track::{Master, TrackTrace, track, track_with};
-pub use guidance::{Sideslip, guidance_for, sideslip};
+pub use guidance::{Sideslip, guidance_for, plant_sideslip, sideslip, with_sideslip};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;

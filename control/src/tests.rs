@@ -123,9 +123,7 @@ fn the_simulation_is_the_loop_of_the_fmus() {
             yaw_rate_offset: 0.0,
             speed: 15.0,
             innovation_std: 0.0,
-            sideslip_per_yaw_rate: 0.0,
-            sideslip_per_yaw_acceleration: 0.0,
-            sideslip_growth: 0.0,
+            sideslip: steerwright_models::Sideslip::default(),
         })
         .unwrap();
         let mut design = DesignPlant::from_matrices(&F, &G, &H, D, delay).unwrap();

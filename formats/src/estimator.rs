@@ -26,11 +26,15 @@ pub struct Estimator {
     /// Sideslip angle per yaw acceleration, s²; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_per_yaw_acceleration_s2: f64,
+    /// Distance from centre of gravity to rear axle, m, by which the sideslip follows the speed from that at
+    /// `speed_mps`; 0 or omitted if unknown, which keeps the sideslip per yaw rate at all speeds.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub distance_rear_m: f64,
     /// Noise of gyro and speed.
     pub noise: SensorNoise,
     /// Uncertainty of the initial state.
     pub initial: InitialUncertainty,
-    /// Longitudinal velocity that the `speed` input starts with, m/s.
+    /// Longitudinal velocity that the `speed` input starts with, and at which the sideslip is stated, m/s.
     pub speed_mps: f64,
 }
 
@@ -94,6 +98,7 @@ impl Document for Estimator {
             (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
             (self.sideslip_growth_s5pm2, -1.0, 1.0, "sideslip_growth_s5pm2"),
             (self.sideslip_per_yaw_acceleration_s2, -1.0, 1.0, "sideslip_per_yaw_acceleration_s2"),
+            (self.distance_rear_m, 0.0, 100.0, "distance_rear_m"),
             (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
             (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),
             (n.speed_density, 0.0, 1e3, "noise.speed_density"),

@@ -73,6 +73,10 @@ pub struct Guidance {
     /// unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
+    /// Distance from centre of gravity to rear axle, m, by which the sideslip follows the speed from that at
+    /// `speed_mps`; 0 or omitted if unknown, which keeps the sideslip per yaw rate at all speeds.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub distance_rear_m: f64,
     /// Gain from the path's yaw acceleration to the yaw reference, s², which compensates for the error
     /// of the loop that remains with preview and feedforward; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -95,6 +99,7 @@ impl Default for Guidance {
             sideslip_per_yaw_rate_s: 0.0,
             sideslip_per_yaw_acceleration_s2: 0.0,
             sideslip_growth_s5pm2: 0.0,
+            distance_rear_m: 0.0,
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
             cross_track_integral_gain_per_s: 0.0,
@@ -113,7 +118,7 @@ impl Document for Path {
         check_fields!(c.finite(g, "guidance."): feedforward_gain_radm sideslip_per_yaw_rate_s
             sideslip_per_yaw_acceleration_s2 sideslip_growth_s5pm2 yaw_acceleration_gain_s2
             yaw_jerk_gain_s3);
-        check_fields!(c.not_negative(g, "guidance."): cross_track_integral_gain_per_s);
+        check_fields!(c.not_negative(g, "guidance."): distance_rear_m cross_track_integral_gain_per_s);
         c.positive(self.speed_mps, "speed_mps");
         c.require(self.points.len() >= 2, "points", || {
             format!("{} points, a path needs at least 2", self.points.len())

@@ -118,7 +118,8 @@ pub struct Noise {
 }
 
 /// The sideslip of the centre of gravity, from the course of GNSS fixes: with the yaw rate r and the
-/// lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`.
+/// lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt` at the speed of the
+/// operating point. With the distance b to the rear axle, `S = b/v − κ·v` at all speeds v.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sideslip {
@@ -135,6 +136,10 @@ pub struct Sideslip {
     /// C, sideslip angle per yaw acceleration, s²; absent if the drive does not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip_per_yaw_acceleration_s2: Option<SideslipTerm>,
+    /// b, distance from centre of gravity to rear axle, m; absent if the drive does not determine it, by too
+    /// little change of its speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_rear_m: Option<SideslipTerm>,
     /// The assumed age of a fix, s: an error of it is an error of the sideslip.
     pub gnss_latency_s: f64,
     /// The standard error of that age, s; absent if the age was stated.
@@ -167,14 +172,26 @@ impl Sideslip {
         self.sideslip_per_yaw_acceleration_s2.map_or(0.0, |term| term.value)
     }
 
+    /// b, m; 0 if unknown.
+    #[must_use]
+    pub fn distance_rear(&self) -> f64 {
+        self.distance_rear_m.map_or(0.0, |term| term.value)
+    }
+
     fn check(&self, c: &mut Checker) {
         c.within(self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip.sideslip_per_yaw_rate_s");
-        for (term, limit, name) in [
-            (self.sideslip_growth_s5pm2, 1.0, "sideslip_growth_s5pm2"),
-            (self.sideslip_per_yaw_acceleration_s2, 10.0, "sideslip_per_yaw_acceleration_s2"),
+        for (term, min, max, name) in [
+            (self.sideslip_growth_s5pm2, -1.0, 1.0, "sideslip_growth_s5pm2"),
+            (
+                self.sideslip_per_yaw_acceleration_s2,
+                -10.0,
+                10.0,
+                "sideslip_per_yaw_acceleration_s2",
+            ),
+            (self.distance_rear_m, 0.0, 100.0, "distance_rear_m"),
         ] {
             if let Some(SideslipTerm { value, standard_error }) = term {
-                c.within(value, -limit, limit, &format!("sideslip.{name}.value"));
+                c.within(value, min, max, &format!("sideslip.{name}.value"));
                 c.not_negative(standard_error, &format!("sideslip.{name}.standard_error"));
             }
         }
@@ -187,12 +204,6 @@ impl Sideslip {
 }
 
 impl Plant {
-    /// Sideslip per yaw rate, s; 0 if unknown.
-    #[must_use]
-    pub fn sideslip_per_yaw_rate_s(&self) -> f64 {
-        self.sideslip.map_or(0.0, |sideslip| sideslip.sideslip_per_yaw_rate_s)
-    }
-
     /// Order n of the model.
     #[must_use]
     pub fn order(&self) -> usize {

@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::Loop;
 use steerwright_control::paths::{self, PointOptions};
-use steerwright_control::{DesignOptions, DesignPlant, Sideslip};
+use steerwright_control::{DesignOptions, DesignPlant};
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
     Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics,
@@ -254,8 +254,10 @@ fn run_loops(
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
-        let sideslip = Sideslip::of(plant).unwrap_or_default();
-        path.guidance = sideslip.guide(steerwright_control::guidance_for(&pid, path.speed_mps));
+        let speed = path.speed_mps;
+        let sideslip = steerwright_control::plant_sideslip(plant).unwrap_or_default();
+        let guidance = steerwright_control::guidance_for(&pid, speed);
+        path.guidance = steerwright_control::with_sideslip(guidance, &sideslip, speed);
         // The standard road is in the folder of the controller, others are in folders next to it.
         let own = if *road == STANDARD_ROAD { String::new() } else { format!("-{road}") };
         let (result, folder) = (format!("result{own}{suffix}.csv"), format!("{folder}{own}"));
@@ -266,8 +268,7 @@ fn run_loops(
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
         let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
-        let sideslip = Sideslip::in_guidance(&path.guidance);
-        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip)?.to_csv();
+        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip.at(speed))?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();

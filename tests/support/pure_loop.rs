@@ -91,7 +91,7 @@ impl Units {
         let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
-            law: steerwright_loading::guidance_parameters(&path.guidance),
+            law: steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps),
             follower: PathFollower::new(Arc::new(geometry)),
             speed: path.speed_mps,
             pose,

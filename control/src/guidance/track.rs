@@ -89,7 +89,7 @@ pub fn track_with(
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };
-    let law = steerwright_loading::guidance_parameters(guidance);
+    let law = steerwright_loading::guidance_parameters(guidance, path.speed_mps);
     let speed = path.speed_mps;
     let geometry = steerwright_loading::path_geometry(path).map_err(model_error(&path.name))?;
     let mut follower = PathFollower::new(Arc::new(geometry));

@@ -3,8 +3,8 @@
 use crate::common::{car, designed, identified_car, options as usual};
 use steerwright_control::paths::{PathComposer, reference_road};
 use steerwright_control::{
-    DesignOptions, DesignPlant, Master, PlantModel, Sideslip, TrackTrace, guidance_for, track,
-    track_with,
+    DesignOptions, DesignPlant, Master, PlantModel, TrackTrace, guidance_for, track, track_with,
+    with_sideslip,
 };
 use steerwright_formats::Pid;
 
@@ -58,7 +58,8 @@ fn the_bicycle_needs_its_sideslip() {
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = || PlantModel::from_bicycle(&bicycle).expect("a model");
     let plain = guidance_for(&pid, 15.0);
-    let guidance = Sideslip::of_vehicle(&bicycle.vehicle, 15.0).guide(plain);
+    let sideslip = steerwright_loading::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
+    let guidance = with_sideslip(plain, &sideslip, 15.0);
     let drive =
         |g| track_with(model(), &pid, &road, g, 60.0, Master::GaussSeidel).expect("a drive");
     let trace = drive(&guidance);
@@ -78,7 +79,8 @@ fn a_circle_is_kept_exactly() {
         .arc(0.01, 500.0)
         .finish("circle", 15.0)
         .expect("a path");
-    let guidance = Sideslip::of_vehicle(&bicycle.vehicle, 15.0).guide(guidance_for(&pid, 15.0));
+    let sideslip = steerwright_loading::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
+    let guidance = with_sideslip(guidance_for(&pid, 15.0), &sideslip, 15.0);
     let model = PlantModel::from_bicycle(&bicycle).expect("a model");
     let trace =
         track_with(model, &pid, &circle, &guidance, 36.0, Master::GaussSeidel).expect("a drive");

@@ -10,7 +10,7 @@ use steerwright_formats::{
 };
 use steerwright_models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
-    NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters,
+    NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters, Sideslip,
 };
 
 /// The identified model of `plant.json`.
@@ -41,9 +41,19 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
         yaw_rate_offset: point.yaw_rate_offset_radps,
         speed: point.speed_mps,
         innovation_std: plant.noise.innovation_variance.sqrt(),
-        sideslip_per_yaw_rate: plant.sideslip_per_yaw_rate_s(),
-        sideslip_per_yaw_acceleration: plant.sideslip.map_or(0.0, |s| s.per_yaw_acceleration()),
-        sideslip_growth: plant.sideslip.map_or(0.0, |s| s.growth()),
+        sideslip: sideslip(plant).unwrap_or_default(),
+    })
+}
+
+/// The sideslip that `plant.json` states, at the speed of its operating point.
+#[must_use]
+pub fn sideslip(plant: &Plant) -> Option<Sideslip> {
+    plant.sideslip.map(|s| Sideslip {
+        per_yaw_rate: s.sideslip_per_yaw_rate_s,
+        growth: s.growth(),
+        per_yaw_acceleration: s.per_yaw_acceleration(),
+        reference_speed: plant.operating_point.speed_mps,
+        distance_rear: s.distance_rear(),
     })
 }
 
@@ -134,9 +144,13 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
         gnss_period: gnss.period_s.unwrap_or(0.0),
         antenna_x: gnss.antenna_x_m,
         antenna_y: gnss.antenna_y_m,
-        sideslip_per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
-        sideslip_growth: estimator.sideslip_growth_s5pm2,
-        sideslip_per_yaw_acceleration: estimator.sideslip_per_yaw_acceleration_s2,
+        sideslip: Sideslip {
+            per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
+            growth: estimator.sideslip_growth_s5pm2,
+            per_yaw_acceleration: estimator.sideslip_per_yaw_acceleration_s2,
+            reference_speed: estimator.speed_mps,
+            distance_rear: estimator.distance_rear_m,
+        },
         yaw_rate_noise_density: noise.yaw_rate_density,
         yaw_rate_bias_density: noise.yaw_rate_bias_density,
         speed_noise_density: noise.speed_density,
@@ -165,17 +179,21 @@ pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
     PathGeometry::new(&points.collect::<Vec<_>>(), path.closed)
 }
 
-/// The guidance law of `path.json`.
+/// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.
 #[must_use]
-pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
+pub fn guidance_parameters(guidance: &Guidance, speed: f64) -> GuidanceParameters {
     GuidanceParameters {
         lookahead_time: guidance.lookahead_time_s,
         lookahead_min: guidance.lookahead_min_m,
         preview_time: guidance.preview_time_s,
         feedforward_gain: guidance.feedforward_gain_radm,
-        sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
-        sideslip_per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
-        sideslip_growth: guidance.sideslip_growth_s5pm2,
+        sideslip: Sideslip {
+            per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
+            growth: guidance.sideslip_growth_s5pm2,
+            per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
+            reference_speed: speed,
+            distance_rear: guidance.distance_rear_m,
+        },
         yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
         yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,

@@ -10,7 +10,8 @@ use steerwright_models::PoseParameters;
 fn the_example_is_the_default() {
     let text = include_str!("../../../tests/data/multibody/estimator.json");
     let estimator = Estimator::from_json(text, "estimator.json").unwrap();
-    let expected = PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() };
+    let mut expected = PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() };
+    expected.sideslip.reference_speed = estimator.speed_mps;
     assert_eq!(pose_parameters(&estimator), expected);
 }
 
@@ -29,6 +30,7 @@ fn the_estimator() {
         sideslip_per_yaw_rate_s: 4.0,
         sideslip_growth_s5pm2: 0.125,
         sideslip_per_yaw_acceleration_s2: 0.0625,
+        distance_rear_m: 1.5,
         noise: steerwright_formats::SensorNoise {
             yaw_rate_density: 5.0,
             yaw_rate_bias_density: 6.0,
@@ -47,9 +49,13 @@ fn the_estimator() {
         gnss_period: 11.0,
         antenna_x: 2.0,
         antenna_y: 3.0,
-        sideslip_per_yaw_rate: 4.0,
-        sideslip_growth: 0.125,
-        sideslip_per_yaw_acceleration: 0.0625,
+        sideslip: steerwright_models::Sideslip {
+            per_yaw_rate: 4.0,
+            growth: 0.125,
+            per_yaw_acceleration: 0.0625,
+            reference_speed: 12.0,
+            distance_rear: 1.5,
+        },
         yaw_rate_noise_density: 5.0,
         yaw_rate_bias_density: 6.0,
         speed_noise_density: 7.0,

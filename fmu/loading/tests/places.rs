@@ -6,7 +6,7 @@ use steerwright_formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData}
 use steerwright_loading::{
     bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
-use steerwright_models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
+use steerwright_models::{BicycleParameters, Error, GuidanceParameters, PidParameters, Sideslip};
 
 fn plant() -> Plant {
     Plant {
@@ -227,6 +227,7 @@ fn the_path_and_its_guidance() {
         cross_track_integral_gain_per_s: 6.0,
         sideslip_per_yaw_acceleration_s2: 7.0,
         sideslip_growth_s5pm2: 8.0,
+        distance_rear_m: 11.0,
         yaw_acceleration_gain_s2: 9.0,
         yaw_jerk_gain_s3: 10.0,
     };
@@ -235,14 +236,18 @@ fn the_path_and_its_guidance() {
         lookahead_min: 2.0,
         preview_time: 3.0,
         feedforward_gain: 4.0,
-        sideslip_per_yaw_rate: 5.0,
+        sideslip: Sideslip {
+            per_yaw_rate: 5.0,
+            growth: 8.0,
+            per_yaw_acceleration: 7.0,
+            reference_speed: 12.0,
+            distance_rear: 11.0,
+        },
         cross_track_integral_gain: 6.0,
-        sideslip_per_yaw_acceleration: 7.0,
-        sideslip_growth: 8.0,
         yaw_acceleration_gain: 9.0,
         yaw_jerk_gain: 10.0,
     };
-    assert_eq!(guidance_parameters(&guidance), expected);
+    assert_eq!(guidance_parameters(&guidance, 12.0), expected);
 
     // A straight along y.
     let point = |distance_m: f64| steerwright_formats::PathPoint {

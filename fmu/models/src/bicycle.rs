@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::identified::FASTEST_RATE;
+use crate::sideslip::Sideslip;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
@@ -185,6 +186,19 @@ impl BicycleParameters {
     pub fn sideslip_per_yaw_acceleration(&self, speed: f64) -> f64 {
         let carried = self.mass * self.distance_front * speed * self.sideslip_per_yaw_rate(speed);
         (self.yaw_inertia - carried) / (self.cornering_stiffness_rear * self.wheelbase())
+    }
+
+    /// The sideslip referred to a speed; exact in steady turns at all speeds from 1 m/s.
+    #[must_use]
+    pub fn sideslip(&self, speed: f64) -> Sideslip {
+        let reference_speed = speed.max(BLEND_SPEED);
+        Sideslip {
+            per_yaw_rate: self.sideslip_per_yaw_rate(reference_speed),
+            growth: 0.0,
+            per_yaw_acceleration: self.sideslip_per_yaw_acceleration(reference_speed),
+            reference_speed,
+            distance_rear: self.distance_rear,
+        }
     }
 }
 

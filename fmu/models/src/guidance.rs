@@ -10,7 +10,8 @@
 //! ψ(s')                = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = Sₐ²/2 − C + G,   K = Sₐ·C − Sₐ³/3 + J
 //! ```
 //!
-//! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g. The derivatives
+//! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g; S, Q and C are those of
+//! the speed v ([`crate::sideslip`]). The derivatives
 //! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
 //! h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more than the heading.
 //! C = 0 means that C is not known: A is then G, and K is J. `yaw_reference` is not wrapped: it is as
@@ -19,7 +20,7 @@
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
 use crate::path::PathGeometry;
-use crate::sideslip;
+use crate::sideslip::Sideslip;
 use crate::trigonometry::atan;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -35,13 +36,8 @@ pub struct GuidanceParameters {
     pub preview_time: f64,
     /// Steering angle per curvature, rad·m.
     pub feedforward_gain: f64,
-    /// Sideslip angle per yaw rate in a steady turn, of small lateral acceleration where
-    /// `sideslip_growth` is not 0, s.
-    pub sideslip_per_yaw_rate: f64,
-    /// Sideslip angle per yaw acceleration, s²; 0: not known.
-    pub sideslip_per_yaw_acceleration: f64,
-    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m².
-    pub sideslip_growth: f64,
+    /// The sideslip of the vehicle.
+    pub sideslip: Sideslip,
     /// G, what of the yaw acceleration is added to the yaw reference, s².
     pub yaw_acceleration_gain: f64,
     /// J, what of the yaw jerk is added to the yaw reference, s³.
@@ -57,9 +53,7 @@ impl Default for GuidanceParameters {
             lookahead_min: 5.0,
             preview_time: 0.0,
             feedforward_gain: 0.0,
-            sideslip_per_yaw_rate: 0.0,
-            sideslip_per_yaw_acceleration: 0.0,
-            sideslip_growth: 0.0,
+            sideslip: Sideslip::default(),
             yaw_acceleration_gain: 0.0,
             yaw_jerk_gain: 0.0,
             cross_track_integral_gain: 0.0,
@@ -133,18 +127,21 @@ impl GuidanceParameters {
     /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
     /// it changes.
     fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64) -> [f64; 2] {
-        let mut lag = self.sideslip_per_yaw_rate;
+        let sideslip = self.sideslip.at(speed);
+        let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
         let mut direction = path.direction(middle);
-        if self.sideslip_growth != 0.0 {
-            let acceleration = speed * speed * direction[1];
-            lag = sideslip::per_yaw_rate(lag, self.sideslip_growth, acceleration);
+        if sideslip.growth != 0.0 {
+            lag = sideslip.in_turn(speed * speed * direction[1]);
             middle = distance - speed * lag;
             direction = path.direction(middle);
         }
-        let [second, third] = match self.sideslip_per_yaw_acceleration {
-            0.0 => [0.0; 2],
-            known => [0.5 * lag * lag - known, lag * known - lag.powi(3) / 3.0],
+        // C(v) may be 0 at a speed where C is known.
+        let [second, third] = match (self.sideslip.per_yaw_acceleration, sideslip) {
+            (0.0, _) => [0.0; 2],
+            (_, Sideslip { per_yaw_acceleration: lead, .. }) => {
+                [0.5 * lag * lag - lead, lag * lead - lag.powi(3) / 3.0]
+            }
         };
         let second = second + self.yaw_acceleration_gain;
         let third = third + self.yaw_jerk_gain;

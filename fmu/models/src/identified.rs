@@ -13,6 +13,7 @@
 use crate::error::{Error, numbers};
 use crate::linear::{ContinuousModel, discretize};
 use crate::quadrature::LONGEST_PANEL;
+use crate::sideslip::Sideslip;
 use nalgebra::DMatrix;
 
 /// The input of the model.
@@ -53,12 +54,8 @@ pub struct IdentifiedData {
     pub speed: f64,
     /// Standard deviation of the innovation e, rad/s.
     pub innovation_std: f64,
-    /// S, sideslip angle per yaw rate, s: the lateral velocity is v·β, β = (S + Q·a²)·r + C·ṙ, a = v·r.
-    pub sideslip_per_yaw_rate: f64,
-    /// C, sideslip angle per yaw acceleration, s².
-    pub sideslip_per_yaw_acceleration: f64,
-    /// Q, growth of S per squared lateral acceleration up to g, s⁵/m².
-    pub sideslip_growth: f64,
+    /// The sideslip β: the lateral velocity is v·β.
+    pub sideslip: Sideslip,
 }
 
 /// `ẋ = F x + G u`, `y = H x + D u` (eq 6–7), row-major.
@@ -184,9 +181,11 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
         ("the yaw-rate offset", data.yaw_rate_offset),
         ("the identified speed", data.speed),
         ("the innovation's standard deviation", data.innovation_std),
-        ("the sideslip per yaw rate", data.sideslip_per_yaw_rate),
-        ("the sideslip per yaw acceleration", data.sideslip_per_yaw_acceleration),
-        ("the sideslip's growth", data.sideslip_growth),
+        ("the sideslip per yaw rate", data.sideslip.per_yaw_rate),
+        ("the sideslip per yaw acceleration", data.sideslip.per_yaw_acceleration),
+        ("the sideslip's growth", data.sideslip.growth),
+        ("the sideslip's reference speed", data.sideslip.reference_speed),
+        ("the distance to the rear axle", data.sideslip.distance_rear),
     ])?;
     if data.sample_time <= 0.0 {
         return Err(Error::NotPositive { name: "the sample time", value: data.sample_time });
@@ -195,6 +194,8 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
         ("the input delay", data.delay),
         ("the identified speed", data.speed),
         ("the innovation's standard deviation", data.innovation_std),
+        ("the sideslip's reference speed", data.sideslip.reference_speed),
+        ("the distance to the rear axle", data.sideslip.distance_rear),
     ] {
         if value < 0.0 {
             return Err(Error::Negative { name, value });
@@ -255,9 +256,7 @@ mod tests {
             yaw_rate_offset: 0.0,
             speed: 15.0,
             innovation_std: 0.01,
-            sideslip_per_yaw_rate: 0.0,
-            sideslip_per_yaw_acceleration: 0.0,
-            sideslip_growth: 0.0,
+            sideslip: Sideslip::default(),
         }
     }
 

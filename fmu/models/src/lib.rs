@@ -12,6 +12,7 @@
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
+//! | [`sideslip`] | sideslip as a law of the speed |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
 //! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | shared by those |
@@ -37,7 +38,7 @@ pub mod pid;
 pub mod pose;
 pub mod quadrature;
 pub mod sensitivity;
-mod sideslip;
+pub mod sideslip;
 pub mod ticks;
 pub mod trigonometry;
 
@@ -52,4 +53,5 @@ pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, PathPoint, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};
 pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
+pub use sideslip::Sideslip;
 pub use ticks::Ticks;

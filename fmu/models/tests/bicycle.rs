@@ -7,7 +7,7 @@ use common::{runge_kutta, sample};
 use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
 use proptest::prelude::*;
 use steerwright_models::{
-    BicycleParameters, BicyclePlant, Error, bicycle_body_frame, bicycle_eq13,
+    BicycleParameters, BicyclePlant, Error, Sideslip, bicycle_body_frame, bicycle_eq13,
 };
 
 fn car() -> BicycleParameters {
@@ -127,7 +127,7 @@ fn sideslip_leads_a_change_of_the_yaw_rate() {
             let mut plant = BicyclePlant::new(p).unwrap();
             plant.speed = v;
             let (mut largest, mut before, mut scale) = (0.0_f64, [0.0; 2], 0.0_f64);
-            let [s, c] = [p.sideslip_per_yaw_rate(v), p.sideslip_per_yaw_acceleration(v)];
+            let Sideslip { per_yaw_rate: s, per_yaw_acceleration: c, .. } = p.sideslip(12.0).at(v);
             for k in 0..(30.0 / h) as usize {
                 plant.steering_angle = 0.1 * (omega * (k as f64 + 0.5) * h).sin();
                 plant.step(h).unwrap();

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use std::sync::Arc;
 use steerwright_models::{
     BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind,
-    bicycle_body_frame,
+    Sideslip, bicycle_body_frame,
 };
 
 fn plant(data: &IdentifiedData) -> IdentifiedPlant {
@@ -115,7 +115,7 @@ proptest! {
                 let row = |i: usize| (0..3).map(|j| c.f[3 * i + j] * w[j]).sum::<f64>() + c.g[i] * w[6];
                 let rate = c.h.iter().zip(w).map(|(h, x)| h * x).sum::<f64>() + d * w[6] + 0.02;
                 let (sin, cos) = w[3].sin_cos();
-                let slip = data.sideslip_per_yaw_rate * rate;
+                let slip = data.sideslip.per_yaw_rate * rate;
                 let (x, y) = (speed * (cos - slip * sin), speed * (sin + slip * cos));
                 [row(0), row(1), row(2), rate, x, y, slope]
             });
@@ -125,7 +125,8 @@ proptest! {
         }
     }
 
-    /// The same of a sideslip that grows with the lateral acceleration and leads, as far as tyres carry.
+    /// The same of a sideslip that grows with the lateral acceleration and leads, as far as tyres carry, and
+    /// that is `b/v − κ·v` from 1 m/s on.
     #[test]
     fn pose_with_growth_and_lead(
         steps in prop::collection::vec((0.001..0.2_f64, -0.1..0.1_f64, -0.3..0.3_f64, 0.0..15.0_f64), 1..8),
@@ -133,9 +134,21 @@ proptest! {
         (growth, lead) in prop_oneof![
             (Just(0.0), -0.01..0.01_f64), (-0.002..0.002_f64, Just(0.0)), (-0.002..0.002_f64, -0.01..0.01_f64)
         ],
+        (distance_rear, kappa) in prop_oneof![Just((0.0, 0.0)), (0.5..2.0_f64, 0.0..0.008_f64)],
     ) {
+        let reference_speed = 8.0;
+        let over_speed = distance_rear != 0.0;
+        let s = |v: f64| if over_speed { distance_rear / v - kappa * v } else { -0.06 };
         let data = IdentifiedData {
-            d, sideslip_growth: growth, sideslip_per_yaw_acceleration: lead, ..car()
+            d,
+            sideslip: Sideslip {
+                per_yaw_rate: s(reference_speed),
+                growth,
+                per_yaw_acceleration: lead,
+                reference_speed,
+                distance_rear,
+            },
+            ..car()
         };
         let mut p = plant(&data);
         let c = data.continuous.clone().unwrap();
@@ -144,6 +157,10 @@ proptest! {
         for (h, steering, slope, speed) in steps {
             (p.steering_angle, p.steering_rate, p.speed) = (steering, slope, speed);
             p.step(h).unwrap();
+            let v = f64::max(speed, 1.0);
+            let share = if over_speed { v / reference_speed } else { 1.0 };
+            let grown = if lead == 0.0 { 0.0 } else { kappa.powi(2) * (v * v - 64.0) };
+            let (s, growth, lead) = (s(v), growth * share, lead + grown);
             // Derivatives of the model's states, yaw rate and sideslip.
             let moving = |w: &[f64; 7]| {
                 let moved: Vec<f64> = (0..3)
@@ -152,7 +169,7 @@ proptest! {
                 let by = |v: &[f64]| c.h.iter().zip(v).map(|(h, x)| h * x).sum::<f64>();
                 let rate = by(&w[..3]) + d * w[6] + 0.02;
                 largest.set(largest.get().max((speed * rate).abs()));
-                let steady = data.sideslip_per_yaw_rate + growth * (speed * rate).powi(2);
+                let steady = s + growth * (speed * rate).powi(2);
                 let slip = steady * rate + lead * (by(&moved) + d * slope);
                 (moved, rate, slip)
             };

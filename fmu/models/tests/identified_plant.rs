@@ -56,7 +56,7 @@ proptest! {
             w = runge_kutta(w, h, 1 + (h / 5e-5) as usize, |w| {
                 let row = |i: usize| (0..3).map(|j| c.f[3 * i + j] * w[j]).sum::<f64>() + c.g[i] * u;
                 let (s, co) = w[3].sin_cos();
-                let (r, slip) = (rate(w), data.sideslip_per_yaw_rate * rate(w));
+                let (r, slip) = (rate(w), data.sideslip.per_yaw_rate * rate(w));
                 [row(0), row(1), row(2), r, speed * (co - slip * s), speed * (s + slip * co)]
             });
             prop_assert!((p.yaw() - w[3]).abs() < 1e-11, "yaw {} {}", p.yaw(), w[3]);

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 use steerwright_models::{
-    Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle,
+    Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, Sideslip, wrap_angle,
 };
 
 fn winding(s: f64) -> f64 {
@@ -85,7 +85,8 @@ proptest! {
         let here = Arc::new(PathGeometry::new(&points, false).unwrap());
         let there = PathFollower::new(Arc::new(PathGeometry::new(&turned, false).unwrap()));
         let guidance = GuidanceParameters {
-            preview_time: 0.3, feedforward_gain: 40.0, sideslip_per_yaw_rate: 0.05,
+            preview_time: 0.3, feedforward_gain: 40.0,
+            sideslip: Sideslip { per_yaw_rate: 0.05, ..Sideslip::default() },
             ..GuidanceParameters::default()
         };
         let p = here.at(s);
@@ -115,7 +116,7 @@ fn guidance_law() {
         lookahead_min: 6.0,
         preview_time: 0.2,
         feedforward_gain: 45.0,
-        sideslip_per_yaw_rate: -0.03,
+        sideslip: Sideslip { per_yaw_rate: -0.03, ..Sideslip::default() },
         ..GuidanceParameters::default()
     };
     let p = path.at(50.0);

@@ -1,7 +1,7 @@
 //! The pose estimator against an independent filter, that of `data/pose_reference.py`.
 #![allow(clippy::unwrap_used)]
 
-use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 /// The drive of the script, whose latency is no multiple of its step.
 fn estimator() -> PoseEstimator {
@@ -10,9 +10,7 @@ fn estimator() -> PoseEstimator {
         gnss_latency: 0.07,
         antenna_x: 1.2,
         antenna_y: -0.4,
-        sideslip_per_yaw_rate: 0.08,
-        sideslip_growth: 0.0,
-        sideslip_per_yaw_acceleration: 0.0,
+        sideslip: Sideslip { per_yaw_rate: 0.08, ..Sideslip::default() },
         yaw_rate_noise_density: 2e-3,
         yaw_rate_bias_density: 1e-3,
         speed_noise_density: 0.1,

@@ -6,7 +6,10 @@ use crate::common;
 
 use common::road;
 use std::sync::Arc;
-use steerwright_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput};
+use steerwright_models::{
+    BicycleParameters, BicyclePlant, GuidanceParameters, NonlinearParameters, NonlinearVehicle,
+    PathFollower, PathGeometry, PathOutput, Sideslip,
+};
 
 /// A vehicle with sideslip S·r, its yaw steered perfectly, on a double bend of clothoids: it is not
 /// led out of the bend before it is led in, and stays near the road.
@@ -21,7 +24,7 @@ fn sideslip_leaves_little_where_the_curvature_changes() {
     };
     let path = Arc::new(PathGeometry::new(&road(120.0, 0.1, bend), false).unwrap());
     let (speed, h, sideslip) = (8.0, 0.005, 0.16);
-    let g = GuidanceParameters { sideslip_per_yaw_rate: sideslip, ..Default::default() };
+    let g = knowing(sideslip, 0.0, 0.0);
     let mut follower = PathFollower::new(path);
     let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.0);
     let (mut largest, mut astray) = (0.0_f64, 0.0_f64);
@@ -96,9 +99,12 @@ fn followed(car: [f64; 4], guided: GuidanceParameters) -> (f64, f64) {
 
 fn knowing(s: f64, q: f64, c: f64) -> GuidanceParameters {
     GuidanceParameters {
-        sideslip_per_yaw_rate: s,
-        sideslip_growth: q,
-        sideslip_per_yaw_acceleration: c,
+        sideslip: Sideslip {
+            per_yaw_rate: s,
+            growth: q,
+            per_yaw_acceleration: c,
+            ..Sideslip::default()
+        },
         ..GuidanceParameters::default()
     }
 }
@@ -254,6 +260,149 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
         for (q, c) in [(1e300, 1e300), (-1e300, -1e300), (f64::MAX, f64::MIN), (-1e3, 1e6)] {
             let out = follower.evaluate(&knowing(s, q, c), p.x, p.y, p.heading, speed);
             assert!(out.check().is_err() || out.yaw_reference.abs() < 10.0, "{out:?}");
+        }
+    }
+}
+
+/// A law identified at one speed is that of the vehicle at all others: of the two-wheel model exactly.
+#[test]
+fn the_law_is_that_of_a_bicycle_at_every_speed() {
+    let car = BicycleParameters { yaw_inertia: 1500.0, ..BicycleParameters::default() };
+    let law = car.sideslip(15.0);
+    assert_eq!(law.at(15.0), law);
+    for speed in [5.0, 10.0, 20.0, 30.0] {
+        let mut plant = BicyclePlant::new(car).unwrap();
+        (plant.speed, plant.steering_angle) = (speed, 0.03);
+        for _ in 0..3000 {
+            plant.step(0.01).unwrap();
+        }
+        let simulated = plant.lateral_velocity() / speed / plant.yaw_rate();
+        let here = law.at(speed);
+        println!("{speed} m/s: {simulated:.6} s simulated, {here:.6?}");
+        assert!((here.per_yaw_rate - simulated).abs() < 1e-9, "{speed} m/s: {simulated} {here:?}");
+        // A constant S is wrong there by as much as it is.
+        assert!((law.per_yaw_rate - simulated).abs() > 0.02, "{speed} m/s: {simulated}");
+        let lead = car.sideslip_per_yaw_acceleration(speed);
+        assert!((here.per_yaw_acceleration - lead).abs() < 1e-12, "{speed} m/s: {lead} {here:?}");
+        // There and back again.
+        let back = here.at(15.0);
+        assert!((back.per_yaw_rate - law.per_yaw_rate).abs() < 1e-12, "{back:?}");
+        assert!((back.per_yaw_acceleration - law.per_yaw_acceleration).abs() < 1e-12, "{back:?}");
+    }
+}
+
+/// The growth with the lateral acceleration, too, is that of tyres that saturate: S and Q of a vehicle with
+/// load transfer at 15 m/s give its sideslip in tight turns at other speeds.
+#[test]
+fn the_growth_is_that_of_saturating_tyres_at_every_speed() {
+    let car = NonlinearParameters::default();
+    // Sideslip angle over yaw rate and lateral acceleration.
+    let turn = |speed: f64, acceleration: f64| {
+        let mut plant = NonlinearVehicle::new(car).unwrap();
+        plant.speed = speed;
+        plant.start().unwrap();
+        // Steered until the turn is as tight.
+        for _ in 0..60_000 {
+            let off = acceleration - speed * plant.yaw_rate();
+            plant.steering_angle += 2e-6 * off;
+            plant.step(1e-3).unwrap();
+        }
+        let rate = plant.yaw_rate();
+        [(plant.lateral_velocity() / speed).atan() / rate, speed * rate]
+    };
+    let ([gentle, a1], [tight, a2]) = (turn(15.0, 0.5), turn(15.0, 4.0));
+    let growth = (tight - gentle) / (a2 * a2 - a1 * a1);
+    let law = Sideslip {
+        per_yaw_rate: gentle - growth * a1 * a1,
+        growth,
+        reference_speed: 15.0,
+        distance_rear: car.distance_rear,
+        ..Sideslip::default()
+    };
+    for speed in [10.0, 22.0, 30.0] {
+        let [sideslip, a] = turn(speed, 4.0);
+        let expected = law.at(speed).in_turn(a);
+        let off = (expected - sideslip).abs();
+        let constant = (law.at(speed).per_yaw_rate + law.growth * a * a - sideslip).abs();
+        println!(
+            "{speed} m/s, {a:.3} m/s²: {sideslip:.5} {expected:.5} s, Q constant {constant:.5} off"
+        );
+        assert!(off < 5e-4 && constant > 3.0 * off, "{speed} m/s: {sideslip} {expected}");
+    }
+}
+
+/// β's partial derivatives by speed and yaw rate, for laws of one and of every speed.
+#[test]
+fn the_law_s_derivatives_are_those_of_differences() {
+    let of_one = Sideslip {
+        per_yaw_rate: 0.04,
+        growth: -0.001,
+        per_yaw_acceleration: 0.003,
+        reference_speed: 15.0,
+        distance_rear: 0.0,
+    };
+    let turning = 0.4;
+    for law in [
+        of_one,
+        Sideslip { distance_rear: 1.5, ..of_one },
+        Sideslip { distance_rear: 1.5, growth: 0.0, ..of_one },
+        Sideslip { distance_rear: 1.5, per_yaw_acceleration: 0.0, ..of_one },
+        Sideslip { distance_rear: 1.5, reference_speed: 0.3, ..of_one },
+    ] {
+        let beta = |speed: f64, rate: f64| {
+            let here = law.at(speed);
+            here.in_turn(speed * rate) * rate + here.per_yaw_acceleration * turning
+        };
+        // Beyond g, below 1 m/s and backwards, too.
+        for (speed, rate) in [(15.0, 0.2), (8.0, -0.4), (30.0, 0.5), (0.5, 0.3), (-2.0, 0.1)] {
+            let h = 1e-5;
+            let by_speed = (beta(speed + h, rate) - beta(speed - h, rate)) / (2.0 * h);
+            let off = law.by_speed(speed, rate, turning) - by_speed;
+            assert!(off.abs() < 1e-8, "{law:?} {speed} {rate}: {off}");
+            let by_rate = (beta(speed, rate + h) - beta(speed, rate - h)) / (2.0 * h);
+            let off = law.at(speed).by_yaw_rate(speed * rate) - by_rate;
+            assert!(off.abs() < 1e-8, "{law:?} {speed} {rate}: {off}");
+        }
+    }
+}
+
+/// Without the distance to the rear axle the terms are those of every speed, to the last bit.
+#[test]
+fn without_a_distance_the_law_is_constant() {
+    let law = Sideslip {
+        per_yaw_rate: 0.04,
+        growth: -0.001,
+        per_yaw_acceleration: 0.003,
+        reference_speed: 15.0,
+        distance_rear: 0.0,
+    };
+    for speed in [0.0, 0.2, 7.0, 40.0] {
+        assert_eq!(law.at(speed), Sideslip { reference_speed: speed, ..law });
+    }
+}
+
+/// The path follower takes the law's terms at its own speed.
+#[test]
+fn guidance_takes_the_law_at_its_speed() {
+    let law = Sideslip {
+        per_yaw_rate: 0.02,
+        growth: -0.0005,
+        per_yaw_acceleration: 0.003,
+        reference_speed: 15.0,
+        distance_rear: 1.5,
+    };
+    for speed in [6.0, 15.0, 25.0] {
+        let path = double_bend(speed);
+        for k in 0..200 {
+            let p = path.at(0.04 * speed * f64::from(k));
+            let mut follower = PathFollower::new(path.clone());
+            follower.restore(Some(p.distance), 0.0).unwrap();
+            let yaw = |sideslip: Sideslip| {
+                let guided = GuidanceParameters { sideslip, ..GuidanceParameters::default() };
+                follower.evaluate(&guided, p.x, p.y, p.heading, speed).yaw_reference
+            };
+            let here = Sideslip { distance_rear: 0.0, ..law.at(speed) };
+            assert_eq!(yaw(law).to_bits(), yaw(here).to_bits(), "{speed} m/s, {k}");
         }
     }
 }

@@ -39,9 +39,11 @@ impl PoseEstimator {
             V::GnssPeriod => &mut p.gnss_period,
             V::AntennaX => &mut p.antenna_x,
             V::AntennaY => &mut p.antenna_y,
-            V::SideslipPerYawRate => &mut p.sideslip_per_yaw_rate,
-            V::SideslipGrowth => &mut p.sideslip_growth,
-            V::SideslipPerYawAcceleration => &mut p.sideslip_per_yaw_acceleration,
+            V::SideslipPerYawRate => &mut p.sideslip.per_yaw_rate,
+            V::SideslipGrowth => &mut p.sideslip.growth,
+            V::SideslipPerYawAcceleration => &mut p.sideslip.per_yaw_acceleration,
+            V::SideslipReferenceSpeed => &mut p.sideslip.reference_speed,
+            V::DistanceRear => &mut p.sideslip.distance_rear,
             V::YawRateNoiseDensity => &mut p.yaw_rate_noise_density,
             V::YawRateBiasDensity => &mut p.yaw_rate_bias_density,
             V::SpeedNoiseDensity => &mut p.speed_noise_density,
@@ -65,9 +67,11 @@ impl Slave for PoseEstimator {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<steerwright_formats::Estimator>(resources, "estimator.json")?;
-        let parameters = file
-            .as_ref()
-            .map_or_else(PoseParameters::default, steerwright_loading::pose_parameters);
+        let mut parameters = PoseParameters::default();
+        parameters.sideslip.reference_speed = SPEED;
+        if let Some(file) = &file {
+            parameters = steerwright_loading::pose_parameters(file);
+        }
         let mut estimator = steerwright_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
         estimator.input.gnss_std = file.as_ref().and_then(|file| file.gnss.std_m).unwrap_or(0.0);

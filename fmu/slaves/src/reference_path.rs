@@ -62,12 +62,14 @@ impl ReferencePath {
             V::LookaheadMin => &mut g.lookahead_min,
             V::PreviewTime => &mut g.preview_time,
             V::FeedforwardGain => &mut g.feedforward_gain,
-            V::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
+            V::SideslipPerYawRate => &mut g.sideslip.per_yaw_rate,
             V::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
             V::YawAccelerationGain => &mut g.yaw_acceleration_gain,
             V::YawJerkGain => &mut g.yaw_jerk_gain,
-            V::SideslipPerYawAcceleration => &mut g.sideslip_per_yaw_acceleration,
-            V::SideslipGrowth => &mut g.sideslip_growth,
+            V::SideslipPerYawAcceleration => &mut g.sideslip.per_yaw_acceleration,
+            V::SideslipGrowth => &mut g.sideslip.growth,
+            V::SideslipReferenceSpeed => &mut g.sideslip.reference_speed,
+            V::DistanceRear => &mut g.sideslip.distance_rear,
             V::YawReference | V::SteeringFeedforward | V::CrossTrackError | V::HeadingError => {
                 return None;
             }
@@ -117,7 +119,7 @@ impl Slave for ReferencePath {
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         let slave = Self {
-            guidance: steerwright_loading::guidance_parameters(&path.guidance),
+            guidance: steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },

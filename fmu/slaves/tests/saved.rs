@@ -294,7 +294,7 @@ proptest! {
             drive(&mut used, 0..steps);
             any_bytes(fresh, &bytes(&used));
         }
-        for kind in [PLAIN, Kind { delay: 0.05, d: 0.2, product: true, continuous: false }] {
+        for kind in [PLAIN, Kind { delay: 0.05, d: 0.2, product: true, continuous: false, over_speed: true }] {
             let fresh = identified(kind);
             let mut used = fresh.clone();
             set(&mut used, "noise_scale", 1.0);

@@ -22,7 +22,7 @@ use std::iter::once;
 use steerwright_host::Connection;
 use zip::CompressionMethod;
 
-pub use start::{own_start, receiver_values, sideslip_values, start_values};
+pub use start::{REFERENCE_SPEED, own_start, receiver_values, sideslip_values, start_values};
 pub use wiring::{MEASUREMENTS, connections_by_name, loop_order};
 
 /// A component of a system, named after its FMU.

@@ -55,16 +55,26 @@ pub fn receiver_values(packed: &Packed, connections: &[Connection]) -> Vec<(Stri
     .into()
 }
 
+/// The parameter of the speed at which the others of the sideslip hold.
+pub const REFERENCE_SPEED: &str = "sideslip_reference_speed";
+
 /// The plant's sideslip, for an FMU that uses one and states none: `sideslip` names the
-/// parameters, of which the FMU takes those that it has. All or nothing, since they belong together.
+/// parameters, of which the FMU takes those that it has. All or nothing, since they belong together. The
+/// reference speed matters where the sideslip follows the speed.
 #[must_use]
 pub fn sideslip_values(packed: &Packed, sideslip: &[(&str, f64)]) -> Vec<(String, f64)> {
     let start = |name: &str| packed.description.variable(name).map(|v| v.start.as_ref());
-    let states_one = |(name, _): &(&str, f64)| matches!(start(name), Some(Some(Value::Real(value))) if *value != 0.0);
+    let states_one = |(name, _): &(&str, f64)| {
+        *name != REFERENCE_SPEED
+            && matches!(start(name), Some(Some(Value::Real(value))) if *value != 0.0)
+    };
     if sideslip.iter().any(states_one) {
         return Vec::new();
     }
-    let taken = sideslip.iter().filter(|(name, value)| *value != 0.0 && start(name).is_some());
+    let over_speed = sideslip.iter().any(|(name, value)| *name == "distance_rear" && *value != 0.0);
+    let taken = sideslip.iter().filter(|(name, value)| {
+        *value != 0.0 && start(name).is_some() && (over_speed || *name != REFERENCE_SPEED)
+    });
     taken.map(|(name, value)| ((*name).to_owned(), *value)).collect()
 }
 

@@ -141,6 +141,7 @@ fn of_pieces(
         standard_error_s: error,
         sideslip_growth_s5pm2: term(GROWTH),
         sideslip_per_yaw_acceleration_s2: term(ACCELERATION),
+        distance_rear_m: None,
         gnss_latency_s,
         gnss_latency_standard_error_s: Some(latency_error_s).filter(|e| *e > 0.0),
         antenna_x_m,

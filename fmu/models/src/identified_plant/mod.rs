@@ -1,8 +1,8 @@
 //! The identified plant: steering angle and speed in, yaw rate, yaw and position out.
 //!
 //! The equations are in the README of `fmu/identified-plant`. Yaw is part of the matrix exponential, so it
-//! is exact; the position is Gauss–Legendre quadrature to 1e-9 m. What the sideslip term S adds to it is
-//! `v·S` times the change of `(cos ψ, sin ψ)`, exactly; for Q and C, r and ṙ are those of the matrix
+//! is exact; the position is Gauss–Legendre quadrature to 1e-9 m. What the sideslip term S(v) adds to it is
+//! `v·S(v)` times the change of `(cos ψ, sin ψ)`, exactly; for Q and C, r and ṙ are those of the matrix
 //! exponential at the quadrature's nodes. Where r jumps, or is held, C·ṙ adds nothing.
 //!
 //! The model's input is that of `delay` seconds ago: a step is split where it changes, and each piece is

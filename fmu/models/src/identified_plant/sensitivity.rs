@@ -4,7 +4,6 @@
 use super::IdentifiedPlant;
 use crate::noise::gaussian;
 use crate::sensitivity::{Factor, Known, Unknown};
-use crate::sideslip;
 use crate::trigonometry::sin_cos;
 
 impl IdentifiedPlant {
@@ -41,19 +40,16 @@ impl IdentifiedPlant {
 
     /// Sideslip β: lateral over longitudinal velocity.
     fn sideslip(&self) -> f64 {
-        let (s, q, c) = self.sideslip_terms();
-        if (s, q, c) == (0.0, 0.0, 0.0) {
+        let here = self.model.data().sideslip.at(self.speed);
+        if [here.per_yaw_rate, here.growth, here.per_yaw_acceleration] == [0.0; 3] {
             return 0.0;
         }
         let rate = self.noise_free_yaw_rate();
-        let lead = if c == 0.0 { 0.0 } else { c * self.yaw_acceleration() };
-        sideslip::per_yaw_rate(s, q, self.speed * rate) * rate + lead
-    }
-
-    /// S, Q and C.
-    fn sideslip_terms(&self) -> (f64, f64, f64) {
-        let data = self.model.data();
-        (data.sideslip_per_yaw_rate, data.sideslip_growth, data.sideslip_per_yaw_acceleration)
+        let lead = match here.per_yaw_acceleration {
+            0.0 => 0.0,
+            c => c * self.yaw_acceleration(),
+        };
+        here.in_turn(self.speed * rate) * rate + lead
     }
 
     /// Derivative of the yaw rate without noise, rad/s²; zero where it is held.
@@ -102,16 +98,26 @@ impl IdentifiedPlant {
         }
     }
 
-    /// Of β, by way of r, of ṙ and, of its growth, of the speed itself.
+    /// Of β, by way of r, of ṙ and of the speed itself.
     fn sideslip_by(&self, known: Known) -> Option<f64> {
-        let (s, q, c) = self.sideslip_terms();
+        let law = self.model.data().sideslip;
+        let here = law.at(self.speed);
         let rate = self.noise_free_yaw_rate();
-        let turning = sideslip::by_yaw_rate(s, q, self.speed * rate);
-        let steady = (s != 0.0 || q != 0.0).then(|| self.yaw_rate_by(known)).flatten();
-        let lead = (c != 0.0).then(|| self.yaw_acceleration_by(known)).flatten();
-        let by_speed =
-            (q != 0.0 && known == Known::Speed).then(|| sideslip::by_speed(q, self.speed, rate));
-        let parts = [steady.map(|r| turning * r.value()), lead.map(|r| c * r), by_speed];
+        let turning = here.by_yaw_rate(self.speed * rate);
+        let turns = law.per_yaw_rate != 0.0 || law.growth != 0.0 || law.distance_rear != 0.0;
+        let leads = law.per_yaw_acceleration != 0.0;
+        let steady = turns.then(|| self.yaw_rate_by(known)).flatten();
+        let lead = leads.then(|| self.yaw_acceleration_by(known)).flatten();
+        let varies = law.growth != 0.0 || law.distance_rear != 0.0;
+        let by_speed = (varies && known == Known::Speed).then(|| {
+            let yaw_acceleration = if leads { self.yaw_acceleration() } else { 0.0 };
+            law.by_speed(self.speed, rate, yaw_acceleration)
+        });
+        let parts = [
+            steady.map(|r| turning * r.value()),
+            lead.map(|r| here.per_yaw_acceleration * r),
+            by_speed,
+        ];
         let zero = parts.iter().all(Option::is_none);
         (!zero).then(|| parts.into_iter().flatten().sum())
     }

@@ -3,10 +3,9 @@
 use super::IdentifiedPlant;
 use crate::delay::Segment;
 use crate::error::{Error, diverged};
-use crate::identified::IdentifiedData;
 use crate::linear::Outputs;
 use crate::quadrature::{NODES, Pose, mean_aside, mean_direction, mean_direction_of_arc};
-use crate::sideslip;
+use crate::sideslip::Sideslip;
 use crate::trigonometry::sin_cos;
 
 /// Longest communication step, s.
@@ -129,9 +128,9 @@ impl IdentifiedPlant {
         let Some(model) = self.model.continuous() else { return };
         let map = self.cache.get(model, piece.duration, self.model.longest_panel());
         let distance = self.speed * map.panel();
-        let data = self.model.data();
-        let slip = self.speed * data.sideslip_per_yaw_rate;
-        let beyond = data.sideslip_growth != 0.0 || data.sideslip_per_yaw_acceleration != 0.0;
+        let sideslip = self.model.data().sideslip.at(self.speed);
+        let slip = self.speed * sideslip.per_yaw_rate;
+        let beyond = sideslip.growth != 0.0 || sideslip.per_yaw_acceleration != 0.0;
         for panel in 0..map.panels() {
             let u = piece.value + piece.slope * (panel as f64 * map.panel());
             let direction = sin_cos(self.pose.yaw);
@@ -141,8 +140,8 @@ impl IdentifiedPlant {
             let [ahead, aside] = slipped(slip, turned.end);
             let (mut along, mut across) = (distance * along + ahead, distance * across + aside);
             if let Some(outputs) = outputs {
-                let sideslip = slips_beyond(self.model.data(), self.speed, &outputs);
-                let [ahead, aside] = mean_aside(&sideslip, &turned.at_nodes);
+                let slips = slips_beyond(&sideslip, self.speed, &outputs);
+                let [ahead, aside] = mean_aside(&slips, &turned.at_nodes);
                 along += distance * ahead;
                 across += distance * aside;
             }
@@ -156,21 +155,19 @@ impl IdentifiedPlant {
         let turn = self.held * piece;
         let (along, across) = mean_direction_of_arc(turn);
         let distance = self.speed * piece;
-        let data = self.model.data();
-        let acceleration = self.speed * self.held;
-        let (s, q) = (data.sideslip_per_yaw_rate, data.sideslip_growth);
-        let slip = self.speed * sideslip::per_yaw_rate(s, q, acceleration);
+        let sideslip = self.model.data().sideslip.at(self.speed);
+        let slip = self.speed * sideslip.in_turn(self.speed * self.held);
         let [ahead, aside] = slipped(slip, turn);
         self.pose.advance(distance * along + ahead, distance * across + aside, turn);
     }
 }
 
-/// The sideslip beyond S·r at the nodes of a panel: Q·a²·r + C·ṙ.
-fn slips_beyond(data: &IdentifiedData, speed: f64, outputs: &Outputs) -> [f64; NODES] {
+/// The sideslip beyond S·r at the nodes of a panel: Q·a²·r + C·ṙ, at the speed (m/s) of the law.
+fn slips_beyond(sideslip: &Sideslip, speed: f64, outputs: &Outputs) -> [f64; NODES] {
+    let beyond = Sideslip { per_yaw_rate: 0.0, ..*sideslip };
     std::array::from_fn(|i| {
         let rate = outputs.value[i];
-        let growth = sideslip::per_yaw_rate(0.0, data.sideslip_growth, speed * rate);
-        growth * rate + data.sideslip_per_yaw_acceleration * outputs.rate[i]
+        beyond.in_turn(speed * rate) * rate + beyond.per_yaw_acceleration * outputs.rate[i]
     })
 }
 

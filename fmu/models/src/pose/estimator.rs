@@ -5,7 +5,6 @@ use super::filter::{BIAS, Filter, YAW};
 use super::history::{History, Interval};
 use super::parameters::PoseParameters;
 use crate::error::{Error, diverged};
-use crate::sideslip;
 use crate::ticks::Ticks;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -221,10 +220,7 @@ impl PoseEstimator {
     pub fn course(&self) -> f64 {
         let [yaw_rate, speed] = self.last.unwrap_or([self.input.yaw_rate, self.input.speed]);
         let rate = yaw_rate - self.present.mean[BIAS];
-        let p = &self.parameters;
-        let acceleration = speed * rate;
-        let sideslip =
-            sideslip::per_yaw_rate(p.sideslip_per_yaw_rate, p.sideslip_growth, acceleration);
+        let sideslip = self.parameters.sideslip.at(speed).in_turn(speed * rate);
         self.yaw() + (sideslip * rate).atan()
     }
 

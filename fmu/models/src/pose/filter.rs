@@ -12,7 +12,6 @@
 use super::history::Interval;
 use super::parameters::PoseParameters;
 use crate::quadrature::mean_direction_of_arc;
-use crate::sideslip;
 use crate::trigonometry::sin_cos;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
@@ -63,11 +62,11 @@ impl Filter {
         let Interval { duration: t, yaw_rate, yaw_acceleration, speed: v } = *interval;
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
-        let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
-        let leading = p.sideslip_per_yaw_acceleration * yaw_acceleration;
-        let lateral = v * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate + leading);
+        let sideslip = p.sideslip.at(v);
+        let leading = sideslip.per_yaw_acceleration * yaw_acceleration;
+        let lateral = v * (sideslip.in_turn(v * rate) * rate + leading);
         // Its derivative by the yaw rate, for gyro noise and bias.
-        let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
+        let slip = v * sideslip.by_yaw_rate(v * rate);
         let (s, c) = mean_direction_of_arc(turn);
         let (s_slope, c_slope) = slopes_of_arc(turn, s, c);
         let world = rotation(self.mean[YAW]);
@@ -202,12 +201,17 @@ fn process_noise(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sideslip::Sideslip;
 
     fn parameters() -> PoseParameters {
         PoseParameters {
-            sideslip_per_yaw_rate: 0.07,
-            sideslip_growth: -0.0007,
-            sideslip_per_yaw_acceleration: 0.005,
+            sideslip: Sideslip {
+                per_yaw_rate: 0.07,
+                growth: -0.0007,
+                per_yaw_acceleration: 0.005,
+                reference_speed: 10.0,
+                distance_rear: 1.4,
+            },
             ..PoseParameters::default()
         }
     }

@@ -1,6 +1,7 @@
 //! The parameters of the filter.
 
 use crate::error::Error;
+use crate::sideslip::Sideslip;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -15,13 +16,8 @@ pub struct PoseParameters {
     pub antenna_x: f64,
     /// The antenna to the left of the centre of gravity, m.
     pub antenna_y: f64,
-    /// Sideslip angle per yaw rate in a steady turn S, of small lateral acceleration where
-    /// `sideslip_growth` is not 0, s.
-    pub sideslip_per_yaw_rate: f64,
-    /// Q, growth of S per squared lateral acceleration up to g, s⁵/m².
-    pub sideslip_growth: f64,
-    /// Sideslip angle per yaw acceleration C, s².
-    pub sideslip_per_yaw_acceleration: f64,
+    /// The sideslip of the vehicle.
+    pub sideslip: Sideslip,
     /// Density of the gyro's white noise, (rad/s)/√Hz.
     pub yaw_rate_noise_density: f64,
     /// Density of the random walk of the gyro's bias, (rad/s²)/√Hz.
@@ -52,9 +48,7 @@ impl Default for PoseParameters {
             gnss_period: 0.0,
             antenna_x: 0.0,
             antenna_y: 0.0,
-            sideslip_per_yaw_rate: 0.0,
-            sideslip_growth: 0.0,
-            sideslip_per_yaw_acceleration: 0.0,
+            sideslip: Sideslip::default(),
             yaw_rate_noise_density: 1e-3,
             yaw_rate_bias_density: 5e-5,
             speed_noise_density: 0.05,
@@ -88,9 +82,11 @@ impl PoseParameters {
             ("the period of the fixes", self.gnss_period, shortest, longest),
             ("the antenna's x", self.antenna_x, -100.0, 100.0),
             ("the antenna's y", self.antenna_y, -100.0, 100.0),
-            ("the sideslip per yaw rate", self.sideslip_per_yaw_rate, -10.0, 10.0),
-            ("the sideslip's growth", self.sideslip_growth, -1.0, 1.0),
-            ("the sideslip per yaw acceleration", self.sideslip_per_yaw_acceleration, -1.0, 1.0),
+            ("the sideslip per yaw rate", self.sideslip.per_yaw_rate, -10.0, 10.0),
+            ("the sideslip's growth", self.sideslip.growth, -1.0, 1.0),
+            ("the sideslip per yaw acceleration", self.sideslip.per_yaw_acceleration, -1.0, 1.0),
+            ("the sideslip's reference speed", self.sideslip.reference_speed, 0.0, 1e3),
+            ("the distance to the rear axle", self.sideslip.distance_rear, 0.0, 100.0),
             ("the density of the yaw rate's noise", self.yaw_rate_noise_density, 0.0, 100.0),
             ("the density of the bias's walk", self.yaw_rate_bias_density, 0.0, 100.0),
             ("the density of the speed's noise", self.speed_noise_density, 0.0, 1e3),

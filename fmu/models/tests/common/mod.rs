@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)]
 
 use nalgebra::DMatrix;
-use steerwright_models::{Continuous, IdentifiedData, InputKind, PathPoint};
+use steerwright_models::{Continuous, IdentifiedData, InputKind, PathPoint, Sideslip};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.
@@ -62,9 +62,7 @@ pub fn from_continuous(f: Vec<f64>, g: Vec<f64>, h: Vec<f64>, d: f64, ts: f64) -
         yaw_rate_offset: 0.02,
         speed: 15.0,
         innovation_std: 0.01,
-        sideslip_per_yaw_rate: -0.06,
-        sideslip_per_yaw_acceleration: 0.0,
-        sideslip_growth: 0.0,
+        sideslip: Sideslip { per_yaw_rate: -0.06, ..Sideslip::default() },
     }
 }
 

@@ -1,7 +1,7 @@
 //! A drive with its true pose, and the readings of its sensors.
 
 use steerwright_models::noise::gaussian;
-use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 pub(crate) const H: f64 = 0.01;
 
@@ -37,9 +37,13 @@ pub(crate) const DRIVE: Drive = Drive {
         gnss_period: 0.0,
         antenna_x: 0.7,
         antenna_y: 0.3,
-        sideslip_per_yaw_rate: -0.06,
-        sideslip_growth: -0.001,
-        sideslip_per_yaw_acceleration: 0.005,
+        sideslip: Sideslip {
+            per_yaw_rate: -0.06,
+            growth: -0.001,
+            per_yaw_acceleration: 0.005,
+            reference_speed: 0.0,
+            distance_rear: 0.0,
+        },
         yaw_rate_noise_density: 1e-3,
         yaw_rate_bias_density: 5e-5,
         speed_noise_density: 0.05,
@@ -82,9 +86,9 @@ impl Drive {
             // Trapezia, as the filter joins the readings.
             let rate = 0.5 * (rate_at(end - H) + rate_at(end));
             let speed = 0.5 * (speed_at(end - H) + speed_at(end));
-            let sideslip = p.sideslip_per_yaw_rate + p.sideslip_growth * (speed * rate).powi(2);
+            let Sideslip { per_yaw_rate: s, growth: q, per_yaw_acceleration: c, .. } = p.sideslip;
             let turning = (rate_at(end) - rate_at(end - H)) / H;
-            let slip = sideslip * rate + p.sideslip_per_yaw_acceleration * turning;
+            let slip = (s + q * (speed * rate).powi(2)) * rate + c * turning;
             let across = slip * speed + draw(p.lateral_velocity_noise_density * white);
             let middle = truth.yaw + 0.5 * rate * H;
             truth.x += H * (speed * middle.cos() - across * middle.sin());

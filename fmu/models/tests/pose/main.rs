@@ -6,7 +6,7 @@ mod fixes;
 
 use drive::{DRIVE, Drive, H, Moment, Truth};
 use proptest::prelude::*;
-use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
     estimator.input = input;
@@ -148,8 +148,7 @@ fn the_bias_is_found() {
 #[test]
 fn course_is_yaw_and_sideslip() {
     let p = PoseParameters {
-        sideslip_per_yaw_rate: -0.06,
-        sideslip_growth: -0.001,
+        sideslip: Sideslip { per_yaw_rate: -0.06, growth: -0.001, ..Sideslip::default() },
         ..PoseParameters::default()
     };
     let mut estimator = PoseEstimator::new(p).unwrap();
@@ -164,6 +163,45 @@ fn course_is_yaw_and_sideslip() {
     assert!((estimator.yaw() - 10.0).abs() < 1e-9);
     let sideslip = (0.06 + 0.001 * 7.5_f64.powi(2)) * 0.5;
     assert!((estimator.course() - estimator.yaw() + sideslip.atan()).abs() < 1e-12);
+}
+
+/// A vehicle of S(v) = b/v − κ·v goes from 5 to 25 m/s in a bend: dead reckoning with the law finds where it
+/// is, with the S of one speed it does not.
+#[test]
+fn the_sideslip_follows_the_speed() {
+    let (distance_rear, kappa, rate) = (1.5, 0.004, 0.15);
+    let s = |v: f64| distance_rear / v - kappa * v;
+    let law = Sideslip {
+        per_yaw_rate: s(12.0),
+        reference_speed: 12.0,
+        distance_rear,
+        ..Sideslip::default()
+    };
+    let off = |sideslip: Sideslip| {
+        let mut estimator =
+            PoseEstimator::new(PoseParameters { sideslip, ..PoseParameters::default() }).unwrap();
+        estimator.input = PoseInput { yaw_rate: rate, speed: 5.0, ..PoseInput::default() };
+        estimator.start().unwrap();
+        let (mut x, mut y) = (0.0, 0.0);
+        for k in 0..2000 {
+            let t = f64::from(k) * H;
+            // The same means of speed as the filter's.
+            let v = 5.0 + t + 0.5 * H;
+            let (course, half) = (rate * (t + 0.5 * H), 0.5 * rate * H);
+            let chord = H * half.sin() / half;
+            x += chord * (v * course.cos() - v * s(v) * rate * course.sin());
+            y += chord * (v * course.sin() + v * s(v) * rate * course.cos());
+            let input = PoseInput { yaw_rate: rate, speed: 5.0 + t + H, ..PoseInput::default() };
+            step(&mut estimator, input);
+        }
+        assert!((estimator.yaw() - 3.0).abs() < 1e-9);
+        let course = estimator.yaw() + (sideslip.at(25.0).per_yaw_rate * rate).atan();
+        assert!((estimator.course() - course).abs() < 1e-12);
+        (estimator.x() - x).hypot(estimator.y() - y)
+    };
+    // The first step has no reading before it.
+    assert!(off(law) < 1e-4, "{}", off(law));
+    assert!(off(Sideslip { distance_rear: 0.0, ..law }) > 1.0);
 }
 
 /// The frame in which fixes are given does not matter.
@@ -295,4 +333,6 @@ fn parameters_that_cannot_be_are_refused() {
     assert!(refused(PoseParameters { speed_noise_density: f64::NAN, ..p }).contains("NaN"));
     assert!(refused(PoseParameters { initial_yaw_std: 4.0, ..p }).contains("yaw"));
     assert!(refused(PoseParameters { initial_x: f64::INFINITY, ..p }).contains("initial x"));
+    let sideslip = Sideslip { distance_rear: -1.0, ..p.sideslip };
+    assert!(refused(PoseParameters { sideslip, ..p }).contains("rear axle is -1"));
 }

@@ -29,7 +29,7 @@ super::variables! {
         .description("yaw, not wrapped");
     Course = 13, real "course", Output, Continuous,
         .unit("rad").display_unit("deg").depends_on(Nothing)
-        .initial_depends_on(On(&["yaw_rate", "speed", "sideslip_per_yaw_rate", "sideslip_growth", "initial_yaw"]))
+        .initial_depends_on(On(&["yaw_rate", "speed", "sideslip_per_yaw_rate", "sideslip_growth", "sideslip_reference_speed", "distance_rear", "initial_yaw"]))
         .description("direction in which the centre of gravity moves, not wrapped");
     PositionStd = 14, real "position_std", Output, Continuous,
         .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
@@ -68,4 +68,8 @@ super::variables! {
         .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
     SideslipPerYawAcceleration = 36, real "sideslip_per_yaw_acceleration", Parameter, Fixed,
         .unit("s2").nominal(0.01).min(-1.0).max(1.0).description("sideslip angle per yaw acceleration");
+    SideslipReferenceSpeed = 37, real "sideslip_reference_speed", Parameter, Fixed,
+        .unit("m/s").display_unit("km/h").min(0.0).max(1000.0).nominal(10.0).description("speed at which the sideslip parameters hold");
+    DistanceRear = 38, real "distance_rear", Parameter, Fixed,
+        .unit("m").min(0.0).max(100.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
 }

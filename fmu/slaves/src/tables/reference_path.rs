@@ -48,4 +48,8 @@ super::variables! {
         .unit("s2").nominal(0.01).description("what of the path's yaw acceleration is added to the yaw reference");
     YawJerkGain = 29, real "yaw_jerk_gain", Parameter, Tunable,
         .unit("s3").nominal(0.001).description("what of the path's yaw jerk is added to the yaw reference");
+    SideslipReferenceSpeed = 30, real "sideslip_reference_speed", Parameter, Tunable,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed at which the sideslip parameters hold");
+    DistanceRear = 31, real "distance_rear", Parameter, Tunable,
+        .unit("m").min(0.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
 }

@@ -25,9 +25,12 @@ pub struct Kind {
     pub delay: f64,
     pub product: bool,
     pub continuous: bool,
+    /// Whether the sideslip follows the speed.
+    pub over_speed: bool,
 }
 
-pub const PLAIN: Kind = Kind { d: 0.0, delay: 0.0, product: false, continuous: true };
+pub const PLAIN: Kind =
+    Kind { d: 0.0, delay: 0.0, product: false, continuous: true, over_speed: false };
 
 /// Every combination that changes the structure.
 pub fn kinds() -> Vec<Kind> {
@@ -36,7 +39,9 @@ pub fn kinds() -> Vec<Kind> {
         for delay in [0.0, 0.033] {
             for product in [false, true] {
                 for continuous in [true, false] {
-                    kinds.push(Kind { d, delay, product, continuous });
+                    for over_speed in [false, true] {
+                        kinds.push(Kind { d, delay, product, continuous, over_speed });
+                    }
                 }
             }
         }
@@ -79,6 +84,7 @@ pub fn plant_file(kind: Kind) -> Plant {
             standard_error_s: 0.001,
             sideslip_growth_s5pm2: Some(term(-0.001)),
             sideslip_per_yaw_acceleration_s2: Some(term(0.003)),
+            distance_rear_m: kind.over_speed.then(|| term(1.4)),
             gnss_latency_s: 0.0,
             gnss_latency_standard_error_s: None,
             antenna_x_m: 0.0,
@@ -152,6 +158,7 @@ pub fn path(closed: bool) -> ReferencePath {
             cross_track_integral_gain_per_s: 0.1,
             sideslip_per_yaw_acceleration_s2: 0.004,
             sideslip_growth_s5pm2: -0.001,
+            distance_rear_m: 1.4,
             yaw_acceleration_gain_s2: -0.006,
             yaw_jerk_gain_s3: 0.0004,
         },
