@@ -3,12 +3,19 @@
 //! but for where it starts and turns to, D by gyro and speed alone, `E_S = ∫ v·r·n dt, E_Q = ∫
 //! v·r·a²·n dt, E_C = ∫ v·ṙ·n dt, a = v·r` (at most g), n the direction to the left: a term turns
 //! it by the part of its E across D, over the length of D, to first order.
+//!
+//! Where S and Q are those of a reference speed v₀ and follow the speed (docs/methods/sideslip.md), E_S and
+//! E_Q count by v/v₀, and the distance b to the rear axle adds `b/v₀·E_b`, `E_b = ∫ v·(v₀/v − v/v₀)·r·n dt`.
 
-/// Terms of the sideslip, by their places: S, Q and C.
-pub(super) const TERMS: usize = 3;
+/// Terms of the sideslip, by their places: S, Q, C and b/v₀.
+pub(super) const TERMS: usize = 4;
 pub(super) const RATE: usize = 0;
 pub(super) const GROWTH: usize = 1;
 pub(super) const ACCELERATION: usize = 2;
+pub(super) const DISTANCE: usize = 3;
+
+/// Below this speed, m/s, S and b are those of this speed: 1/v would grow without bound.
+const LEAST_SPEED: f64 = 1.0;
 
 /// Length of segments, s: for S alone and which terms there are, and for their values.
 pub(super) const SEGMENT_S: f64 = 1.0;
@@ -72,8 +79,14 @@ pub(super) struct DisplacementSegment {
     pub(super) terms: [f64; TERMS],
 }
 
-pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<DisplacementSegment>> {
-    let mut blocks = by_time(segments(piece, length));
+/// The segments by blocks, for terms that follow the speed from a reference speed (m/s), or for constant
+/// ones.
+pub(super) fn blocks(
+    piece: &Piece,
+    length: f64,
+    reference_speed: Option<f64>,
+) -> Vec<Vec<DisplacementSegment>> {
+    let mut blocks = by_time(segments(piece, length, reference_speed));
     for block in &mut blocks {
         for k in 1..block.len() {
             let last = block[k - 1].difference;
@@ -127,7 +140,7 @@ fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
 }
 
 fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
-    let Some(odometry) = Odometry::of(piece) else { return Vec::new() };
+    let Some(odometry) = Odometry::of(piece, None) else { return Vec::new() };
     let displacement = |(from, later): (usize, usize)| {
         let (begin, end) = (piece.fix_time[from] - seconds, piece.fix_time[later] - seconds);
         let (a, b) = (odometry.at(begin)?, odometry.at(end)?);
@@ -141,8 +154,8 @@ fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
     pairs(piece, SEGMENT_S).into_iter().filter_map(displacement).collect()
 }
 
-fn segments(piece: &Piece, length: f64) -> Vec<DisplacementSegment> {
-    let Some(odometry) = Odometry::of(piece) else { return Vec::new() };
+fn segments(piece: &Piece, length: f64, reference_speed: Option<f64>) -> Vec<DisplacementSegment> {
+    let Some(odometry) = Odometry::of(piece, reference_speed) else { return Vec::new() };
     let mut segments = Vec::new();
     for (from, later) in pairs(piece, length) {
         let (begin, end) = (piece.fix_time[from], piece.fix_time[later]);
@@ -178,7 +191,7 @@ struct Odometry<'a> {
 }
 
 impl<'a> Odometry<'a> {
-    fn of(piece: &'a Piece) -> Option<Self> {
+    fn of(piece: &'a Piece, reference_speed: Option<f64>) -> Option<Self> {
         let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
         let mut place = Place::default();
         let mut places = vec![place];
@@ -190,7 +203,19 @@ impl<'a> Odometry<'a> {
             let (sin, cos) = (place.yaw + 0.5 * h * rate).sin_cos();
             let acceleration = (speed * rate).clamp(-GRAVITY, GRAVITY);
             let turned = h * rate;
-            let terms = [turned, turned * acceleration * acceleration, after - before];
+            let [share, distance] = match reference_speed {
+                None => [1.0, 0.0],
+                Some(v0) => {
+                    let v = speed.max(LEAST_SPEED);
+                    [v / v0, v0 / v - v / v0]
+                }
+            };
+            let terms = [
+                share * turned,
+                share * turned * acceleration * acceleration,
+                after - before,
+                distance * turned,
+            ];
             let ahead = [h * speed * cos, h * speed * sin];
             let aside = terms.map(|term| [-term * speed * sin, term * speed * cos]);
             for (moved, by) in place.moved.iter_mut().zip(std::iter::once(ahead).chain(aside)) {
@@ -227,6 +252,6 @@ fn wrapped(angle: f64) -> f64 {
 /// Fixes `led` apart, while the speed covers `displacement` and changes by `change`.
 fn terms_of_age(led: f64, displacement: f64, change: f64, time: f64) -> DisplacementSegment {
     let mut terms = [0.0; TERMS];
-    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, displacement, 0.0);
+    (terms[AGE], terms[SCALE]) = (-change, displacement);
     DisplacementSegment { time, difference: led - displacement, terms }
 }

@@ -6,7 +6,9 @@
 //! Of a term that is nothing, ten clusters take one in thirty for something (Student's t of nine
 //! degrees of freedom; Cameron and Miller 2015), and then it is small; Akaike's criterion would
 //! take more, from √2 standard errors. The standard error of a fix's age is one of S (and τ²/2 −
-//! τ·S of C).
+//! τ·S of C, and τ·v₀/2 of b).
+//!
+//! A drive with varying speed also determines b of `S(v) = b/v − κ·v`; S is then that of the mean speed v₀.
 
 mod age;
 mod displacements;
@@ -14,8 +16,8 @@ mod regression;
 
 use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
 use crate::sideslip::displacements::{
-    ACCELERATION, BLOCK_S, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece, RATE, SEGMENT_S,
-    SHORT_SEGMENT_S, TERMS, blocks,
+    ACCELERATION, BLOCK_S, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece, RATE,
+    SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
 };
 use crate::sideslip::regression::{Regression, robust};
 use steerwright_drivelog::{DriveLog, Gnss, GnssDrive};
@@ -27,9 +29,10 @@ const SIGNIFICANT: f64 = 2.5;
 /// The largest standard error of a sideslip, s: 3 mrad in a turn of 4 m/s² at 15 m/s.
 pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 
-/// The same of each term: of Q in that turn, of C where it is reached within half a second.
+/// The same of each term: of Q in that turn, of C where it is reached within half a second, of b/v₀ at half
+/// and at twice the speed v₀.
 const LARGEST_ERROR: [f64; TERMS] =
-    [LARGEST_ERROR_S, LARGEST_ERROR_S / 16.0, LARGEST_ERROR_S / 2.0];
+    [LARGEST_ERROR_S, LARGEST_ERROR_S / 16.0, LARGEST_ERROR_S / 2.0, LARGEST_ERROR_S / 1.5];
 
 /// The sideslip that the fixes of a log determine, and what is to be reported of it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -94,8 +97,7 @@ fn of_pieces(
     antenna_x_m: f64,
     speed: f64,
 ) -> Result<Sideslip, String> {
-    let cut = |length| pieces.iter().flat_map(|p| blocks(p, length)).collect::<Vec<_>>();
-    let segments = cut(SEGMENT_S);
+    let segments = cut(pieces, SEGMENT_S, None);
     let Some(alone) = robust(&segments, &[RATE]) else {
         return Err(format!(
             "{:.0} s of fixes while driving are too few: {:.0} s are needed",
@@ -115,12 +117,19 @@ fn of_pieces(
     let known = pieces.iter().all(|piece| !piece.speed.is_empty());
     let candidates: &[usize] =
         if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
-    let found = match significant_terms(&segments, candidates) {
-        None => alone,
-        Some((terms, found)) => match robust(&cut(SHORT_SEGMENT_S), &terms) {
-            Some(shorter) if is_certain(&shorter, &terms) => shorter,
-            _ => found,
-        },
+    let over_speed = || {
+        let candidates = [RATE, DISTANCE, GROWTH, ACCELERATION];
+        let reference_speed = Some(speed).filter(|v| known && *v > 0.0)?;
+        let found = estimated(pieces, &candidates, Some(reference_speed))?;
+        let value = found.values[DISTANCE] * speed - antenna_x_m;
+        let standard_error = found.errors[DISTANCE].hypot(0.5 * latency_error_s) * speed;
+        let is_certain = standard_error <= LARGEST_ERROR[DISTANCE] * speed;
+        let distance = SideslipTerm { value, standard_error };
+        (value > 0.0 && is_certain).then_some((found, distance))
+    };
+    let (found, distance_rear_m) = match over_speed() {
+        Some((found, distance)) => (found, Some(distance)),
+        None => (estimated(pieces, candidates, None).unwrap_or(alone), None),
     };
     let error = found.errors[RATE].hypot(latency_error_s);
     if error > LARGEST_ERROR_S {
@@ -141,11 +150,38 @@ fn of_pieces(
         standard_error_s: error,
         sideslip_growth_s5pm2: term(GROWTH),
         sideslip_per_yaw_acceleration_s2: term(ACCELERATION),
-        distance_rear_m: None,
+        distance_rear_m,
         gnss_latency_s,
         gnss_latency_standard_error_s: Some(latency_error_s).filter(|e| *e > 0.0),
         antenna_x_m,
     })
+}
+
+/// The segments of a length (s) of all pieces, by blocks.
+fn cut(
+    pieces: &[Piece],
+    length: f64,
+    reference_speed: Option<f64>,
+) -> Vec<Vec<DisplacementSegment>> {
+    pieces.iter().flat_map(|piece| blocks(piece, length, reference_speed)).collect()
+}
+
+/// S and the significant ones of the candidates, constant or following the speed from a reference speed
+/// (m/s); `None` where only S is, or where b of a following S is not.
+fn estimated(
+    pieces: &[Piece],
+    candidates: &[usize],
+    reference_speed: Option<f64>,
+) -> Option<Regression> {
+    let of_length = |length| cut(pieces, length, reference_speed);
+    let (terms, found) = significant_terms(&of_length(SEGMENT_S), candidates)?;
+    if reference_speed.is_some() && !terms.contains(&DISTANCE) {
+        return None;
+    }
+    match robust(&of_length(SHORT_SEGMENT_S), &terms) {
+        Some(shorter) if is_certain(&shorter, &terms) => Some(shorter),
+        _ => Some(found),
+    }
 }
 
 /// The significant terms in addition to S; `None` where there are none.
@@ -159,11 +195,13 @@ fn significant_terms(
         // How many standard errors it is from what it is otherwise taken for.
         let distance = |&term: &usize| {
             let (value, error) = (found.values[term], found.errors[term]);
-            let other = match term {
-                ACCELERATION => (value - 0.5 * found.values[RATE].powi(2)).abs(),
-                _ => 0.0,
+            let away = match term {
+                ACCELERATION => value.abs().max((value - 0.5 * found.values[RATE].powi(2)).abs()),
+                // An S that does not change with the speed: b/v₀ is S/2.
+                DISTANCE => (value - 0.5 * found.values[RATE]).abs(),
+                _ => value.abs(),
             };
-            let away = value.abs().max(other) / error;
+            let away = away / error;
             if away.is_nan() || error > LARGEST_ERROR[term] { 0.0 } else { away }
         };
         let distances: Vec<f64> = wanted[1..].iter().map(distance).collect();

@@ -5,7 +5,7 @@ use crate::known::Random;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use steerwright_drivelog::{LogOptions, read_log};
-use steerwright_models::BicyclePlant;
+use steerwright_models::{BicyclePlant, Sideslip};
 use steerwright_sysid::sideslip::{FromFixes, sideslip};
 
 const H: f64 = 0.01;
@@ -215,6 +215,64 @@ fn lead_of_a_bicycle() -> f64 {
     let s = p.sideslip_per_yaw_rate(SPEED);
     let stiffness = p.cornering_stiffness_rear * (p.distance_front + p.distance_rear);
     (p.yaw_inertia - p.mass * p.distance_front * SPEED * s) / stiffness
+}
+
+/// Where the speed varies b is found, too: of many drives the mean is near the truth, they scatter by what
+/// each drive claims, and the law is that of the vehicle at other speeds.
+#[test]
+fn a_varying_speed_determines_the_distance_to_the_rear_axle() {
+    let law = car().sideslip(SPEED);
+    let seeds = 6;
+    let (mut mean, mut squares, mut claimed) = (0.0, 0.0, 0.0);
+    for seed in 1..=seeds {
+        let found = logged(Drive { seed, swing: 6.0, ..DRIVE }, &stated_age()).sideslip.unwrap();
+        let distance = found.distance_rear_m.expect("b");
+        let found_law = Sideslip {
+            per_yaw_rate: found.sideslip_per_yaw_rate_s,
+            growth: found.growth(),
+            per_yaw_acceleration: found.per_yaw_acceleration(),
+            reference_speed: SPEED,
+            distance_rear: distance.value,
+        };
+        println!("{found:?}");
+        for speed in [8.0, 15.0, 25.0] {
+            let off = found_law.at(speed).per_yaw_rate - law.at(speed).per_yaw_rate;
+            println!("  {speed} m/s: {:.4} s, {off:.4} off", law.at(speed).per_yaw_rate);
+            assert!(off.abs() < 0.012, "{speed} m/s: {off}");
+        }
+        let off = distance.value - law.distance_rear;
+        mean += off / seeds as f64;
+        squares += off * off / seeds as f64;
+        claimed += distance.standard_error.powi(2) / seeds as f64;
+    }
+    let scatter = (squares - mean * mean).max(0.0).sqrt();
+    println!("{mean:.3} m off, scatter {scatter:.3}, claimed {:.3}", claimed.sqrt());
+    assert!(mean.abs() < 0.06 && scatter < 2.5 * claimed.sqrt(), "{mean} {scatter} {claimed}");
+}
+
+/// An antenna ahead is further ahead of the rear axle, and that is corrected.
+#[test]
+fn the_distance_to_the_rear_axle_is_that_of_the_centre_of_gravity() {
+    let drive = Drive { antenna_x: 1.2, swing: 6.0, ..DRIVE };
+    let distance = |antenna_x_m: f64| {
+        let options = LogOptions { antenna_x_m, ..stated_age() };
+        logged(drive, &options).sideslip.unwrap().distance_rear_m.unwrap().value
+    };
+    let (ignored, known) = (distance(0.0), distance(1.2));
+    println!("{ignored} {known}");
+    assert!((ignored - known - 1.2).abs() < 1e-9, "{ignored} {known}");
+    assert!((known - car().distance_rear).abs() < 0.15, "{known}");
+}
+
+/// A speed that hardly changes leaves b undetermined, and so does an age of the fixes that is not stated:
+/// S is then constant.
+#[test]
+fn a_steady_speed_leaves_the_distance_out() {
+    for swing in [0.0, 0.3] {
+        let found = logged(Drive { swing, ..DRIVE }, &stated_age()).sideslip.unwrap();
+        assert_eq!(found.distance_rear_m, None, "{swing} m/s: {found:?}");
+        assert!((found.sideslip_per_yaw_rate_s - car().sideslip_per_yaw_rate(SPEED)).abs() < 0.005);
+    }
 }
 
 /// All three of a vehicle that moves by them: of many drives the mean is the truth, and they scatter by
