@@ -3,8 +3,8 @@
 
 use proptest::prelude::*;
 use steerwright_formats::{
-    Continuous, Discrete, Document, Error, Evidence, Guidance, InputKind, Matrix, Noise,
-    OperatingPoint, Path, PathPoint, Plant, Provenance,
+    Continuous, Discrete, Document, Error, Estimator, Evidence, Guidance, InputKind, Matrix, Noise,
+    OperatingPoint, Path, PathPoint, Plant, Provenance, Sideslip, SideslipTerm,
 };
 
 fn plant() -> Plant {
@@ -140,4 +140,38 @@ fn a_plant_from_before_the_evidence_grew_is_read() {
     {
         assert!(!text.contains(&format!("\"{later}\"")), "{later}");
     }
+}
+
+/// A sideslip that follows the speed is written and read; one without the distance to the rear axle is
+/// written as it always was.
+#[test]
+fn the_distance_to_the_rear_axle_is_optional() {
+    let term = |value: f64| SideslipTerm { value, standard_error: 0.05 };
+    let with = |distance_rear_m: Option<SideslipTerm>| {
+        let sideslip = Sideslip {
+            sideslip_per_yaw_rate_s: 0.04,
+            standard_error_s: 0.002,
+            sideslip_growth_s5pm2: None,
+            sideslip_per_yaw_acceleration_s2: None,
+            distance_rear_m,
+            gnss_latency_s: 0.1,
+            gnss_latency_standard_error_s: None,
+            antenna_x_m: 0.0,
+        };
+        Plant { sideslip: Some(sideslip), ..plant() }
+    };
+    let stated = with(Some(term(1.4)));
+    assert_eq!(Plant::from_json(&stated.to_json(), "p.json").unwrap(), stated);
+    let text = with(None).to_json();
+    assert!(!text.contains("distance_rear_m"), "{text}");
+    assert_eq!(Plant::from_json(&text, "p.json").unwrap().sideslip.unwrap().distance_rear(), 0.0);
+    assert_eq!(fault(&with(Some(term(-1.0))).to_json()), "sideslip.distance_rear_m.value");
+
+    let text = include_str!("../../tests/data/multibody/estimator.json");
+    let estimator = Estimator::from_json(text, "estimator.json").unwrap();
+    assert_eq!(estimator.distance_rear_m, 0.0);
+    assert!(!estimator.to_json().contains("distance_rear_m"));
+    let wrong = Estimator { distance_rear_m: -1.0, ..estimator }.to_json();
+    let error = Estimator::from_json(&wrong, "estimator.json").unwrap_err().to_string();
+    assert!(error.contains("distance_rear_m"), "{error}");
 }

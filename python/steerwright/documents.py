@@ -240,12 +240,15 @@ class Estimator(Record):
     unknown."""
     sideslip_per_yaw_acceleration_s2: Union[float, None]
     """Sideslip angle per yaw acceleration, s²; 0 may be omitted."""
+    distance_rear_m: Union[float, None]
+    """Distance from centre of gravity to rear axle, m, by which the sideslip follows the speed from that at
+    `speed_mps`; 0 or omitted if unknown, which keeps the sideslip per yaw rate at all speeds."""
     noise: SensorNoise
     """Noise of gyro and speed."""
     initial: InitialUncertainty
     """Uncertainty of the initial state."""
     speed_mps: float
-    """Longitudinal velocity that the `speed` input starts with, m/s."""
+    """Longitudinal velocity that the `speed` input starts with, and at which the sideslip is stated, m/s."""
 
 
 class Start(Record):
@@ -346,7 +349,8 @@ class Noise(Record):
 
 class Sideslip(Record):
     """The sideslip of the centre of gravity, from the course of GNSS fixes: with the yaw rate r and the
-    lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`."""
+    lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt` at the speed of the
+    operating point. With the distance b to the rear axle, `S = b/v − κ·v` at all speeds v."""
 
     sideslip_per_yaw_rate_s: float
     """S, sideslip angle per yaw rate, s: in gentle turns if the growth is stated, else the mean over the
@@ -359,6 +363,9 @@ class Sideslip(Record):
     it."""
     sideslip_per_yaw_acceleration_s2: Union[SideslipTerm, None]
     """C, sideslip angle per yaw acceleration, s²; absent if the drive does not determine it."""
+    distance_rear_m: Union[SideslipTerm, None]
+    """b, distance from centre of gravity to rear axle, m; absent if the drive does not determine it, by too
+    little change of its speed."""
     gnss_latency_s: float
     """The assumed age of a fix, s: an error of it is an error of the sideslip."""
     gnss_latency_standard_error_s: Union[float, None]
@@ -808,6 +815,9 @@ class Guidance(Record):
     sideslip_growth_s5pm2: Union[float, None]
     """Growth of the sideslip per yaw rate, per squared lateral acceleration, s⁵/m²; 0 or omitted if
     unknown."""
+    distance_rear_m: Union[float, None]
+    """Distance from centre of gravity to rear axle, m, by which the sideslip follows the speed from that at
+    `speed_mps`; 0 or omitted if unknown, which keeps the sideslip per yaw rate at all speeds."""
     yaw_acceleration_gain_s2: Union[float, None]
     """Gain from the path's yaw acceleration to the yaw reference, s², which compensates for the error of
     the loop that remains with preview and feedforward; 0 may be omitted."""
