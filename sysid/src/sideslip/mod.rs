@@ -105,31 +105,31 @@ fn of_pieces(
             LEAST_BLOCKS as f64 * BLOCK_S
         ));
     };
-    // A drive without a turn has none.
-    let error = alone.errors[RATE];
-    if error.is_nan() || error > LARGEST_ERROR_S {
-        return Err(format!(
-            "its standard error would be {error:.3} s, above {LARGEST_ERROR_S} s: drive more turns, \
-             or with better fixes"
-        ));
-    }
     // Without a speed there is no lateral acceleration.
-    let known = pieces.iter().all(|piece| !piece.speed.is_empty());
-    let candidates: &[usize] =
-        if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
+    let known = speed > 0.0 && pieces.iter().all(|piece| !piece.speed.is_empty());
     let over_speed = || {
-        let candidates = [RATE, DISTANCE, GROWTH, ACCELERATION];
-        let reference_speed = Some(speed).filter(|v| known && *v > 0.0)?;
-        let found = estimated(pieces, &candidates, Some(reference_speed))?;
+        let found = estimated(pieces, &[RATE, DISTANCE, GROWTH, ACCELERATION], Some(speed))?;
         let value = found.values[DISTANCE] * speed - antenna_x_m;
         let standard_error = found.errors[DISTANCE].hypot(0.5 * latency_error_s) * speed;
         let is_certain = standard_error <= LARGEST_ERROR[DISTANCE] * speed;
         let distance = SideslipTerm { value, standard_error };
         (value > 0.0 && is_certain).then_some((found, distance))
     };
-    let (found, distance_rear_m) = match over_speed() {
-        Some((found, distance)) => (found, Some(distance)),
-        None => (estimated(pieces, candidates, None).unwrap_or(alone), None),
+    let (found, distance_rear_m) = if let Some((found, distance)) = known.then(over_speed).flatten()
+    {
+        (found, Some(distance))
+    } else {
+        // A drive without a turn has none.
+        let error = alone.errors[RATE];
+        if error.is_nan() || error > LARGEST_ERROR_S {
+            return Err(format!(
+                "its standard error would be {error:.3} s, above {LARGEST_ERROR_S} s: drive more turns, \
+                 or with better fixes"
+            ));
+        }
+        let candidates: &[usize] =
+            if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
+        (estimated(pieces, candidates, None).unwrap_or(alone), None)
     };
     let error = found.errors[RATE].hypot(latency_error_s);
     if error > LARGEST_ERROR_S {

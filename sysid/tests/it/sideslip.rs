@@ -246,6 +246,11 @@ fn a_varying_speed_determines_the_distance_to_the_rear_axle() {
         claimed += distance.standard_error.powi(2) / seeds as f64;
     }
     let scatter = (squares - mean * mean).max(0.0).sqrt();
+    // However much: a constant S of such a drive would be too uncertain to be stated.
+    let wide = logged(Drive { swing: 9.0, ..DRIVE }, &stated_age()).sideslip.unwrap();
+    println!("{wide:?}");
+    let off = wide.distance_rear() - law.distance_rear;
+    assert!(off.abs() < 0.1, "{wide:?}");
     println!("{mean:.3} m off, scatter {scatter:.3}, claimed {:.3}", claimed.sqrt());
     assert!(mean.abs() < 0.06 && scatter < 2.5 * claimed.sqrt(), "{mean} {scatter} {claimed}");
 }
