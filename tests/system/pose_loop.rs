@@ -1,8 +1,10 @@
 //! The loop with a pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
 
-use crate::support::{archives, demo, document};
-use steerwright_formats::{Bicycle, Path as PathFile};
+use crate::support::{archives, demo, document, done};
+use std::path::Path;
+use steerwright_control::paths::PathComposer;
+use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid};
 use steerwright_host::{Archive, Instance};
 use steerwright_models::noise::gaussian;
 
@@ -13,8 +15,8 @@ const LATENCY: f64 = 0.1;
 const STEPS_PER_FIX: usize = 10;
 
 /// A unit between its initialization and its first step.
-fn started(name: &str, values: &[(&str, f64)]) -> Instance {
-    let archive = Archive::open(archives().join(format!("{name}.fmu"))).unwrap();
+fn started(archives: &Path, name: &str, values: &[(&str, f64)]) -> Instance {
+    let archive = Archive::open(archives.join(format!("{name}.fmu"))).unwrap();
     let mut unit = Instance::new(&archive, name).unwrap();
     unit.setup_experiment(0.0, None, None).unwrap();
     let (inputs, parameters): (Vec<_>, Vec<_>) =
@@ -48,35 +50,43 @@ struct Receiver {
     seed: i32,
 }
 
-/// Gauss–Seidel, in the order plant, estimator, path, controller.
+/// The road of the demo at its speed.
 fn drive(plant: &str, sideslip_per_yaw_rate: f64, receiver: &Receiver) -> Outcome {
     let path: PathFile = document(&demo().folder.join("multibody/path.json"));
     let (first, last) = (path.points[0], path.points[path.points.len() - 1]);
     let speed = path.speed_mps;
+    let seconds = (last.distance_m - first.distance_m) / speed;
+    let sideslip = [("sideslip_per_yaw_rate", sideslip_per_yaw_rate)];
+    drive_along(archives(), plant, &path, (&|_| speed, seconds), &sideslip, receiver)
+}
+
+/// A speed over time, m/s, for so many seconds.
+type Speed<'a> = (&'a dyn Fn(f64) -> f64, f64);
+
+/// Gauss–Seidel, in the order plant, estimator, path, controller. The parameters of the sideslip are those
+/// of estimator and path.
+fn drive_along(
+    archives: &Path,
+    plant: &str,
+    path: &PathFile,
+    (speed, seconds): Speed<'_>,
+    sideslip: &[(&str, f64)],
+    receiver: &Receiver,
+) -> Outcome {
+    let first = path.points[0];
     let start =
         [("initial_x", first.x_m), ("initial_y", first.y_m), ("initial_yaw", first.heading_rad)];
-    let with_speed = [&start[..], &[("speed", speed)]].concat();
-    let mut plant = started(plant, &with_speed);
-    let mut pose = started(
-        "PoseEstimator",
-        &[
-            &with_speed[..],
-            &[
-                ("gnss_latency", LATENCY),
-                ("sideslip_per_yaw_rate", sideslip_per_yaw_rate),
-                ("initial_position_std", 0.1),
-                ("initial_yaw_std", 0.02),
-            ],
-        ]
-        .concat(),
-    );
-    let mut guide = started(
-        "ReferencePath",
-        &[("speed", speed), ("sideslip_per_yaw_rate", sideslip_per_yaw_rate)],
-    );
-    let mut pid = started("LateralPid", &[]);
-    let steps = ((last.distance_m - first.distance_m) / speed / H).floor() as usize;
-    let geometry = steerwright_loading::path_geometry(&path).unwrap();
+    let with_speed = [&start[..], &[("speed", speed(0.0))]].concat();
+    let mut plant = started(archives, plant, &with_speed);
+    let uncertainty =
+        [("gnss_latency", LATENCY), ("initial_position_std", 0.1), ("initial_yaw_std", 0.02)];
+    let of_pose = [&with_speed[..], &uncertainty, sideslip].concat();
+    let mut pose = started(archives, "PoseEstimator", &of_pose);
+    let of_path = [&[("speed", speed(0.0))], sideslip].concat();
+    let mut guide = started(archives, "ReferencePath", &of_path);
+    let mut pid = started(archives, "LateralPid", &[]);
+    let steps = (seconds / H).floor() as usize;
+    let geometry = steerwright_loading::path_geometry(path).unwrap();
     let (mut at, mut drawn, mut fixes) = (first.distance_m, 0, 0);
     let mut noise = || {
         drawn += 1;
@@ -89,7 +99,12 @@ fn drive(plant: &str, sideslip_per_yaw_rate: f64, receiver: &Receiver) -> Outcom
         let time = k as f64 * H;
         let steering = pid.real("steering_angle").unwrap();
         plant.set("steering_angle", steering).unwrap();
+        // The plant holds it over the step.
+        plant.set("speed", speed(time + 0.5 * H)).unwrap();
         plant.do_step(time, H).unwrap();
+        for unit in [&mut pose, &mut guide, &mut pid] {
+            unit.set("speed", speed(time + H)).unwrap();
+        }
         outcome.steered = outcome.steered.max(steering.abs());
         let [x, y, yaw_rate] = ["x", "y", "yaw_rate"].map(|name| plant.real(name).unwrap());
         places.push([x, y]);
@@ -164,4 +179,41 @@ fn two_seconds_without_fixes_and_metre_noise_are_survived() {
     let outcome = drive("IdentifiedPlant", 0.0, &receiver);
     assert!(outcome.rms_cross_track_error < 0.5, "{outcome:?}");
     assert!(outcome.within_three > 0.95, "{outcome:?}");
+}
+
+/// Bends to both sides of 4 m/s² while the speed grows from 10 to 22 m/s in 15 s and stays for 4 s:
+/// with the distance to the rear axle, which the package takes from bicycle.json, path and estimator use the
+/// sideslip of each speed. With the S of the path's speed alone they do not keep the road as well.
+#[test]
+fn the_sideslip_follows_the_speed_on_the_road() {
+    let speed = |t: f64| 10.0 + 12.0 * (t / 15.0).min(1.0);
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let multibody = demo().folder.join("multibody");
+    let mut road = PathComposer::new().straight(10.0);
+    let (mut time, mut before) = (1.0, 0.0);
+    for bend in 0..8 {
+        let side = if bend % 2 == 0 { 1.0 } else { -1.0 };
+        let v = speed(time);
+        let curvature = side * 4.0 / (v * v);
+        road = road.clothoid(before, curvature, 1.4 * v).arc(curvature, 1.0 * v);
+        (time, before) = (time + 2.4, curvature);
+    }
+    let mut path = road.straight(40.0).finish("winding road", 15.0).unwrap();
+    let pid: Pid = document(&multibody.join("pid.json"));
+    path.guidance = steerwright_control::guidance_for(&pid, path.speed_mps);
+    std::fs::write(folder.join("road.json"), path.to_json()).unwrap();
+    let files = ["bicycle.json", "pid.json"].map(|name| multibody.join(name));
+    let [bicycle, pid] = files.each_ref().map(|file| file.display());
+    let files = format!("{bicycle} road.json {pid} {{data}}/multibody/estimator.json");
+    done(folder, &format!("package {files} --ssp loop.ssp"));
+
+    let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 5 };
+    let along = |sideslip: &[(&str, f64)]| {
+        drive_along(folder, "BicyclePlant", &path, (&speed, 19.0), sideslip, &receiver)
+    };
+    let law = along(&[]).rms_cross_track_error;
+    let constant = along(&[("distance_rear", 0.0)]).rms_cross_track_error;
+    println!("10 to 22 m/s: {law:.4} m RMS with the law, {constant:.4} m with a constant S");
+    assert!(law < constant / 3.0, "{law} {constant}");
 }
