@@ -103,14 +103,12 @@ fn coverage(drives: u64, rate_hz: usize, feedback: f64) -> ([u64; 5], [f64; 5]) 
 #[test]
 #[ignore = "slow: cargo xtask test"]
 fn the_bands_of_a_hundred_drives_contain_factor_friction_offset_roll_and_delay() {
-    for rate_hz in [10, 50] {
-        let (inside, _) = coverage(100, rate_hz, 0.0);
-        eprintln!("of 100 drives at {rate_hz} Hz: {inside:?}");
-        assert!(inside.iter().all(|n| (88..=100).contains(n)), "{rate_hz} Hz, of 100: {inside:?}");
-    }
+    let (inside, _) = coverage(100, 10, 0.0);
+    eprintln!("of 100 drives at 10 Hz: {inside:?}");
+    assert!(inside.iter().all(|n| (88..=100).contains(n)), "of 100: {inside:?}");
     // Feedback correlates command and disturbance.
-    let (inside, bias) = coverage(100, 50, 0.5);
-    eprintln!("with feedback: {inside:?}, mean errors {bias:?}");
+    let (inside, bias) = coverage(30, 50, 0.5);
+    eprintln!("with feedback, of 30 drives at 50 Hz: {inside:?}, mean errors {bias:?}");
     assert!(bias[0].abs() < 0.01 * FACTOR && bias[4].abs() < 0.005, "{bias:?}");
 }
 
