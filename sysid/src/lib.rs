@@ -38,6 +38,7 @@ pub mod model;
 pub mod pem;
 mod selection;
 pub mod sideslip;
+pub mod single_track;
 pub mod subspace;
 pub mod torque;
 mod validation;

@@ -6,7 +6,6 @@
 //! saturate, load shifts), and its errors are slow; whitening them would fit what remains at high
 //! frequency, at the expense of the turns.
 
-mod dual;
 mod estimate;
 mod evidence;
 mod options;

@@ -6,8 +6,8 @@
 //! b/L of the weight are stated. The steady turn is `r = v·δ/(L + K·v²)` with K = (β −
 //! α)/(α·β·η·L). Where the wheelbase is stated, a factor on the road-wheel angle takes its place.
 
-use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::options::BicycleOptions;
+use crate::linalg::dual::{Dual, Scalar};
 use steerwright_formats::VehicleData;
 
 /// Number of parameters, and of the two initial states after them.

@@ -6,8 +6,8 @@
 //! squaring of its blocks (l = 1/Tn), and so are its derivatives, by h as well, from which the one
 //! by the delay follows.
 
-use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
+use crate::linalg::dual::{Dual, Scalar};
 use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.

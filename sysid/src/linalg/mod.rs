@@ -3,6 +3,7 @@
 
 pub(crate) mod columns;
 pub(crate) mod dense;
+pub(crate) mod dual;
 pub(crate) mod elimination;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod r_factor;

@@ -12,6 +12,7 @@ mod orders;
 mod records;
 mod refinement;
 mod response;
+mod single_track;
 mod speed;
 
 use clap::Parser;
@@ -32,6 +33,7 @@ pub(crate) fn run(name: &str) -> Result<(), Box<dyn Error>> {
         "records" => records::run()?,
         "refinement" => refinement::run()?,
         "response" => response::run()?,
+        "single_track" => single_track::run()?,
         "speed" => speed::run()?,
         _ => return Err(format!("there is no program {name}").into()),
     }

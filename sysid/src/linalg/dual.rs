@@ -1,11 +1,16 @@
 //! Numbers that carry their derivatives (forward-mode differentiation): the simulation is written once,
 //! and its sensitivities are exact to rounding, without a step size.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The numbers of the model: plain ones, or numbers with derivatives.
-pub(super) trait Scalar:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+pub(crate) trait Scalar:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
     fn constant(value: f64) -> Self;
     fn value(self) -> f64;
@@ -14,18 +19,23 @@ pub(super) trait Scalar:
     fn exp(self) -> Self;
     fn inverse(self) -> Self;
     fn sqrt(self) -> Self;
+    /// `self + value`.
+    fn plus(self, value: f64) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    fn atan(self) -> Self;
 }
 
 /// A number and its derivatives by `P` parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Dual<const P: usize> {
-    pub(super) value: f64,
-    pub(super) by: [f64; P],
+pub(crate) struct Dual<const P: usize> {
+    pub(crate) value: f64,
+    pub(crate) by: [f64; P],
 }
 
 impl<const P: usize> Dual<P> {
     /// The parameter `index` itself.
-    pub(super) fn parameter(value: f64, index: usize) -> Self {
+    pub(crate) fn parameter(value: f64, index: usize) -> Self {
         let mut by = [0.0; P];
         by[index] = 1.0;
         Self { value, by }
@@ -73,6 +83,19 @@ impl<const P: usize> Mul for Dual<P> {
     }
 }
 
+impl<const P: usize> Div for Dual<P> {
+    type Output = Self;
+    #[inline]
+    fn div(mut self, other: Self) -> Self {
+        let inverse = 1.0 / other.value;
+        self.value *= inverse;
+        for (a, b) in self.by.iter_mut().zip(&other.by) {
+            *a = (*a - self.value * b) * inverse;
+        }
+        self
+    }
+}
+
 impl<const P: usize> Neg for Dual<P> {
     type Output = Self;
     #[inline]
@@ -106,6 +129,25 @@ impl<const P: usize> Scalar for Dual<P> {
         let s = self.value.sqrt();
         self.chain(s, 0.5 / s)
     }
+    #[inline]
+    fn plus(mut self, value: f64) -> Self {
+        self.value += value;
+        self
+    }
+    #[inline]
+    fn sin(self) -> Self {
+        let (sin, cos) = self.value.sin_cos();
+        self.chain(sin, cos)
+    }
+    #[inline]
+    fn cos(self) -> Self {
+        let (sin, cos) = self.value.sin_cos();
+        self.chain(cos, -sin)
+    }
+    #[inline]
+    fn atan(self) -> Self {
+        self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
+    }
 }
 
 impl Scalar for f64 {
@@ -126,5 +168,17 @@ impl Scalar for f64 {
     }
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+    fn plus(self, value: f64) -> Self {
+        self + value
+    }
+    fn sin(self) -> Self {
+        f64::sin(self)
+    }
+    fn cos(self) -> Self {
+        f64::cos(self)
+    }
+    fn atan(self) -> Self {
+        f64::atan(self)
     }
 }

@@ -1,0 +1,58 @@
+//! How a single-track model is identified.
+
+use crate::Error;
+use crate::single_track::parameters::{COUNT, Parameter, Prior};
+
+/// Options of [`identify_single_track`](crate::single_track::identify_single_track).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SingleTrackOptions {
+    /// Wheelbase, m. Stated, the steering ratio is identified in its place.
+    pub wheelbase_m: Option<f64>,
+    /// Priors that replace [`Parameter::default_prior`].
+    pub priors: Vec<(Parameter, Prior)>,
+    /// Whether the lateral velocity of the drive is fitted too. Otherwise the simulated one is only
+    /// compared with it.
+    pub fit_lateral_velocity: bool,
+}
+
+impl SingleTrackOptions {
+    /// The priors of all parameters; those of zero deviation are fixed.
+    pub(super) fn priors(&self, has_lateral_acceleration: bool) -> Result<[Prior; COUNT], Error> {
+        let mut all = Parameter::ALL.map(Parameter::default_prior);
+        let fixed =
+            |value: f64, prior: Prior| Prior { mean: value, standard_deviation: 0.0, ..prior };
+        match self.wheelbase_m {
+            Some(wheelbase) => {
+                let prior = &mut all[Parameter::Wheelbase.index()];
+                *prior = fixed(wheelbase, *prior);
+            }
+            None => {
+                let prior = &mut all[Parameter::SteeringFactor.index()];
+                *prior = fixed(1.0, *prior);
+            }
+        }
+        if !has_lateral_acceleration {
+            for parameter in
+                [Parameter::LateralAccelerationOffset, Parameter::AccelerometerPosition]
+            {
+                let prior = &mut all[parameter.index()];
+                *prior = fixed(0.0, *prior);
+            }
+        }
+        for (parameter, prior) in &self.priors {
+            all[parameter.index()] = *prior;
+        }
+        for (parameter, prior) in Parameter::ALL.iter().zip(&all) {
+            let ordered = prior.min <= prior.mean && prior.mean <= prior.max;
+            let finite = prior.min.is_finite() && prior.max.is_finite();
+            if !(ordered && finite && prior.standard_deviation >= 0.0) {
+                return Err(Error::option(
+                    parameter.name(),
+                    format!("{prior:?}"),
+                    "a mean between finite bounds and a standard deviation of zero or more",
+                ));
+            }
+        }
+        Ok(all)
+    }
+}
