@@ -12,6 +12,8 @@ use crate::single_track::parameters::{COUNT, Parameter, values};
 pub(super) const GRAVITY: f64 = 9.81;
 /// Below this speed the slip angles are those of this speed, m/s.
 pub(super) const LEAST_SPEED: f64 = 1.0;
+/// The load beyond which the sensitivities do not grow, relative to the static one and less one.
+const MOST_LOAD: f64 = 1.0;
 /// Width of the smooth end of the friction ellipse.
 const ELLIPSE_SMOOTHING: f64 = 0.02;
 
@@ -31,6 +33,8 @@ pub(super) struct Constants<S> {
     brake: S,
     drive: S,
     axle: [Axle<S>; 2],
+    /// Rear slip angle over lateral acceleration in a gentle turn, rad·s²/m.
+    pub(super) rear_slip_per_acceleration: S,
     /// 1/σ of the axles, 1/m.
     pub(super) relaxation: [S; 2],
     pub(super) lag_rate: S,
@@ -45,6 +49,10 @@ pub(super) struct Constants<S> {
 /// An axle's tyres by the magic formula.
 #[derive(Debug, Clone, Copy)]
 struct Axle<S> {
+    /// Static load over mass, m/s².
+    load: S,
+    friction_sensitivity: S,
+    stiffness_sensitivity: S,
     friction: S,
     shape: S,
     curvature: S,
@@ -78,7 +86,11 @@ impl<S: Scalar> Constants<S> {
         let front = wheelbase * (-share).plus(1.0);
         let rear = wheelbase * share;
         let shape = of(Parameter::ShapeFactor);
-        let axle = |stiffness: S, friction: S| Axle {
+        let load = [share.times(GRAVITY), (-share).plus(1.0).times(GRAVITY)];
+        let axle = |load: S, stiffness: S, friction: S| Axle {
+            load,
+            friction_sensitivity: of(Parameter::FrictionLoadSensitivity),
+            stiffness_sensitivity: of(Parameter::StiffnessLoadSensitivity),
             friction,
             shape,
             curvature: of(Parameter::CurvatureFactor),
@@ -88,16 +100,21 @@ impl<S: Scalar> Constants<S> {
         Self {
             distance: [front, rear],
             inverse_inertia: (of(Parameter::DynamicIndex) * front * rear).inverse(),
-            load: [share.times(GRAVITY), (-share).plus(1.0).times(GRAVITY)],
+            load,
             height: of(Parameter::HeightRatio),
             lift: [of(Parameter::LiftFront), of(Parameter::LiftRear)],
             drag: of(Parameter::Drag),
             brake: of(Parameter::BrakeShare),
             drive: of(Parameter::DriveShare),
             axle: [
-                axle(of(Parameter::StiffnessFront), friction),
-                axle(of(Parameter::StiffnessRear), friction * of(Parameter::FrictionBalance)),
+                axle(load[0], of(Parameter::StiffnessFront), friction),
+                axle(
+                    load[1],
+                    of(Parameter::StiffnessRear),
+                    friction * of(Parameter::FrictionBalance),
+                ),
             ],
+            rear_slip_per_acceleration: of(Parameter::StiffnessRear).times(GRAVITY).inverse(),
             relaxation: [
                 of(Parameter::RelaxationFront).inverse(),
                 of(Parameter::RelaxationRear).inverse(),
@@ -157,13 +174,16 @@ impl<S: Scalar> Axle<S> {
     fn force(&self, slip: S, load: S, longitudinal: S) -> S {
         // A lifted axle keeps a remainder, so that the equations stay defined.
         let load = if load.value() < 0.5 { S::constant(0.5) } else { load };
-        let peak = self.friction * load;
+        let more = (load / self.load).plus(-1.0);
+        let more = if more.value() > MOST_LOAD { S::constant(MOST_LOAD) } else { more };
+        let peak = self.friction * load * (-(self.friction_sensitivity * more)).plus(1.0);
+        let stiffness = self.stiffness * load * (-(self.stiffness_sensitivity * more)).plus(1.0);
         let used = longitudinal / peak;
         let left = (-(used * used)).plus(1.0);
         // Smoothly positive: a wheel that locks keeps a tenth of the peak.
         let left = (left + (left * left).plus(ELLIPSE_SMOOTHING).sqrt()).times(0.5).sqrt();
         let reduced = peak * left;
-        let angle = self.stiffness * load / reduced * slip;
+        let angle = stiffness / reduced * slip;
         let bent = angle - self.curvature * (angle - angle.atan());
         reduced * (self.shape * bent.atan()).sin()
     }

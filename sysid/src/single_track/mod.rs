@@ -2,15 +2,22 @@
 
 mod drive;
 mod dynamics;
-mod estimate;
+mod fit;
+mod identify;
+mod model;
+mod noise;
 mod options;
 mod parameters;
 mod prepared;
 mod problem;
-mod result;
+mod search;
 mod simulate;
+mod step;
+mod uncertainty;
 
 pub use drive::{Drive, DriveSegment};
+pub use fit::SimulationFit;
+pub use identify::{ParameterEstimate, SingleTrack, identify_single_track};
+pub use model::{SimulatedSegment, SingleTrackModel};
 pub use options::SingleTrackOptions;
 pub use parameters::{Parameter, Prior, Scale};
-pub use result::{ParameterEstimate, SimulationFit, SingleTrack, identify_single_track};

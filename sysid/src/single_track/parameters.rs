@@ -7,7 +7,7 @@
 use crate::linalg::dual::Scalar;
 
 /// Number of parameters.
-pub(super) const COUNT: usize = 24;
+pub(super) const COUNT: usize = 26;
 
 /// How a parameter's coordinate is made of its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +91,10 @@ parameters! {
     ShapeFactor "tyre_shape_factor" "1" Linear 1.35 0.1 1.05 1.9,
     /// E of the magic formula.
     CurvatureFactor "tyre_curvature_factor" "1" Linear 0.0 0.3 -1.5 0.95,
+    /// By how much μ falls from the static load to twice that, relative.
+    FrictionLoadSensitivity "friction_load_sensitivity" "1" Linear 0.1 0.05 0.0 0.9,
+    /// By how much cornering stiffness over load falls likewise.
+    StiffnessLoadSensitivity "stiffness_load_sensitivity" "1" Linear 0.25 0.15 0.0 0.9,
     /// Distance between the axles L.
     Wheelbase "wheelbase" "m" Logarithmic 2.6 0.3 0.2 20.0,
     /// Road-wheel angle over the steering angle divided by the stated steering ratio.

@@ -3,6 +3,7 @@
 
 use crate::linalg::dual::Dual;
 use crate::single_track::dynamics::Constants;
+use crate::single_track::noise::Densities;
 use crate::single_track::parameters::{COUNT, Parameter, Prior};
 use crate::single_track::prepared::PreparedSegment;
 use crate::single_track::simulate::{Output, Run, simulate};
@@ -25,6 +26,8 @@ pub(super) type Point = [f64; COUNT];
 #[derive(Debug, Clone)]
 pub(super) struct Problem<'a> {
     pub(super) segments: Vec<PreparedSegment<'a>>,
+    /// s.
+    pub(super) sample_time: f64,
     /// Priors of the coordinates.
     pub(super) priors: [Normal; COUNT],
     /// Places of the parameters that are estimated.
@@ -51,9 +54,6 @@ impl Normal {
     }
 }
 
-/// Spectral density of the errors of each output at frequency zero: unit²·s.
-pub(super) type Densities = [f64; OUTPUTS];
-
 /// `½·Σ` of squares with gradient and Gauss–Newton Hessian over all parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Normals {
@@ -61,7 +61,19 @@ pub(super) struct Normals {
     pub(super) hessian: [[f64; COUNT]; COUNT],
 }
 
-impl<'a> Problem<'a> {
+impl Problem<'_> {
+    /// The measured signal of an output on a segment.
+    pub(super) fn measured_signal<'s>(
+        &self,
+        segment: &'s PreparedSegment<'_>,
+        output: usize,
+    ) -> Option<&'s [f64]> {
+        [Some(segment.yaw_rate), segment.lateral_acceleration, segment.lateral_velocity]
+            .get(output)
+            .copied()
+            .flatten()
+    }
+
     /// The measured outputs at a sample.
     fn measured(segment: &PreparedSegment<'_>, index: usize) -> [Option<f64>; OUTPUTS] {
         [
@@ -73,8 +85,7 @@ impl<'a> Problem<'a> {
 
     /// Samples before the errors count.
     fn warm_up(&self) -> usize {
-        let t = self.segments.first().map_or(1.0, |s| s.sample_time);
-        (WARM_UP_S / t).round() as usize
+        (WARM_UP_S / self.sample_time).round() as usize
     }
 
     /// Whether the errors at a sample count.
@@ -90,7 +101,7 @@ impl<'a> Problem<'a> {
         let constants = Constants::new(p);
         let warm_up = self.warm_up();
         let mut all: [Vec<Vec<f64>>; OUTPUTS] = Default::default();
-        let is_free = run.gain == 0.0 && run.restart == 0;
+        let is_free = run.gain == 0.0 && run.guard == 0.0 && run.restart == 0;
         for segment in &self.segments {
             let mut own: [Vec<f64>; OUTPUTS] = Default::default();
             let (mut spinning, mut spun) = (0.0, false);
@@ -142,7 +153,7 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn period(&self, run: &Run) -> f64 {
-        run.stride as f64 * self.segments.first().map_or(1.0, |s| s.sample_time)
+        run.stride as f64 * self.sample_time
     }
 
     /// (p − μ)/σ.

@@ -28,10 +28,15 @@ pub(super) struct Run {
     pub(super) longest_step_s: f64,
     /// Gain from the error of yaw rate to ṙ, 1/s: 0 is the free simulation.
     pub(super) gain: f64,
+    /// Gain by which v_y returns to a sideslip that vehicles have without spinning, 1/s: 0 is the free
+    /// simulation.
+    pub(super) guard: f64,
     /// Samples after which the state is set to the measured one; 0 for never.
     pub(super) restart: usize,
 }
 
+/// The tangent of the sideslip from which v_y is guarded.
+const GUARDED_TANGENT: f64 = 0.2;
 /// The sideslip beyond which a simulation stops: the tangent is still defined.
 const LARGEST_TANGENT: f64 = 20.0;
 
@@ -61,7 +66,8 @@ pub(super) fn simulate<S: Scalar>(
     // The state of a steady turn at the measured yaw rate.
     let rest = |index: usize, steering: S| {
         let r = (-k.yaw_rate_offset).plus(segment.smooth_yaw_rate[index]);
-        let vy = k.distance[1] * r;
+        let v = segment.speed[index];
+        let vy = k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v);
         (vy, r, k.slip(vy, r, steering, segment.speed[index]))
     };
     let pull = |vy: S, r: S, acceleration: f64| {
@@ -98,15 +104,19 @@ pub(super) fn simulate<S: Scalar>(
         for j in 0..substeps {
             let time = segment.sample_time * index as f64 + h * j as f64;
             let next = segment.known(time + h);
-            let yaw_acceleration = |forces: &Forces<S>, r: S, time: f64| {
+            let rates = |forces: &Forces<S>, vy: S, r: S, time: f64, speed: f64| {
+                let (mut lateral, mut yaw) = (forces.lateral - r.times(speed), forces.yaw);
                 if run.gain > 0.0 {
                     let error = (-(r + k.yaw_rate_offset)).plus(segment.yaw_rate(time));
-                    forces.yaw + error.times(run.gain)
-                } else {
-                    forces.yaw
+                    yaw = yaw + error.times(run.gain);
                 }
+                let bound = GUARDED_TANGENT * speed.max(LEAST_SPEED);
+                if run.guard > 0.0 && vy.value().abs() > bound {
+                    lateral = lateral - vy.plus(-bound.copysign(vy.value())).times(run.guard);
+                }
+                (lateral, yaw)
             };
-            let slope = (forces.lateral - r.times(now.speed), yaw_acceleration(&forces, r, time));
+            let slope = rates(&forces, vy, r, time, now.speed);
             let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
             let next_command = command(time + h);
             steering = lag.follow(steering, commanded, next_command);
@@ -123,10 +133,7 @@ pub(super) fn simulate<S: Scalar>(
                 pull(vy_next, r_next, next.acceleration),
                 next.speed,
             );
-            let end = (
-                forces.lateral - r_next.times(next.speed),
-                yaw_acceleration(&forces, r_next, time + h),
-            );
+            let end = rates(&forces, vy_next, r_next, time + h, next.speed);
             vy = vy + (slope.0 + end.0).times(0.5 * h);
             r = r + (slope.1 + end.1).times(0.5 * h);
             target = k.slip(vy, r, steering, next.speed);

@@ -43,23 +43,41 @@ pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
         ));
     }
     let start = Instant::now();
-    let found = identify_single_track(&estimation, &o)?;
+    let found = identify_single_track(&estimation, Some(&validation), &o)?;
     let seconds = start.elapsed().as_secs_f64();
     for p in &found.parameters {
-        println!("{:<40} {:>12.5} {}", p.parameter.name(), p.value, p.parameter.unit());
+        println!(
+            "{:<40} {:>12.5} ± {:<9.5} {:<6} prior {:>8.4} ± {:<8.4} ratio {:.2}{}{}",
+            p.parameter.name(),
+            p.value,
+            p.standard_error,
+            p.parameter.unit(),
+            p.prior.mean,
+            p.prior.standard_deviation,
+            p.posterior_per_prior,
+            if p.is_determined { " determined" } else { "" },
+            if p.is_at_bound { " at bound" } else { "" },
+        );
     }
     print("estimation", &found.estimation);
-    print("validation", &found.simulate(&validation));
-    println!("{seconds:.1} s");
+    if let Some(validation) = &found.validation {
+        print("validation", validation);
+    }
+    println!(
+        "spin margin {} %, initial estimates {:?}, {seconds:.1} s",
+        100.0 * found.spin_margin,
+        found.initial_estimates
+    );
     Ok(())
 }
 
 fn print(name: &str, fit: &SimulationFit) {
     println!(
-        "{name}: yaw rate {:.2} %, lateral acceleration {:.2} %, sideslip RMS error {:.3}°, worst window {:.3} rad/s",
-        fit.yaw_rate_fit,
-        fit.lateral_acceleration_fit.unwrap_or(f64::NAN),
+        "{name}: yaw rate {:.2} %, lateral acceleration {:.2} %, sideslip RMS error {:.3}° of {:.3}°, worst window {:.3} rad/s",
+        fit.yaw_rate,
+        fit.lateral_acceleration.unwrap_or(f64::NAN),
         fit.sideslip_rms_error_rad.unwrap_or(f64::NAN).to_degrees(),
+        fit.sideslip_rms_rad.unwrap_or(f64::NAN).to_degrees(),
         fit.worst_window_radps
     );
 }
