@@ -94,7 +94,7 @@ pub fn identify_single_track(
     };
     let found = solve(&problem)?;
     let run = result_run(estimation.sample_time_s);
-    let covariance = covariance(&problem, &found.point, &found.densities, &run)?;
+    let covariance = covariance(&problem, &found.point, &found.densities, &found.run)?;
     let model = SingleTrackModel::of_point(&found.point);
     let spins_with = |reduction: f64| {
         let mut point = found.point;

@@ -14,6 +14,7 @@ mod search;
 mod simulate;
 mod step;
 mod uncertainty;
+mod vehicle;
 
 pub use drive::{Drive, DriveSegment};
 pub use fit::SimulationFit;
@@ -21,3 +22,4 @@ pub use identify::{ParameterEstimate, SingleTrack, identify_single_track};
 pub use model::{SimulatedSegment, SingleTrackModel};
 pub use options::SingleTrackOptions;
 pub use parameters::{Parameter, Prior, Scale};
+pub use vehicle::VehicleOptions;

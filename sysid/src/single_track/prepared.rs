@@ -1,5 +1,5 @@
 //! A segment made ready for simulation: road-wheel angle, speed and longitudinal acceleration as
-//! functions of time, linear between samples.
+//! functions of time.
 
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::dynamics::Known;
@@ -14,6 +14,8 @@ const YAW_AVERAGE_S: f64 = 0.05;
 pub(super) struct PreparedSegment<'a> {
     pub(super) sample_time: f64,
     steering: Vec<f64>,
+    /// Its slope at the samples, rad per sample.
+    steering_slope: Vec<f64>,
     pub(super) speed: &'a [f64],
     acceleration: Vec<f64>,
     /// Whether the longitudinal acceleration is that of an accelerometer.
@@ -36,9 +38,12 @@ impl<'a> PreparedSegment<'a> {
             Some(measured) => measured.clone(),
             None => slope(&segment.speed_mps, t),
         };
+        let steering: Vec<f64> =
+            segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect();
         Self {
             sample_time: t,
-            steering: segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect(),
+            steering_slope: differences(&steering),
+            steering,
             speed: &segment.speed_mps,
             acceleration,
             is_acceleration_measured: segment.longitudinal_acceleration_mps2.is_some(),
@@ -61,12 +66,16 @@ impl<'a> PreparedSegment<'a> {
         (index, at - index as f64)
     }
 
-    /// Road-wheel angle by the stated ratio, rad, and its rate, rad/s.
+    /// Road-wheel angle by the stated ratio, rad, and its rate, rad/s, by cubic Hermite polynomials: the
+    /// rate, which is the derivative by the delay, has no steps.
     #[inline]
     pub(super) fn steering(&self, time: f64) -> (f64, f64) {
-        let (i, share) = self.place(time);
-        let step = self.steering[i + 1] - self.steering[i];
-        (self.steering[i] + share * step, step / self.sample_time)
+        let (i, x) = self.place(time);
+        let (from, to) = (self.steering[i], self.steering[i + 1]);
+        let (a, b) = (self.steering_slope[i], self.steering_slope[i + 1]);
+        let (c, d) = (3.0 * (to - from) - 2.0 * a - b, 2.0 * (from - to) + a + b);
+        let angle = from + x * (a + x * (c + x * d));
+        (angle, (a + x * (2.0 * c + x * 3.0 * d)) / self.sample_time)
     }
 
     /// Measured yaw rate, rad/s.
@@ -103,10 +112,15 @@ fn average(x: &[f64], half: usize) -> Vec<f64> {
 /// The derivative of the averaged signal.
 fn slope(x: &[f64], sample_time: f64) -> Vec<f64> {
     let smooth = average(x, (SPEED_AVERAGE_S / sample_time).round() as usize);
+    differences(&smooth).into_iter().map(|d| d / sample_time).collect()
+}
+
+/// Central differences per sample, one-sided at the ends.
+fn differences(x: &[f64]) -> Vec<f64> {
     (0..x.len())
         .map(|i| {
             let (from, to) = (i.saturating_sub(1), (i + 1).min(x.len() - 1));
-            (smooth[to] - smooth[from]) / (sample_time * (to - from) as f64)
+            (x[to] - x[from]) / (to - from).max(1) as f64
         })
         .collect()
 }

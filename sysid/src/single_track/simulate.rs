@@ -53,8 +53,8 @@ pub(super) fn simulate<S: Scalar>(
     let substeps = (period / run.longest_step_s - 1e-9).ceil().max(1.0);
     let h = period / substeps;
     let substeps = substeps as usize;
-    // The road wheels' lag, for a command that is linear within a step.
-    let lag = Ramp::new(k.lag_rate.times(h));
+    // The road wheels' lag, for a command that is linear within half a step.
+    let lag = Ramp::new(k.lag_rate.times(0.5 * h));
     let command = |time: f64| -> S {
         let (angle, rate) = segment.steering(time - k.delay.value());
         // By the delay the command changes by −δ̇.
@@ -118,9 +118,11 @@ pub(super) fn simulate<S: Scalar>(
             };
             let slope = rates(&forces, vy, r, time, now.speed);
             let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
-            let next_command = command(time + h);
-            steering = lag.follow(steering, commanded, next_command);
-            commanded = next_command;
+            for end in [0.5 * h, h] {
+                let next_command = command(time + end);
+                steering = lag.follow(steering, commanded, next_command);
+                commanded = next_command;
+            }
             let target_next = k.slip(vy_next, r_next, steering, next.speed);
             let v = (0.5 * (now.speed + next.speed)).max(LEAST_SPEED);
             for axle in 0..2 {

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::linalg::dense::is_finite;
-use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
+use crate::linalg::levenberg_marquardt::{Damping, USUAL, lower};
 use crate::single_track::noise::Densities;
 use crate::single_track::problem::{Normals, Point, Problem};
 use crate::single_track::simulate::Run;
@@ -11,8 +11,8 @@ use faer::{Mat, Side};
 
 /// Largest step in priors' deviations.
 const LARGEST_STEP: f64 = 2.0;
-/// A step that lowers the cost by a smaller share is the last.
-const LEAST_GAIN: f64 = 1e-6;
+/// A step that lowers the cost, half a sum of squares in deviations, by less is the last.
+const LEAST_GAIN: f64 = 1e-3;
 
 /// A point with its cost.
 #[derive(Debug, Clone, Copy)]
@@ -34,7 +34,7 @@ pub(super) fn refine(
         (*point, cost),
         steps,
         Damping { first: 1e-2, ..USUAL },
-        by_more_than(LEAST_GAIN),
+        |before, now| before - now > LEAST_GAIN,
         |at, _| Ok(problem.normals(at, run, densities)),
         |at, normals, damping| {
             let Some(next) = step(problem, at, normals, damping) else { return Ok(None) };

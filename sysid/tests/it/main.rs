@@ -19,4 +19,5 @@ mod recovery;
 mod refine;
 mod selection;
 mod sideslip;
+mod single_track;
 mod validate;

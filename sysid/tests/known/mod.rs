@@ -6,6 +6,7 @@ pub mod bias;
 mod distance;
 mod drive;
 pub mod driver;
+pub mod limit_drive;
 mod order;
 mod random;
 mod recorded;

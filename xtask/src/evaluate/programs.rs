@@ -64,6 +64,11 @@ pub(crate) const PROGRAMS: &[Program] = &[
     program("records", "fits on recorded data compared with other packages", &[]),
     program("bicycle", "the bicycle structure compared with black-box models", &[]),
     program(
+        "single_track",
+        "the single-track model on known cars and on a race car's recording",
+        &["--drives", "1"],
+    ),
+    program(
         "command_line",
         "seconds from a CSV file to plant.json, and where they go",
         &["--rows", "12000", "--runs", "1"],
