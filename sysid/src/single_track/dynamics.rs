@@ -1,9 +1,4 @@
-//! The equations of the model, per mass, for plain and for dual numbers.
-//!
-//! ```text
-//! v̇_y = (F_f·cos δ + F_r)/m − v·r
-//! ṙ   = (F_f·cos δ − ζ·…)
-//! ```
+//! The equations of [`crate::single_track`], per mass, for plain and for dual numbers.
 
 use crate::linalg::dual::Scalar;
 use crate::single_track::parameters::{COUNT, Parameter, values};

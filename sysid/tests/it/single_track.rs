@@ -35,10 +35,10 @@ fn simulations_agree_with_an_independent_one() {
     let quick = car()
         .with(Parameter::RelaxationFront, 0.1)
         .with(Parameter::RelaxationRear, 0.15)
-        .with(Parameter::HeightRatio, 0.3)
-        .with(Parameter::LiftFront, -0.0005);
+        .with(Parameter::HeightRatio, 0.25)
+        .with(Parameter::LiftRear, -0.0005);
     for car in [SingleTrackModel::default(), car(), quick] {
-        let quiet = LimitDrive { noise: [0.0; 4], ..LimitDrive::new(car, 2) };
+        let quiet = LimitDrive { noise: [0.0; 4], grip_used: 0.9, ..LimitDrive::new(car, 2) };
         let fit = car.validate(&quiet.record().unwrap()).unwrap();
         assert!(fit.yaw_rate > 99.8, "{fit:?}");
         assert!(fit.sideslip_rms_error_rad.unwrap() < 2e-4, "{fit:?}");
@@ -92,7 +92,7 @@ fn a_gentle_drive_does_not_determine_friction() {
         Parameter::CurvatureFactor,
     ] {
         let p = found.parameter(parameter);
-        assert!(!p.is_determined && p.posterior_per_prior > 0.8, "{p:?}");
+        assert!(!p.is_determined && p.posterior_per_prior > 0.6, "{p:?}");
     }
     for parameter in [Parameter::StiffnessFront, Parameter::StiffnessRear, Parameter::Wheelbase] {
         assert!(found.parameter(parameter).is_determined, "{parameter:?}");

@@ -32,14 +32,13 @@ pub struct LimitDrive {
 /// Steps of the integration, s.
 const FINE_S: f64 = 1e-3;
 const GRAVITY: f64 = 9.81;
-const PARAMETERS: [Parameter; Parameter::ALL.len()] = Parameter::ALL;
 
 /// A car drawn from the default priors, with the steering ratio as stated and a rear axle that is as a
 /// rule the stiffer one, as road cars have it.
 #[must_use]
 pub fn random_car(random: &mut Random) -> SingleTrackModel {
     let mut car = SingleTrackModel::default();
-    for parameter in PARAMETERS {
+    for parameter in Parameter::ALL {
         let prior = parameter.default_prior();
         if parameter == Parameter::SteeringFactor {
             continue;

@@ -157,19 +157,31 @@ fn bands(cases: &[Case]) {
     println!("{:<42}{:>10.1} %\n", "all", 100.0 * held as f64 / all.max(1) as f64);
 }
 
+/// What of a recording is used; the lateral velocity is only compared.
+const SIGNALS: [&str; 3] = [
+    "yaw rate, lateral and longitudinal acceleration",
+    "yaw rate and longitudinal acceleration",
+    "yaw rate",
+];
+
 fn recording(file: &Path) -> Result<(), Failure> {
     let mut halves = read(file)?;
     for half in ["first half", "second half"] {
-        for outputs in ["yaw rate and lateral acceleration", "yaw rate"] {
-            let [mut estimation, validation] = halves.clone();
-            if outputs == "yaw rate" {
-                estimation.segments.iter_mut().for_each(|s| s.lateral_acceleration_mps2 = None);
+        for signals in SIGNALS {
+            let [mut estimation, mut validation] = halves.clone();
+            for segment in estimation.segments.iter_mut().chain(&mut validation.segments) {
+                if signals != SIGNALS[0] {
+                    segment.lateral_acceleration_mps2 = None;
+                }
+                if signals == SIGNALS[2] {
+                    segment.longitudinal_acceleration_mps2 = None;
+                }
             }
             let begun = Instant::now();
             let options = SingleTrackOptions::default();
             let found = identify_single_track(&estimation, Some(&validation), &options)?;
             let seconds = begun.elapsed().as_secs_f64();
-            println!("estimated on {outputs} of the {half}, in {seconds:.1} s");
+            println!("estimated on {signals} of the {half}, in {seconds:.1} s");
             print("  estimation", &found.estimation);
             if let Some(fit) = &found.validation {
                 print("  validation", fit);
