@@ -144,7 +144,8 @@ mod tests {
             let limit = model.get(Parameter::FrictionFront) * 9.81;
             let peak = |share: f64, of_weight: f64| {
                 let transfer = share * body.centre_of_gravity_height_m * limit / body.track_width_m;
-                let q = transfer / (0.5 * of_weight * 9.81);
+                // Beyond 1 the inner wheel is off the road.
+                let q = (transfer / (0.5 * of_weight * 9.81)).min(1.0);
                 tyres.friction_coefficient * (1.0 - tyres.friction_load_sensitivity * q * q)
             };
             let share = model.get(Parameter::FrontShare);
