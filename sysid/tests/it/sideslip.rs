@@ -247,7 +247,8 @@ fn a_varying_speed_determines_the_distance_to_the_rear_axle() {
     }
     let scatter = (squares - mean * mean).max(0.0).sqrt();
     // However much: a constant S of such a drive would be too uncertain to be stated.
-    let wide = logged(Drive { swing: 9.0, ..DRIVE }, &stated_age()).sideslip.unwrap();
+    let wide = Drive { swing: 9.0, seconds: 80.0, ..DRIVE };
+    let wide = logged(wide, &stated_age()).sideslip.unwrap();
     println!("{wide:?}");
     let off = wide.distance_rear() - law.distance_rear;
     assert!(off.abs() < 0.1, "{wide:?}");
