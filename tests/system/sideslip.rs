@@ -2,6 +2,7 @@
 
 use crate::support::{chain, document, done, run, text_of};
 use std::path::Path;
+use steerwright_formats::{Document, SideslipTerm};
 use steerwright_host::Archive;
 
 /// The start value of an FMU's variable in a folder of archives.
@@ -34,6 +35,11 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     let at_8 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
     assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
+    // From there it follows the speed.
+    for fmu in ["ReferencePath", "PoseEstimator"] {
+        assert_eq!(start(folder, fmu, "distance_rear"), bicycle.distance_rear_m);
+        assert_eq!(start(folder, fmu, "sideslip_reference_speed"), 8.0);
+    }
     // This drive's log has no fixes.
     assert_eq!(loop_of("{chain}/plant.json", "{chain}/path.json"), [0.0; 2]);
     done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
@@ -86,6 +92,22 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     ] {
         assert_eq!(start(folder, fmu, name), expected, "{fmu} {name}");
     }
+    assert_eq!(start(folder, "ReferencePath", "distance_rear"), 0.0);
+
+    // With the distance to the rear axle it is that of the path's speed.
+    let mut plant = document::<steerwright_formats::Plant>(&folder.join("car.json"));
+    let stated = plant.sideslip.as_mut().unwrap();
+    stated.distance_rear_m = Some(SideslipTerm { value: 1.4, standard_error: 0.05 });
+    std::fs::write(folder.join("over_speed.json"), plant.to_json()).unwrap();
+    let output = done(folder, "path --plant over_speed.json --speed 8m/s -o slow.json");
+    assert!(text_of(&output).contains("all at 8.0 m/s; rear axle 1.40 m"), "{}", text_of(&output));
+    let guidance = document::<steerwright_formats::Path>(&folder.join("slow.json")).guidance;
+    let speed = plant.operating_point.speed_mps;
+    let at_8 = 1.4 / 8.0 - 8.0 * (1.4 / speed - rate) / speed;
+    assert!((guidance.sideslip_per_yaw_rate_s - at_8).abs() < 1e-12, "{guidance:?} {at_8}");
+    assert!((guidance.sideslip_growth_s5pm2 - growth * 8.0 / speed).abs() < 1e-12);
+    assert_eq!(guidance.distance_rear_m, 1.4);
+
     // One that is given by hand stands alone.
     done(folder, "path --plant car.json --sideslip-per-yaw-rate=-30ms -o given.json");
     let text = std::fs::read_to_string(folder.join("given.json")).unwrap();
