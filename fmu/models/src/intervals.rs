@@ -47,7 +47,9 @@ impl Intervals {
         }
         // Without a branch that nothing predicts: of an empty interval it is the first of a later one,
         // which is above.
-        first + usize::from(self.distances[first] <= distance)
+        let found = first + usize::from(self.distances[first] <= distance);
+        // An infinite distance is not below the one beyond all.
+        found.min(self.distances.len() - 1)
     }
 
     /// The same rounding for distances of the table and for those looked up: of two distances the larger
@@ -106,9 +108,10 @@ mod tests {
 
     #[test]
     fn no_distance_is_too_large() {
-        for all in [vec![-f64::MAX, 0.0, f64::MAX], vec![0.0, 1e-310, 2e-310], vec![]] {
+        let equal = vec![186_020.5; 2];
+        for all in [vec![-f64::MAX, 0.0, f64::MAX], vec![0.0, 1e-310, 2e-310], equal, vec![]] {
             let table = Intervals::of(&all);
-            for d in all.iter().copied().chain([0.0, 5e-311, 1e300, -1e300]) {
+            for d in all.iter().copied().chain([0.0, 5e-311, 1e300, -1e300, f64::INFINITY]) {
                 assert_eq!(table.count(d), all.partition_point(|x| *x <= d));
             }
         }
