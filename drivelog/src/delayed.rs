@@ -1,7 +1,6 @@
 //! A recording with its steering delayed.
 
 use crate::log::DriveLog;
-use crate::options::Response;
 use crate::role::Role;
 use steerwright_formats::{ChannelSummary, Intersample};
 
@@ -34,7 +33,7 @@ impl DriveLog {
 
     /// Whether the steering is as it was recorded, one sample for each of its own.
     fn is_held(&self) -> bool {
-        if self.response != Response::YawRate {
+        if !self.response.is_of_yaw_rate() {
             return false;
         }
         let mut steering = self.channels.iter().filter(|c| c.role == Role::Steering.key());

@@ -9,7 +9,7 @@ use crate::error::{Error, Place, last_part};
 use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
-use crate::options::{LogOptions, Response};
+use crate::options::LogOptions;
 use crate::recording::Group;
 use crate::role::{Role, Wheel};
 use crate::series::Series;
@@ -97,7 +97,7 @@ impl Drive {
         let response = options.response;
         let roles = response.roles().into_iter().chain([Role::Speed]);
         let others = response.others().iter().copied();
-        let of_yaw = response == Response::YawRate;
+        let of_yaw = response.is_of_yaw_rate();
         let places = Role::PLACES.into_iter().filter(|_| of_yaw);
         let roles = roles.chain(others).chain(places);
         let sources = sources(&groups, roles, options, warnings)?;

@@ -5,6 +5,7 @@ use crate::options::Response;
 use crate::role::Role;
 use crate::segments::within_speeds;
 use crate::signal::integrate;
+use crate::units::{Quantity, parse_unit};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use steerwright_formats::{ChannelSummary, SourceFile};
@@ -28,7 +29,7 @@ pub struct DriveLog {
     pub output: Vec<f64>,
     /// Speed, m/s.
     pub speed: Option<Vec<f64>>,
-    /// Samples of further channels, SI.
+    /// Samples of further channels, SI; of the motion also those of the steering angle.
     pub others: BTreeMap<Role, Vec<f64>>,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
@@ -139,6 +140,16 @@ impl DriveLog {
             warnings,
             ..self.clone()
         })
+    }
+
+    /// Whether the steering is an angle, or a command whose angle at 1 is stated; it is one too where that is unknown.
+    #[must_use]
+    pub fn has_steering_angle(&self) -> bool {
+        let is_angle = |unit: &str| {
+            parse_unit(unit).is_none_or(|unit| unit.quantity != Quantity::Dimensionless)
+        };
+        let mut channels = self.channels.iter().filter(|c| c.role == Role::Steering.key());
+        self.options.contains_key("steering_full_scale_rad") || channels.all(|c| is_angle(&c.unit))
     }
 
     /// Number of samples.

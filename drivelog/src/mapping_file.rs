@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::options::{DecimalMark, LogOptions, Response};
 use crate::role::Role;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use steerwright_formats::Intersample;
 
 /// How logs are read, as far as it is stated.
@@ -130,18 +130,35 @@ impl Mapping {
     /// [`Error::Option`] for an unknown word.
     pub fn apply(self, options: &mut LogOptions) -> Result<(), Error> {
         let fill = |own: &mut Option<String>, stated| *own = own.take().or(stated);
+        // Those of other responses are left out.
+        let known = Response::ALL.into_iter().flat_map(Response::others).map(|role| role.key());
+        let known: BTreeSet<&str> = known.collect();
+        if let Some(role) = self.channels.keys().find(|role| !known.contains(role.as_str())) {
+            let known: Vec<&str> = known.into_iter().collect();
+            return Err(unknown("channels", role, &format!("one of {}", known.join(", "))));
+        }
+        let mut further: Vec<(&str, Option<String>)> =
+            self.channels.iter().map(|(role, name)| (role.as_str(), Some(name.clone()))).collect();
         match options.response {
             Response::YawRate => {
                 fill(&mut options.input, self.steering);
                 fill(&mut options.output, self.yaw_rate);
             }
+            Response::Motion => {
+                fill(&mut options.input, self.steering);
+                fill(&mut options.output, self.yaw_rate);
+                further.push((Role::LateralAcceleration.key(), self.lateral_acceleration));
+            }
             Response::LateralAcceleration => {
                 fill(&mut options.input, self.steering_torque);
                 fill(&mut options.output, self.lateral_acceleration);
-                let steering = self.steering.map(|channel| (Role::Steering.key().into(), channel));
-                for (role, channel) in self.channels.into_iter().chain(steering) {
-                    options.channels.entry(role).or_insert(channel);
-                }
+                further.push((Role::Steering.key(), self.steering));
+            }
+        }
+        for (role, channel) in further {
+            let is_of_response = options.response.others().iter().any(|own| own.key() == role);
+            if let (Some(channel), true) = (channel, is_of_response) {
+                options.channels.entry(role.into()).or_insert(channel);
             }
         }
         fill(&mut options.speed, self.speed);
@@ -223,6 +240,10 @@ mod tests {
         let yaw = of(Response::YawRate);
         assert_eq!(yaw.input.as_deref(), Some("angle"));
         assert!(yaw.channels.is_empty());
+        // The roll is a channel of the other response.
+        let motion = of(Response::Motion);
+        assert_eq!(motion.output.as_deref(), Some("gyro"));
+        assert!(motion.channels.is_empty());
         let torque = of(Response::LateralAcceleration);
         assert_eq!([torque.input.as_deref(), torque.output.as_deref()], [Some("eps"), None]);
         let channels: Vec<(&str, &str)> =

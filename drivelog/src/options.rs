@@ -35,11 +35,13 @@ pub enum Response {
     YawRate,
     /// The lateral acceleration, to a steering torque or its normalised command.
     LateralAcceleration,
+    /// The yaw rate and, where they are logged, accelerations and lateral velocity or sideslip, to the steering angle.
+    Motion,
 }
 
 impl Response {
     /// All.
-    pub const ALL: [Self; 2] = [Self::YawRate, Self::LateralAcceleration];
+    pub const ALL: [Self; 3] = [Self::YawRate, Self::LateralAcceleration, Self::Motion];
 
     /// Its name in options and messages.
     #[must_use]
@@ -47,6 +49,7 @@ impl Response {
         match self {
             Self::YawRate => "yaw-rate",
             Self::LateralAcceleration => "lateral-acceleration",
+            Self::Motion => "motion",
         }
     }
 
@@ -54,9 +57,15 @@ impl Response {
     #[must_use]
     pub fn roles(self) -> [Role; 2] {
         match self {
-            Self::YawRate => [Role::Steering, Role::YawRate],
+            Self::YawRate | Self::Motion => [Role::Steering, Role::YawRate],
             Self::LateralAcceleration => [Role::SteeringTorque, Role::LateralAcceleration],
         }
+    }
+
+    /// Whether the output is the yaw rate.
+    #[must_use]
+    pub fn is_of_yaw_rate(self) -> bool {
+        self.roles()[1] == Role::YawRate
     }
 
     /// The roles of further channels, which are optional.
@@ -66,6 +75,12 @@ impl Response {
             Self::LateralAcceleration => {
                 &[Role::Steering, Role::Roll, Role::Engaged, Role::Override]
             }
+            Self::Motion => &[
+                Role::LateralAcceleration,
+                Role::LongitudinalAcceleration,
+                Role::LateralVelocity,
+                Role::Sideslip,
+            ],
         }
     }
 }
@@ -83,8 +98,9 @@ pub struct LogOptions {
     /// Yaw rate, or yaw, which is then differenced; or lateral acceleration. `None`: the one column with such a
     /// name.
     pub output: Option<String>,
-    /// Further channels of the response by role (`steering`, `roll`, `engaged`, `override`). A role that is not
-    /// there: the one column with such a name, if there is one.
+    /// Further channels of the response by role: `steering`, `roll`, `engaged`, `override` of the lateral
+    /// acceleration; `lateral_acceleration`, `longitudinal_acceleration`, `lateral_velocity`, `sideslip` of the
+    /// motion. A role that is not there: the one column with such a name, if there is one.
     pub channels: BTreeMap<String, String>,
     /// Speed. `None`: the one column with such a name, if there is one.
     pub speed: Option<String>,

@@ -6,7 +6,7 @@ use crate::error::{Error, last_part, stem};
 use crate::gnss::Gnss;
 use crate::log::DriveLog;
 use crate::mapping;
-use crate::options::LogOptions;
+use crate::options::{LogOptions, Response};
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
@@ -211,7 +211,8 @@ fn has_speed(
 fn others(drives: &[Drive], options: &LogOptions) -> BTreeMap<Role, Vec<f64>> {
     let roles = options.response.others().iter().filter(|role| !role.is_switch());
     let of_all = roles.filter(|role| drives.iter().all(|d| d.channel(**role).is_some()));
-    of_all.map(|role| (*role, Vec::new())).collect()
+    let steering = (options.response == Response::Motion).then_some(&Role::Steering);
+    of_all.chain(steering).map(|role| (*role, Vec::new())).collect()
 }
 
 /// What was read from each column; of several drives, with the file.

@@ -16,6 +16,12 @@ pub enum Role {
     Speed,
     /// Lateral acceleration.
     LateralAcceleration,
+    /// Longitudinal acceleration.
+    LongitudinalAcceleration,
+    /// Lateral velocity.
+    LateralVelocity,
+    /// Sideslip angle.
+    Sideslip,
     /// Roll of the vehicle on a banked road.
     Roll,
     /// Whether the controller steers.
@@ -59,6 +65,11 @@ impl Role {
             Self::Speed => ["speed", "kmh", "km/h", "m/s, km/h or mph"],
             Self::SteeringTorque => ["steering torque", "Nm", "Nm", "Nm, or 1 or % of a command"],
             Self::LateralAcceleration => ["lateral acceleration", "mps2", "m/s2", "m/s2 or g"],
+            Self::LongitudinalAcceleration => {
+                ["longitudinal acceleration", "mps2", "m/s2", "m/s2 or g"]
+            }
+            Self::LateralVelocity => ["lateral velocity", "mps", "m/s", "m/s, km/h or mph"],
+            Self::Sideslip => ["sideslip", "deg", "deg", "deg or rad"],
             Self::Roll => ["roll", "deg", "deg", "deg or rad"],
             Self::Engaged => ["engagement", "1", "1", "1"],
             Self::Override => ["driver override", "1", "1", "1"],
@@ -81,6 +92,8 @@ impl Role {
             Self::YawRate => "yaw_rate",
             Self::SteeringTorque => "steering_torque",
             Self::LateralAcceleration => "lateral_acceleration",
+            Self::LongitudinalAcceleration => "longitudinal_acceleration",
+            Self::LateralVelocity => "lateral_velocity",
             Self::Engaged => "engaged",
             Self::Override => "override",
             other => other.name(),
@@ -102,12 +115,15 @@ impl Role {
     pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
 
     /// The roles of channels.
-    pub(crate) const OF_CHANNELS: [Self; 12] = [
+    pub(crate) const OF_CHANNELS: [Self; 15] = [
         Self::Steering,
         Self::SteeringTorque,
         Self::YawRate,
         Self::Speed,
         Self::LateralAcceleration,
+        Self::LongitudinalAcceleration,
+        Self::LateralVelocity,
+        Self::Sideslip,
         Self::Roll,
         Self::Engaged,
         Self::Override,
@@ -186,6 +202,21 @@ impl Role {
                     && (any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
                         || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"]))
             }
+            Self::LongitudinalAcceleration => {
+                let is_other = any(&["desired", "target", "soll"]);
+                !is_other
+                    && (any(&[
+                        "longitudinalacc",
+                        "longacc",
+                        "accellong",
+                        "acclong",
+                        "laengsbeschl",
+                    ]) || is(&["ax", "accx", "along", "accelerationx", "linearaccelerationx"]))
+            }
+            Self::LateralVelocity => is(&["vy", "lateralvelocity", "velocityy"]),
+            Self::Sideslip => {
+                any(&["sideslip", "schwimmwinkel", "slipangle"]) && !any(&["tire", "tyre", "wheel"])
+            }
             Self::SteeringTorque => {
                 let is_driver = any(&["driver", "hand", "fahrer"]);
                 !is_driver
@@ -239,11 +270,15 @@ impl Role {
                 matches!(quantity, Quantity::Torque | Quantity::Dimensionless)
             }
             Self::Engaged | Self::Override => quantity == Quantity::Dimensionless,
-            Self::Speed => quantity == Quantity::Speed,
-            Self::LateralAcceleration => quantity == Quantity::Acceleration,
+            Self::Speed | Self::LateralVelocity => quantity == Quantity::Speed,
+            Self::LateralAcceleration | Self::LongitudinalAcceleration => {
+                quantity == Quantity::Acceleration
+            }
             Self::Time => quantity == Quantity::Time,
             Self::East | Self::North => quantity == Quantity::Length,
-            Self::Roll | Self::Latitude | Self::Longitude => quantity == Quantity::Angle,
+            Self::Roll | Self::Sideslip | Self::Latitude | Self::Longitude => {
+                quantity == Quantity::Angle
+            }
         }
     }
 
@@ -257,7 +292,7 @@ impl Role {
             // More than six turns of a steering wheel.
             (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
             (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
-            (Self::Roll, Quantity::Angle) => Some((-1.6, 1.6, "rad")),
+            (Self::Roll | Self::Sideslip, Quantity::Angle) => Some((-1.6, 1.6, "rad")),
             // Half a metre a second backwards is sensor noise at standstill.
             (Self::Speed, _) => Some((-0.5, 150.0, "m/s")),
             _ => None,
@@ -268,7 +303,7 @@ impl Role {
     pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
         let deg = std::f64::consts::PI / 180.0;
         let others: &[(&str, f64)] = match self {
-            Self::Steering | Self::Roll => &[("deg", deg), ("rad", 1.0)],
+            Self::Steering | Self::Roll | Self::Sideslip => &[("deg", deg), ("rad", 1.0)],
             Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],
             Self::Speed => &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("mph", 0.447_04)],
             _ => &[],
