@@ -35,6 +35,7 @@ mod start;
 mod torque;
 mod uncertainty;
 mod vehicle;
+mod vehicle_evidence;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{
@@ -69,6 +70,7 @@ pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
 };
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
+pub use vehicle_evidence::{Prior, SimulationFit, VehicleEvidence, VehicleParameter, correlated};
 
 /// Of a number that a file need not state.
 #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde requires

@@ -82,6 +82,8 @@ pub enum ReasonCode {
     EarlyYawRate,
     /// The yaw rate follows the steering later than that of a vehicle.
     LateYawRate,
+    /// A vehicle with slightly less grip at the rear axle would spin on the drive.
+    NearSpin,
 }
 
 impl ReasonCode {

@@ -1,9 +1,9 @@
 //! `vehicle.json`: a vehicle with saturating tyres, load transfer and a steering actuator.
 //!
-//! Written by hand; the example in this repository is `tests/data/multibody/vehicle.json`. The README of
-//! `NonlinearVehicle` documents the numbers.
+//! Identified in a log, or written by hand as the example in this repository, `tests/data/multibody/vehicle.json`.
+//! The README of `NonlinearVehicle` documents the numbers.
 
-use crate::{Checker, Document};
+use crate::{Checker, Document, Provenance, Quality, VehicleEvidence};
 use serde::{Deserialize, Serialize};
 
 /// A vehicle up to its limits.
@@ -22,6 +22,19 @@ pub struct Vehicle {
     pub actuator: SteeringActuator,
     /// Longitudinal velocity that the `speed` input starts with, m/s.
     pub speed_mps: f64,
+    /// The evidence for its quality, if it was identified from a log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<VehicleEvidence>,
+    /// Whether a controller may be designed on it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub quality: Quality,
+    /// The sources of the file, if it was identified from a log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+}
+
+fn is_default(quality: &Quality) -> bool {
+    *quality == Quality::default()
 }
 
 /// Mass, inertia and dimensions.
@@ -103,5 +116,9 @@ impl Document for Vehicle {
         c.not_negative(a.delay_s, "actuator.delay_s");
         check_fields!(c.positive(a, "actuator."): road_wheel_rate_max_radps road_wheel_angle_max_rad);
         c.not_negative(self.speed_mps, "speed_mps");
+        if let Some(evidence) = &self.evidence {
+            evidence.check(c, "evidence.");
+        }
+        self.quality.check(c, "quality.");
     }
 }

@@ -1,0 +1,144 @@
+//! The evidence for the quality of a vehicle that was identified from a log.
+
+use crate::{ChannelSummary, Checker, Matrix, SpeedSummary};
+use serde::{Deserialize, Serialize};
+
+/// The results of the identification of a vehicle from a log, by the single-track model of
+/// docs/methods/single-track.md.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleEvidence {
+    /// The channels of the log, after resampling.
+    pub channels: Vec<ChannelSummary>,
+    /// Samples used for estimation.
+    pub estimation_samples: usize,
+    /// Number of validation samples.
+    pub validation_samples: usize,
+    /// Sample time, s.
+    pub sample_time_s: f64,
+    /// Speed over the estimation data.
+    pub speed: SpeedSummary,
+    /// Largest lateral acceleration of the estimation data, m/s²: its 99th percentile, from yaw rate times speed.
+    pub lateral_acceleration_mps2: f64,
+    /// Roles of the channels that were fitted.
+    pub fitted: Vec<String>,
+    /// Free simulation of the estimation data.
+    pub estimation: SimulationFit,
+    /// Free simulation of the validation data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation: Option<SimulationFit>,
+    /// The parameters in the order of the covariance.
+    pub parameters: Vec<VehicleParameter>,
+    /// Covariance of the parameters' coordinates; zero for those that are stated.
+    pub covariance: Matrix,
+    /// How much less friction the rear axle can have, relative, before the free simulation of the estimation
+    /// data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2.
+    pub spin_margin: f64,
+    /// Warnings of the log reader and of the identification.
+    pub warnings: Vec<String>,
+}
+
+/// A free simulation compared with the measured signals: from steering, speed and longitudinal acceleration
+/// alone, each segment from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y − ŷ‖/‖y − mean y‖)` in
+/// percent over all segments, −100 where the simulation is worse or leaves all bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulationFit {
+    /// Fit of yaw rate, %.
+    pub yaw_rate: f64,
+    /// Fit of lateral acceleration, %, where it is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_acceleration: Option<f64>,
+    /// RMS error of the sideslip angle, rad, above 3 m/s, where lateral velocity is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip_rms_error_rad: Option<f64>,
+    /// RMS of the measured sideslip angle likewise, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip_rms_rad: Option<f64>,
+    /// Largest RMS error of yaw rate in a window of 5 s, rad/s.
+    pub worst_window_radps: f64,
+}
+
+/// A parameter of the single-track model with its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleParameter {
+    /// The quantity.
+    pub name: String,
+    /// Its unit; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error; 0 where it is stated.
+    pub standard_error: f64,
+    /// Ends of the 95 % band, within the bounds.
+    pub band_95: [f64; 2],
+    /// Whether its coordinate is the natural logarithm.
+    pub is_logarithmic: bool,
+    /// The prior distribution of the coordinate, and the bounds of the value.
+    pub prior: Prior,
+    /// Posterior over prior standard deviation: about 1 where the drive tells nothing; 0 where it is stated.
+    pub posterior_per_prior: f64,
+    /// How far the drive moved the coordinate, in standard deviations of the prior; 0 where it is stated.
+    pub moved_deviations: f64,
+    /// Whether the drive determines it: a posterior of at most half the prior's deviation.
+    pub is_determined: bool,
+    /// Whether the value is at one of its bounds.
+    pub is_at_bound: bool,
+}
+
+/// A normal distribution of a parameter's coordinate, and the bounds of the value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prior {
+    /// Mean; of a logarithm the median. In the parameter's unit.
+    pub mean: f64,
+    /// Standard deviation of the coordinate: of a logarithm relative. Zero states the parameter.
+    pub standard_deviation: f64,
+    /// Least value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl VehicleEvidence {
+    /// Reports impossible numbers; `at` is the prefix of each key.
+    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
+        c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
+        check_fields!(c.finite(self, at): lateral_acceleration_mps2 spin_margin);
+        let fits = [(Some(self.estimation), "estimation"), (self.validation, "validation")];
+        for (fit, key) in fits {
+            let Some(fit) = fit else { continue };
+            c.finite(fit.yaw_rate, &format!("{at}{key}.yaw_rate"));
+            c.finite(fit.worst_window_radps, &format!("{at}{key}.worst_window_radps"));
+        }
+        for (i, p) in self.parameters.iter().enumerate() {
+            c.finite(p.value, &format!("{at}parameters[{i}].value"));
+            c.not_negative(p.standard_error, &format!("{at}parameters[{i}].standard_error"));
+        }
+        let n = self.parameters.len();
+        c.shape(&self.covariance, n, n, &format!("{at}covariance"));
+    }
+}
+
+/// Correlation of two parameters from which they are reported.
+const STRONG: f64 = 0.9;
+
+/// Pairs of parameters whose errors are strongly correlated, with the correlation.
+#[must_use]
+pub fn correlated(e: &VehicleEvidence) -> Vec<(&str, &str, f64)> {
+    let variance = |i: usize| e.covariance.0[i][i];
+    let mut all = Vec::new();
+    for i in 0..e.parameters.len() {
+        for j in 0..i {
+            let product = variance(i) * variance(j);
+            let correlation =
+                if product > 0.0 { e.covariance.0[i][j] / product.sqrt() } else { 0.0 };
+            if correlation.abs() > STRONG {
+                all.push((&*e.parameters[j].name, &*e.parameters[i].name, correlation));
+            }
+        }
+    }
+    all
+}
