@@ -30,6 +30,12 @@ pub enum Error {
     TorqueLogNeeded { missing: &'static str },
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
+    #[error("{problem}")]
+    Implausible { problem: String, hint: String },
+    #[error(
+        "the steering is no angle, and no wheelbase is stated: neither follows without the other"
+    )]
+    WheelbaseNeeded,
     #[error("inputs and outputs are no data set: {problem}")]
     Data { problem: String },
     #[error("{first} and {second} cannot be merged: {problem}")]
@@ -45,7 +51,7 @@ pub enum Error {
 /// Rejects a log that was read for another response.
 pub(crate) fn check_yaw_rate(log: &DriveLog) -> Result<(), Error> {
     match log.response {
-        Response::YawRate => Ok(()),
+        Response::YawRate | Response::Motion => Ok(()),
         Response::LateralAcceleration => Err(Error::YawRateLogNeeded),
     }
 }
@@ -94,6 +100,10 @@ impl Error {
             }
             Self::TorqueLogNeeded { .. } => {
                 "read the log for the response lateral-acceleration, and name the channel that is missing".into()
+            }
+            Self::Implausible { hint, .. } => hint.clone(),
+            Self::WheelbaseNeeded => {
+                "state the wheelbase, or the steering angle at a command of 1".into()
             }
             Self::NoSpeed => "name the channel of the speed, or identify with the input steering".into(),
             Self::OrderAboveHorizon { order, .. } => {

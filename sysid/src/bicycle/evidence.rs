@@ -4,15 +4,13 @@ use crate::Error;
 use crate::bicycle::estimate::Estimate;
 use crate::bicycle::options::BicycleOptions;
 use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
-use crate::bicycle::recording::{Recording, Simulation, count, of as samples};
+use crate::bicycle::simulation::Simulation;
 use crate::bicycle::uncertainty::{covariance_factor, deviation};
+use crate::data::recording::{Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
 use steerwright_drivelog::DriveLog;
-use steerwright_drivelog::signal::{mean, standard_deviation};
-use steerwright_formats::{
-    BicycleEvidence, Estimated, HeldOut, PredictionFit, SpeedSummary, Stated, WithDelay,
-};
+use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
 pub(super) const LEAST_SPREAD: f64 = 0.05;
@@ -36,7 +34,7 @@ pub(super) struct Known<'a> {
 impl Known<'_> {
     pub(super) fn evidence(&self) -> Result<BicycleEvidence, Error> {
         let p = &self.estimate.parameters;
-        let speed = self.speed();
+        let speed = self.recording.speed_summary();
         let identified = combinations(p, self.options.front_share(), speed.mean_mps)
             .into_iter()
             .map(|(name, unit, c)| Estimated {
@@ -105,17 +103,6 @@ impl Known<'_> {
                 fit: fit.fit,
                 variance_accounted_for,
             }],
-        }
-    }
-
-    fn speed(&self) -> SpeedSummary {
-        let v = &samples(&self.recording.speed, &self.recording.split.estimation);
-        SpeedSummary {
-            min_mps: v.iter().copied().fold(f64::INFINITY, f64::min),
-            // Of a vehicle that is at rest most of the time too, so that eq 13 can be written.
-            mean_mps: mean(v).max(1.0),
-            max_mps: v.iter().copied().fold(0.0, f64::max),
-            standard_deviation_mps: standard_deviation(v),
         }
     }
 

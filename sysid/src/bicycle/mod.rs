@@ -11,16 +11,17 @@ mod evidence;
 mod options;
 mod parameters;
 mod quality;
-mod recording;
 mod simulate;
+mod simulation;
 mod uncertainty;
 mod validate;
 
 use crate::Error;
 use crate::bicycle::estimate::{Estimate, Problem};
 use crate::bicycle::parameters::DELAY;
-use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::within;
+use crate::bicycle::simulation::{Simulation, segments};
+use crate::data::recording::Recording;
 use crate::data::split::Split;
 use crate::error::check_yaw_rate;
 use crate::identify::plant::Traces;
@@ -58,7 +59,7 @@ pub fn identify_bicycle(
     let log = moving.as_ref().unwrap_or(log);
     let recording =
         Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
-    let segments = recording.segments(log);
+    let segments = segments(&recording, log);
     let problem = |ranges: &[Range<usize>], delay: bool| {
         Problem::new(within(&segments, ranges), options.front_share(), options.wheelbase_m, delay)
     };

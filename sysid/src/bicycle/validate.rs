@@ -5,8 +5,9 @@
 use crate::Error;
 use crate::bicycle::estimate::Problem;
 use crate::bicycle::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
-use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::{sensitivities, within};
+use crate::bicycle::simulation::{Simulation, segments};
+use crate::data::recording::Recording;
 use crate::data::split::Split;
 use crate::linalg::dense::least_squares;
 use crate::selection::options::IdentifyOptions;
@@ -36,7 +37,7 @@ pub fn validate_bicycle(
     let recording = Recording::new(&with_speed, &|turned| {
         Split::end(log, turned.len(), options.validation_fraction)
     })?;
-    let segments = recording.segments(&with_speed);
+    let segments = segments(&recording, &with_speed);
     let share = vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
     let [estimation, validation] = [&recording.split.estimation, &recording.split.validation]
         .map(|ranges| Problem::new(within(&segments, ranges), share, None, false));

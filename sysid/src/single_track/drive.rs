@@ -27,6 +27,8 @@ pub struct Drive {
     pub sample_time_s: f64,
     /// Angle of `steering_rad` over the road-wheel angle: 1 where it is that of the road wheels.
     pub steering_ratio: f64,
+    /// How much later than its samples the steering acts, s: half a sample of a command that is held.
+    pub steering_delay_s: f64,
     /// The segments.
     pub segments: Vec<DriveSegment>,
 }
@@ -82,7 +84,8 @@ impl Drive {
             Err(Error::option(option, value, format!("{low} to {high}")))
         };
         within("sample time", self.sample_time_s, 1e-4, 0.1)?;
-        within("steering ratio", self.steering_ratio, 0.1, 100.0)?;
+        within("steering ratio", self.steering_ratio, 0.01, 1000.0)?;
+        within("steering delay", self.steering_delay_s, 0.0, 0.1)?;
         let Some(first) = self.segments.first() else {
             return Err(Error::too_few(0, FEWEST, self.sample_time_s));
         };

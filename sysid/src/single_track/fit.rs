@@ -4,27 +4,16 @@ use crate::Error;
 use crate::data::statistics::fit_percent;
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::model::{SimulatedSegment, SingleTrackModel};
+use steerwright_formats::SimulationFit;
 
+/// Fit of a simulation that left all bounds, percent: nothing of the drive is reproduced.
+const LOST: f64 = -100.0;
+/// Worst window of a simulation that left all bounds, rad/s.
+const LOST_WINDOW: f64 = 1e3;
 /// The window of [`SimulationFit::worst_window_radps`], s.
 const WINDOW_S: f64 = 5.0;
 /// Below this speed sideslip angles are not compared, m/s.
 const LEAST_SPEED: f64 = 3.0;
-
-/// A free simulation compared with the measured signals. Fits are `100·(1 − ‖y − ŷ‖/‖y − mean y‖)` in
-/// percent over all segments, −∞ where the simulation leaves all bounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SimulationFit {
-    /// Fit of yaw rate, %.
-    pub yaw_rate: f64,
-    /// Fit of lateral acceleration, %, where it is measured.
-    pub lateral_acceleration: Option<f64>,
-    /// RMS error of the sideslip angle, rad, above 3 m/s, where lateral velocity is measured.
-    pub sideslip_rms_error_rad: Option<f64>,
-    /// RMS of the measured sideslip angle likewise, rad.
-    pub sideslip_rms_rad: Option<f64>,
-    /// Largest RMS error of yaw rate in a window of 5 s, rad/s.
-    pub worst_window_radps: f64,
-}
 
 impl SingleTrackModel {
     /// Validates the free simulation on a drive.
@@ -41,7 +30,8 @@ impl SingleTrackModel {
                 y.extend(a);
                 y_hat.extend(b);
             }
-            Some(fit_percent(&y, &y_hat))
+            // The maximum is also that of no number.
+            Some(fit_percent(&y, &y_hat).max(LOST))
         };
         let slips: Option<Vec<[f64; 2]>> = pairs
             .iter()
@@ -50,11 +40,12 @@ impl SingleTrackModel {
             .map(|s| s.concat());
         let rms = |of: fn(&[f64; 2]) -> f64| {
             let slips = slips.as_ref().filter(|s| !s.is_empty())?;
-            Some((slips.iter().map(|s| of(s).powi(2)).sum::<f64>() / slips.len() as f64).sqrt())
+            let mean = slips.iter().map(|s| of(s).powi(2)).sum::<f64>() / slips.len() as f64;
+            Some(mean.sqrt()).filter(|rms| rms.is_finite())
         };
         Ok(SimulationFit {
             yaw_rate: fit(|m, s| Some([m.yaw_rate_radps.clone(), s.yaw_rate_radps.clone()]))
-                .unwrap_or(f64::NEG_INFINITY),
+                .unwrap_or(LOST),
             lateral_acceleration: fit(|m, s| {
                 let measured = m.lateral_acceleration_mps2.clone()?;
                 Some([measured, s.lateral_acceleration_mps2.clone()])
@@ -64,6 +55,7 @@ impl SingleTrackModel {
             worst_window_radps: pairs
                 .iter()
                 .map(|(m, s)| worst_window(m, s, drive.sample_time_s))
+                .map(|w| if w.is_finite() { w } else { LOST_WINDOW })
                 .fold(0.0, f64::max),
         })
     }
@@ -85,5 +77,10 @@ fn worst_window(measured: &DriveSegment, simulated: &SimulatedSegment, sample_ti
     let n = ((WINDOW_S / sample_time).round() as usize).clamp(1, squares.len().max(1));
     let mean = |w: &[f64]| w.iter().sum::<f64>() / n as f64;
     // A tenth of a window apart.
-    squares.windows(n).step_by(n.div_ceil(10)).map(mean).fold(0.0, f64::max).sqrt()
+    squares.windows(n).step_by(n.div_ceil(10)).map(mean).fold(0.0, larger).sqrt()
+}
+
+/// The larger one; what is no number is larger than all.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -2,14 +2,14 @@
 
 use crate::Error;
 use crate::single_track::drive::Drive;
-use crate::single_track::fit::SimulationFit;
 use crate::single_track::model::SingleTrackModel;
 use crate::single_track::options::SingleTrackOptions;
-use crate::single_track::parameters::{COUNT, Parameter, Prior, Scale};
+use crate::single_track::parameters::{COUNT, Parameter, Scale};
 use crate::single_track::prepared::prepare;
 use crate::single_track::problem::{Normal, Problem};
 use crate::single_track::search::{result_run, solve};
 use crate::single_track::uncertainty::covariance;
+use steerwright_formats::{Prior, SimulationFit, VehicleParameter};
 
 /// A parameter whose posterior deviation is this share of its prior's or less is determined by the drive.
 const DETERMINED: f64 = 0.5;
@@ -81,16 +81,17 @@ pub fn identify_single_track(
     let has = |signal: fn(&crate::single_track::DriveSegment) -> bool| {
         estimation.segments.iter().all(signal)
     };
-    let has_lateral_acceleration = has(|s| s.lateral_acceleration_mps2.is_some());
+    let fits_lateral_acceleration =
+        options.fit_lateral_acceleration && has(|s| s.lateral_acceleration_mps2.is_some());
     let fits_lateral_velocity =
         options.fit_lateral_velocity && has(|s| s.lateral_velocity_mps.is_some());
-    let priors = options.priors(has_lateral_acceleration)?;
+    let priors = options.priors(fits_lateral_acceleration)?;
     let problem = Problem {
         segments: prepare(estimation),
         sample_time: estimation.sample_time_s,
         priors: std::array::from_fn(|i| Normal::new(Parameter::ALL[i], &priors[i])),
         free: (0..COUNT).filter(|&i| priors[i].standard_deviation > 0.0).collect(),
-        fitted: [true, has_lateral_acceleration, fits_lateral_velocity],
+        fitted: [true, fits_lateral_acceleration, fits_lateral_velocity],
     };
     let found = solve(&problem)?;
     let run = result_run(estimation.sample_time_s);
@@ -168,5 +169,26 @@ impl SingleTrack {
         let (i, j) = (a.index(), b.index());
         let product = self.covariance[i][i] * self.covariance[j][j];
         if product > 0.0 { self.covariance[i][j] / product.sqrt() } else { 0.0 }
+    }
+}
+
+impl From<&ParameterEstimate> for VehicleParameter {
+    fn from(p: &ParameterEstimate) -> Self {
+        let [coordinate, mean] = [p.value, p.prior.mean].map(|x| p.parameter.coordinate(x));
+        let deviation = p.prior.standard_deviation;
+        let unit = p.parameter.unit();
+        Self {
+            name: p.parameter.name().into(),
+            unit: if unit == "1" { String::new() } else { unit.into() },
+            value: p.value,
+            standard_error: p.standard_error,
+            band_95: p.band_95,
+            is_logarithmic: p.parameter.scale() == Scale::Logarithmic,
+            prior: p.prior,
+            posterior_per_prior: p.posterior_per_prior,
+            moved_deviations: if deviation > 0.0 { (coordinate - mean) / deviation } else { 0.0 },
+            is_determined: p.is_determined,
+            is_at_bound: p.is_at_bound,
+        }
     }
 }

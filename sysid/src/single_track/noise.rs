@@ -6,6 +6,7 @@
 
 use crate::single_track::problem::{OUTPUTS, Point, Problem};
 use crate::single_track::simulate::Run;
+use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 
 /// Spectral density of each output's errors at low frequency, unit²·s.
@@ -15,6 +16,8 @@ pub(super) type Densities = [f64; OUTPUTS];
 const SUPPOSED_ERROR: f64 = 0.1;
 /// How long errors are supposed to last, s.
 const SUPPOSED_DURATION_S: f64 = 0.5;
+/// Frequencies of the vehicle's motion, at which its errors are weighed, Hz.
+const FREQUENCIES_HZ: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 2.0];
 /// Windows whose sums' variance is the density, s.
 const WINDOWS_S: [f64; 3] = [1.0, 2.0, 4.0];
 /// No output is better known than this, unit²·s.
@@ -37,29 +40,45 @@ pub(super) fn observed(problem: &Problem<'_>, p: &Point, run: &Run) -> Option<De
     Some(std::array::from_fn(|i| density(&errors[i], period).max(LEAST)))
 }
 
-/// The largest of the periodogram at zero with Bartlett's weights over several windows, and of the
-/// density of white errors of the same variance. Vibration at higher frequency does not lower it.
+/// The largest of the periodograms with Bartlett's weights over several windows at the frequencies of the
+/// vehicle's motion, and of the density of white errors of the same variance. Vibration at higher frequency does
+/// not lower it.
 pub(super) fn density(segments: &[Vec<f64>], period: f64) -> f64 {
     let squares: f64 = segments.iter().flatten().map(|e| e * e).sum();
     let count = segments.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let mut largest = squares / count * period;
     for window_s in WINDOWS_S {
         let window = (window_s / period).round().max(1.0) as usize;
-        let (mut sum, mut windows) = (0.0, 0);
-        for errors in segments.iter().filter(|e| e.len() >= 2 * window) {
-            let mut inside: f64 = errors[..window].iter().sum();
-            sum += inside * inside;
-            for (new, old) in errors[window..].iter().zip(errors) {
-                inside += new - old;
-                sum += inside * inside;
-            }
-            windows += errors.len() - window + 1;
-        }
-        if windows > 0 {
-            largest = largest.max(sum / (windows * window) as f64 * period);
+        for hz in
+            FREQUENCIES_HZ.into_iter().filter(|hz| hz * window_s == 0.0 || hz * window_s >= 1.0)
+        {
+            largest = largest.max(periodogram(segments, window, TAU * hz * period) * period);
         }
     }
     largest
+}
+
+/// Mean square of the sum of errors, turned by an angle a sample, over all windows, a sample of the window.
+fn periodogram(segments: &[Vec<f64>], window: usize, turn: f64) -> f64 {
+    let (mut sum, mut windows) = (0.0, 0);
+    for errors in segments.iter().filter(|e| e.len() >= 2 * window) {
+        let (mut re, mut im) = (0.0, 0.0);
+        for k in 0..errors.len() {
+            let (sin, cos) = (turn * k as f64).sin_cos();
+            re += errors[k] * cos;
+            im += errors[k] * sin;
+            if let Some(old) = k.checked_sub(window) {
+                let (sin, cos) = (turn * old as f64).sin_cos();
+                re -= errors[old] * cos;
+                im -= errors[old] * sin;
+            }
+            if k + 1 >= window {
+                sum += re * re + im * im;
+                windows += 1;
+            }
+        }
+    }
+    if windows > 0 { sum / (windows * window) as f64 } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -81,7 +100,8 @@ mod tests {
         };
         let noise: Vec<f64> = (0..60_000).map(|_| white()).collect();
         let of = |x: &[f64]| density(&[x.to_vec()], 0.01);
-        assert!((of(&noise) / 0.01 - 1.0).abs() < 0.1, "{}", of(&noise));
+        // The largest of several estimates.
+        assert!((0.95..1.25).contains(&(of(&noise) / 0.01)), "{}", of(&noise));
         let mut state = 0.0;
         let slow: Vec<f64> = noise
             .iter()
@@ -90,9 +110,13 @@ mod tests {
                 state
             })
             .collect();
-        assert!((of(&slow) - 1.0).abs() < 0.2, "{}", of(&slow));
+        assert!((0.8..1.3).contains(&of(&slow)), "{}", of(&slow));
         let hum = (0..60_000).map(|k| 20.0 * (0.9 * f64::from(k)).sin());
         let humming: Vec<f64> = slow.iter().zip(hum).map(|(a, b)| a + b).collect();
         assert!(of(&humming) > 0.8, "{}", of(&humming));
+        // Half of the squared amplitude is that of 1 Hz, within windows of 4 s: 4 s/4 of it is the density.
+        let swaying = (0..60_000).map(|k| 2.0 * (TAU * 0.01 * f64::from(k)).sin());
+        let swaying: Vec<f64> = noise.iter().zip(swaying).map(|(a, b)| 0.1 * a + b).collect();
+        assert!((of(&swaying) - 4.0).abs() < 0.1, "{}", of(&swaying));
     }
 }

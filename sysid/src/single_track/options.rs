@@ -1,23 +1,38 @@
 //! How a single-track model is identified.
 
 use crate::Error;
-use crate::single_track::parameters::{COUNT, Parameter, Prior};
+use crate::single_track::parameters::{COUNT, Parameter};
+use steerwright_formats::Prior;
 
 /// Options of [`identify_single_track`](crate::single_track::identify_single_track).
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SingleTrackOptions {
     /// Wheelbase, m. Stated, the steering ratio is identified in its place.
     pub wheelbase_m: Option<f64>,
     /// Priors that replace [`Parameter::default_prior`].
     pub priors: Vec<(Parameter, Prior)>,
+    /// Whether the lateral acceleration of the drive, if it has one, is fitted too. Otherwise the simulated one is
+    /// only compared with it.
+    pub fit_lateral_acceleration: bool,
     /// Whether the lateral velocity of the drive is fitted too. Otherwise the simulated one is only
     /// compared with it.
     pub fit_lateral_velocity: bool,
 }
 
+impl Default for SingleTrackOptions {
+    fn default() -> Self {
+        Self {
+            wheelbase_m: None,
+            priors: Vec::new(),
+            fit_lateral_acceleration: true,
+            fit_lateral_velocity: false,
+        }
+    }
+}
+
 impl SingleTrackOptions {
     /// The priors of all parameters; those of zero deviation are fixed.
-    pub(super) fn priors(&self, has_lateral_acceleration: bool) -> Result<[Prior; COUNT], Error> {
+    pub(super) fn priors(&self, fits_lateral_acceleration: bool) -> Result<[Prior; COUNT], Error> {
         let mut all = Parameter::ALL.map(Parameter::default_prior);
         let fixed =
             |value: f64, prior: Prior| Prior { mean: value, standard_deviation: 0.0, ..prior };
@@ -31,7 +46,7 @@ impl SingleTrackOptions {
                 *prior = fixed(1.0, *prior);
             }
         }
-        if !has_lateral_acceleration {
+        if !fits_lateral_acceleration {
             for parameter in
                 [Parameter::LateralAccelerationOffset, Parameter::AccelerometerPosition]
             {

@@ -5,6 +5,7 @@
 //! nature, and the parameter itself elsewhere.
 
 use crate::linalg::dual::Scalar;
+use steerwright_formats::Prior;
 
 /// Number of parameters.
 pub(super) const COUNT: usize = 26;
@@ -16,20 +17,6 @@ pub enum Scale {
     Linear,
     /// The natural logarithm of the value.
     Logarithmic,
-}
-
-/// A normal distribution of a parameter's coordinate, and the bounds of the value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prior {
-    /// Mean; with a logarithmic scale the median. In the parameter's unit.
-    pub mean: f64,
-    /// Standard deviation of the coordinate: with a logarithmic scale relative. Zero fixes the
-    /// parameter at the mean.
-    pub standard_deviation: f64,
-    /// Least value.
-    pub min: f64,
-    /// Largest value.
-    pub max: f64,
 }
 
 macro_rules! parameters {

@@ -13,6 +13,7 @@ const YAW_AVERAGE_S: f64 = 0.05;
 #[derive(Debug, Clone)]
 pub(super) struct PreparedSegment<'a> {
     pub(super) sample_time: f64,
+    steering_delay: f64,
     steering: Vec<f64>,
     /// Its slope at the samples, rad per sample.
     steering_slope: Vec<f64>,
@@ -42,6 +43,7 @@ impl<'a> PreparedSegment<'a> {
             segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect();
         Self {
             sample_time: t,
+            steering_delay: drive.steering_delay_s,
             steering_slope: differences(&steering),
             steering,
             speed: &segment.speed_mps,
@@ -70,7 +72,7 @@ impl<'a> PreparedSegment<'a> {
     /// rate, which is the derivative by the delay, has no steps.
     #[inline]
     pub(super) fn steering(&self, time: f64) -> (f64, f64) {
-        let (i, x) = self.place(time);
+        let (i, x) = self.place(time - self.steering_delay);
         let (from, to) = (self.steering[i], self.steering[i + 1]);
         let (a, b) = (self.steering_slope[i], self.steering_slope[i + 1]);
         let (c, d) = (3.0 * (to - from) - 2.0 * a - b, 2.0 * (from - to) + a + b);

@@ -4,9 +4,10 @@
 use crate::linalg::dual::Dual;
 use crate::single_track::dynamics::Constants;
 use crate::single_track::noise::Densities;
-use crate::single_track::parameters::{COUNT, Parameter, Prior};
+use crate::single_track::parameters::{COUNT, Parameter};
 use crate::single_track::prepared::PreparedSegment;
 use crate::single_track::simulate::{Output, Run, simulate};
+use steerwright_formats::Prior;
 
 /// Number of outputs: yaw rate, lateral acceleration, lateral velocity.
 pub(super) const OUTPUTS: usize = 3;

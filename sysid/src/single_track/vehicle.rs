@@ -8,7 +8,7 @@
 
 use crate::single_track::model::SingleTrackModel;
 use crate::single_track::parameters::Parameter;
-use steerwright_formats::{Body, Document, SteeringActuator, Tyres, Vehicle};
+use steerwright_formats::{Body, Document, Quality, SteeringActuator, Tyres, Vehicle};
 
 /// What a single-track model does not have.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +85,9 @@ impl SingleTrackModel {
                 road_wheel_angle_max_rad: ROAD_WHEEL_LIMITS[1],
             },
             speed_mps: options.speed_mps,
+            evidence: None,
+            quality: Quality::default(),
+            provenance: None,
         }
     }
 

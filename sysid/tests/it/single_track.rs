@@ -150,6 +150,7 @@ fn signals_that_are_no_drive_are_refused() {
     let drive = |segment: DriveSegment| Drive {
         sample_time_s: 0.01,
         steering_ratio: 1.0,
+        steering_delay_s: 0.0,
         segments: vec![segment],
     };
     let refused =

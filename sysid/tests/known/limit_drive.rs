@@ -182,6 +182,7 @@ impl LimitDrive {
         Some(Drive {
             sample_time_s: self.sample_time_s,
             steering_ratio: 1.0,
+            steering_delay_s: 0.0,
             segments: vec![segment],
         })
     }

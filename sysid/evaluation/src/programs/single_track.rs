@@ -252,6 +252,7 @@ fn read(file: &Path) -> Result<[Drive; 2], Failure> {
         Ok(Drive {
             sample_time_s: (last - first) / (time.len() - 1) as f64,
             steering_ratio: 1.0,
+            steering_delay_s: 0.0,
             segments: vec![DriveSegment {
                 steering_rad: column("roadwheel_angle_rad")?,
                 speed_mps: column("vx_mps")?,

@@ -1,0 +1,190 @@
+//! The quality of an identified vehicle: signs and sizes of the channels before anything is estimated, and then
+//! the fit on validation data, faults of the recording, and how near the model is to a spin.
+
+use crate::Error;
+use crate::data::recording::Recording;
+use crate::single_track::identify::SingleTrack;
+use crate::single_track::parameters::Parameter;
+use crate::validation::faults::{Recorded, faults};
+use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
+use crate::validation::plausible::opposite;
+use crate::validation::quality::{GOOD_FIT, failed, weak_steering};
+use crate::validation::regression::pairs;
+use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_drivelog::{DriveLog, Role};
+use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleEvidence};
+
+/// Means over this time are compared, s.
+const MEAN_S: f64 = 0.5;
+/// Correlation from which two signals have opposite signs.
+const OPPOSITE: f64 = -0.5;
+/// Correlation from which their ratio has a meaning.
+const ALIKE: f64 = 0.8;
+/// Lateral acceleration over yaw rate times speed, beyond which its unit is another.
+const RATIOS: [f64; 2] = [0.5, 2.0];
+/// Relative loss of rear friction that a vehicle survives which is not near a spin.
+const LEAST_SPIN_MARGIN: f64 = 0.02;
+/// RMS error of the sideslip angle over its RMS, from which the simulated one does not follow it.
+const FOLLOWS: f64 = 1.2;
+
+/// Correlation and slope of `y` over `x`, of means without gaps.
+fn regression(log: &DriveLog, x: &[f64], y: &[f64]) -> (f64, f64) {
+    let width = ((MEAN_S / log.sample_time_s).round() as usize).max(1);
+    let smooth = |signal: &[f64]| -> Vec<f64> {
+        let of =
+            |range: &std::ops::Range<usize>| signal[range.clone()].chunks_exact(width).map(mean);
+        log.segments.iter().flat_map(|s| of(&s.range)).collect()
+    };
+    let (x, y) = (smooth(x), smooth(y));
+    let (x0, y0) = (mean(&x), mean(&y));
+    let [xx, yy, xy] = x.iter().zip(&y).fold([0.0; 3], |[xx, yy, xy], (x, y)| {
+        let (x, y) = (x - x0, y - y0);
+        [xx + x * x, yy + y * y, xy + x * y]
+    });
+    (xy / (xx * yy).sqrt(), xy / xx)
+}
+
+/// Rejects channels whose sign is that of other axes, which no estimate survives.
+pub(super) fn check_signs(log: &DriveLog) -> Result<(), Error> {
+    if let Some((reason, hint)) = opposite(&pairs(log), log.sample_time_s) {
+        return Err(Error::Implausible { problem: reason.message, hint });
+    }
+    let Some(speed) = &log.speed else { return Ok(()) };
+    let turned: Vec<f64> = log.output.iter().zip(speed).map(|(r, v)| r * v).collect();
+    let slope = speed.windows(2).map(|v| (v[1] - v[0]) / log.sample_time_s);
+    let slope: Vec<f64> = slope.chain([0.0]).collect();
+    for (role, name, expected, of) in [
+        (Role::LateralAcceleration, "lateral acceleration", &turned, "yaw rate times speed"),
+        (
+            Role::LongitudinalAcceleration,
+            "longitudinal acceleration",
+            &slope,
+            "the rate of the speed",
+        ),
+    ] {
+        let Some(measured) = log.others.get(&role) else { continue };
+        let (correlation, ratio) = regression(log, expected, measured);
+        if correlation < OPPOSITE {
+            return Err(Error::Implausible {
+                problem: format!(
+                    "the {name} has the opposite sign to {of}: their correlation over means of {MEAN_S} s is {correlation:.2}"
+                ),
+                hint: "the axes are those of ISO 8855, x ahead, y to the left: negate the channel, by a - before its name".into(),
+            });
+        }
+        let is_other = ratio < RATIOS[0] || ratio > RATIOS[1];
+        if role == Role::LateralAcceleration && correlation > ALIKE && is_other {
+            return Err(Error::Implausible {
+                problem: format!("the {name} is {ratio:.2} times {of}"),
+                hint: "check the units of the lateral acceleration, the yaw rate and the speed"
+                    .into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn quality(
+    log: &DriveLog,
+    recording: &Recording,
+    found: &SingleTrack,
+    e: &VehicleEvidence,
+) -> Quality {
+    let steering = standard_deviation(&recording.steering);
+    let mut reasons: Vec<Reason> = weak_steering(steering).into_iter().collect();
+    let mut advice = Vec::new();
+    if !reasons.is_empty() {
+        advice.push(
+            "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, and curves up to the limit of grip"
+                .into(),
+        );
+    }
+    for (reason, cause) in recorded_faults(log, found, steering) {
+        reasons.push(reason);
+        advice.push(cause);
+    }
+    match &e.validation {
+        None => reasons.extend(Quality::not_validated().reasons),
+        Some(fit) if fit.yaw_rate < GOOD_FIT => {
+            let message =
+                format!("the fit on validation data is {:.1} %, below {GOOD_FIT} %", fit.yaw_rate);
+            let reason = failed(ReasonCode::LowValidationFit, message);
+            reasons.push(reason.compared(fit.yaw_rate, GOOD_FIT, "%"));
+            advice.push(
+                "check the mapping, signs and clocks of the channels, and the steering ratio"
+                    .into(),
+            );
+        }
+        Some(_) => {}
+    }
+    if e.spin_margin < LEAST_SPIN_MARGIN {
+        let (margin, least) = (100.0 * e.spin_margin, 100.0 * LEAST_SPIN_MARGIN);
+        let message = format!(
+            "with {least} % less friction at the rear axle the model spins on its own drive"
+        );
+        let reason = Reason::new(ReasonCode::NearSpin, Grade::Warn, message);
+        reasons.push(reason.compared(margin, least, "%"));
+        advice.push(
+            "on a drive at the limit of grip the model may spin where the vehicle does not".into(),
+        );
+    }
+    if let (Some(error), Some(size)) =
+        (e.estimation.sideslip_rms_error_rad, e.estimation.sideslip_rms_rad)
+        && error > FOLLOWS * size
+    {
+        let message = format!(
+            "the simulated sideslip misses the measured one by {:.2}°, of {:.2}°",
+            error.to_degrees(),
+            size.to_degrees()
+        );
+        let reason = Reason::new(ReasonCode::ModelError, Grade::Warn, message);
+        reasons.push(reason.compared(error.to_degrees(), FOLLOWS * size.to_degrees(), "deg"));
+        advice
+            .push("check sign and place of the sensor of the sideslip or lateral velocity".into());
+    }
+    let friction = found.parameter(Parameter::FrictionFront);
+    if !friction.is_determined {
+        advice.push(format!(
+            "the drive reaches {:.1} m/s2 and does not determine the grip: beyond that the model is that of its priors",
+            e.lateral_acceleration_mps2
+        ));
+    }
+    let fit = e.validation.map_or(e.estimation.yaw_rate, |fit| fit.yaw_rate);
+    let of = if e.validation.is_some() { "validation" } else { "estimation" };
+    let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
+    let range = format!(
+        "between {:.0} and {:.0} m/s, to {:.1} m/s2",
+        e.speed.min_mps, e.speed.max_mps, e.lateral_acceleration_mps2
+    );
+    let summary = if reasons.is_empty() {
+        format!("The fit on {of} data is {fit:.1} % {range}: fit to design on there.")
+    } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
+        format!("Validation failed: {}.", messages())
+    } else {
+        format!(
+            "The fit on {of} data is {fit:.1} % {range}. A controller may be designed there with reservations: {}.",
+            messages()
+        )
+    };
+    Quality::new(summary, reasons, advice)
+}
+
+fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(Reason, String)> {
+    let pairs = pairs(log);
+    let delay = found.parameter(Parameter::Delay);
+    let at_zero = |parameter| found.model.get(parameter);
+    faults(&Recorded {
+        channels: &log.channels,
+        play: None,
+        delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
+        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s),
+        yaw_rate_lag_s: yaw_rate_lag(&pairs, log.sample_time_s),
+        road_wheel_std_rad: steering,
+        yaw_rate_std_radps: standard_deviation(&log.output),
+        steering_ratio: log.steering_ratio,
+        noise_radps: found.noise[0].unwrap_or_default(),
+        seconds: log.len() as f64 * log.sample_time_s,
+        road_wheel_offset_rad: at_zero(Parameter::SteeringOffset),
+        yaw_rate_offset_radps: at_zero(Parameter::YawRateOffset),
+    })
+}
