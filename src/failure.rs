@@ -174,6 +174,7 @@ fn identification_hint(error: &steerwright_sysid::Error) -> String {
         E::TooFewSamples { .. } => "--window, --sample-time",
         E::SpeedNeeded => "--speed-channel NAME, --structure state-space",
         E::NoSpeed => "--speed-channel NAME, --model-input steering",
+        E::WheelbaseNeeded => "--wheelbase, --steering-full-scale",
         E::OrderAboveHorizon { order, .. } => &format!("--horizon {}", order + 2),
         E::Differ { .. } => "--sample-time, --steering-ratio, --horizon",
         E::Numerical { .. } => "--horizon, --sample-time",

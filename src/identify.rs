@@ -6,7 +6,9 @@ use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
 use crate::structure::{Structure, StructureArguments};
-use crate::{Global, console, identify_accumulated, identify_bicycle, identify_torque};
+use crate::{
+    Global, console, identify_accumulated, identify_bicycle, identify_torque, identify_vehicle,
+};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{Bicycle, Plant, Torque};
@@ -19,7 +21,7 @@ pub(crate) struct Arguments {
     /// `accumulate`, which are merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Model file; by default plant.json, bicycle.json or torque.json, by the structure
+    /// Model file; by default plant.json, bicycle.json, vehicle.json or torque.json, by the structure
     #[arg(long = "output", short = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write measured and simulated signals as CSV
@@ -59,6 +61,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         Structure::StateSpace(_) => ("plant.json", Kind::of::<Plant>()),
         Structure::Bicycle(_) => ("bicycle.json", Kind::of::<Bicycle>()),
         Structure::Torque(_) => ("torque.json", Kind::of::<Torque>()),
+        Structure::SingleTrack(_) => ("vehicle.json", Kind::IdentifiedVehicle),
     };
     let mut outputs =
         Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
@@ -99,6 +102,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             return identify_bicycle::run(&log, &options, &out, traces.as_ref());
         }
         Structure::Torque(options) => return identify_torque::run(&log, &options, &out),
+        Structure::SingleTrack(options) => {
+            return identify_vehicle::run(&log, &options, &out, traces.as_ref());
+        }
     };
     let progress = Progress::start("identifying");
     let identified = steerwright_sysid::identify(&log, &options)?;

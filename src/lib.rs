@@ -23,6 +23,7 @@ mod identify;
 mod identify_accumulated;
 mod identify_bicycle;
 mod identify_torque;
+mod identify_vehicle;
 mod inspect;
 mod log_options;
 mod manual;

@@ -57,7 +57,8 @@ pub(crate) struct LogArguments {
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
-    /// Further channel of `--structure torque`: steering (its angle), roll, engaged or override; may be repeated.
+    /// Further channel: of `--structure torque` steering (its angle), roll, engaged or override; of `--structure
+    /// single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be repeated.
     /// Recognised by their names by default
     #[arg(long = "channel", value_name = "ROLE=CHANNEL", value_parser = channel)]
     pub(crate) channels: Vec<(String, String)>,

@@ -15,6 +15,7 @@ use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile, Torque};
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
 use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::single_track::{IdentifiedVehicle, identify_vehicle};
 use steerwright_sysid::torque::identify_torque;
 use steerwright_sysid::{Accumulated, Identified, Traces};
 
@@ -113,9 +114,10 @@ const LOG: &str = "log";
 
 #[derive(Args)]
 struct ReadArguments {
-    /// What responds: the yaw rate to the steering angle; or, for the structure torque, the lateral acceleration
-    /// to a steering torque or its normalised command
-    #[arg(long, value_name = "yaw-rate|lateral-acceleration", default_value = "yaw-rate", value_parser = response)]
+    /// What responds: the yaw rate to the steering angle; for the structure single-track also accelerations and
+    /// sideslip (motion); or, for the structure torque, the lateral acceleration to a steering torque or its
+    /// normalised command
+    #[arg(long, value_name = "yaw-rate|lateral-acceleration|motion", default_value = "yaw-rate", value_parser = response)]
     response: Response,
     #[command(flatten)]
     log: crate::log_options::LogArguments,
@@ -123,7 +125,7 @@ struct ReadArguments {
 
 fn response(text: &str) -> Result<Response, String> {
     let named = Response::ALL.into_iter().find(|response| response.name() == text);
-    named.ok_or_else(|| "expected yaw-rate or lateral-acceleration".into())
+    named.ok_or_else(|| "expected yaw-rate, lateral-acceleration or motion".into())
 }
 
 /// Reads a log, with the options of `read`.
@@ -154,6 +156,8 @@ pub enum Found {
     Plant(Box<Identified>),
     /// The bicycle scheduled by the speed.
     Bicycle(Box<IdentifiedBicycle>),
+    /// The vehicle up to the limit of its grip.
+    Vehicle(Box<IdentifiedVehicle>),
     /// The response to a steering torque.
     Torque(Box<Torque>),
 }
@@ -165,6 +169,7 @@ impl Found {
         match self {
             Self::Plant(found) => found.plant.to_json(),
             Self::Bicycle(found) => found.bicycle.to_json(),
+            Self::Vehicle(found) => found.vehicle.to_json(),
             Self::Torque(found) => found.to_json(),
         }
     }
@@ -175,6 +180,7 @@ impl Found {
         match self {
             Self::Plant(found) => Some(&found.traces),
             Self::Bicycle(found) => Some(&found.traces),
+            Self::Vehicle(found) => Some(&found.traces),
             Self::Torque(_) => None,
         }
     }
@@ -192,6 +198,9 @@ pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> 
             Found::Plant(Box::new(steerwright_sysid::identify(log, &options)?))
         }
         Structure::Bicycle(options) => Found::Bicycle(Box::new(identify_bicycle(log, &options)?)),
+        Structure::SingleTrack(options) => {
+            Found::Vehicle(Box::new(identify_vehicle(log, &options)?))
+        }
         Structure::Torque(options) => Found::Torque(Box::new(identify_torque(log, &options)?)),
     })
 }

@@ -5,6 +5,7 @@ use crate::log_options::IdentifyArguments;
 use crate::quantity;
 use steerwright_drivelog::Response;
 use steerwright_sysid::bicycle::BicycleOptions;
+use steerwright_sysid::single_track::IdentifyVehicleOptions;
 use steerwright_sysid::torque::TorqueOptions;
 use steerwright_sysid::{IdentifyOptions, InputKind};
 
@@ -13,21 +14,33 @@ use steerwright_sysid::{IdentifyOptions, InputKind};
 #[command(next_help_heading = "Structure")]
 pub(crate) struct StructureArguments {
     /// Structure of the model: state-space; the bicycle of eq 13 scheduled by the speed, for drives of varying
-    /// speed; or torque, the lateral acceleration that a steering torque or its normalised command causes. auto is
-    /// state-space
-    #[arg(long, value_name = "auto|state-space|bicycle|torque", default_value = "state-space", value_parser = structure)]
+    /// speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral acceleration that a
+    /// steering torque or its normalised command causes. auto is state-space
+    #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "state-space", value_parser = structure)]
     structure: Name,
-    /// Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500
+    /// Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
-    /// Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase
+    /// Wheelbase of the bicycle or vehicle, m; the steering ratio is then identified. By default the wheelbase
     /// is identified, with the steering ratio of the log
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
     /// Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
-    /// Lowest speed that is used. By default 1 m/s for the bicycle, 15 m/s for the structure torque
+    /// Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58 wheelbases
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    track_width: Option<f64>,
+    /// Prior of a parameter of the structure single-track: its mean, and the standard deviation of the parameter or
+    /// of its logarithm, 0 to fix it. The table of the results has names and priors; may be repeated
+    #[arg(long = "prior", value_name = "NAME=MEAN,DEVIATION", value_parser = prior)]
+    priors: Vec<(String, [f64; 2])>,
+    /// Whether the structure single-track fits the logged sideslip or lateral velocity too, or only compares it. By
+    /// default fit
+    #[arg(long, value_name = "fit|compare", value_parser = is_fitted)]
+    sideslip: Option<bool>,
+    /// Lowest speed that is used. By default 1 m/s for the bicycle, 3 m/s for the structure single-track, 15 m/s for
+    /// the structure torque
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
     /// Rate of the steering angle at which the friction of the structure torque reaches 76 % of its value, in
@@ -40,7 +53,21 @@ pub(crate) struct StructureArguments {
 enum Name {
     StateSpace,
     Bicycle,
+    SingleTrack,
     Torque,
+}
+
+impl Name {
+    const ALL: [Self; 4] = [Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
+
+    fn text(self) -> &'static str {
+        match self {
+            Self::StateSpace => "state-space",
+            Self::Bicycle => "bicycle",
+            Self::SingleTrack => "single-track",
+            Self::Torque => "torque",
+        }
+    }
 }
 
 /// A structure with its options.
@@ -48,6 +75,7 @@ enum Name {
 pub(crate) enum Structure {
     StateSpace(IdentifyOptions),
     Bicycle(BicycleOptions),
+    SingleTrack(IdentifyVehicleOptions),
     Torque(TorqueOptions),
 }
 
@@ -56,6 +84,7 @@ impl Structure {
     pub(crate) fn response(&self) -> Response {
         match self {
             Self::StateSpace(_) | Self::Bicycle(_) => Response::YawRate,
+            Self::SingleTrack(_) => Response::Motion,
             Self::Torque(_) => Response::LateralAcceleration,
         }
     }
@@ -72,28 +101,33 @@ impl StructureArguments {
             (stated.feedthrough.is_some(), "--feedthrough"),
             (stated.input_kind != InputKind::Steering, "--model-input"),
         ];
-        let of_bicycle = [
-            (self.mass.is_some(), "--mass"),
-            (self.wheelbase.is_some(), "--wheelbase"),
-            (self.front_share.is_some(), "--front-share"),
+        let of_vehicles =
+            [(self.mass.is_some(), "--mass"), (self.wheelbase.is_some(), "--wheelbase")];
+        let of_bicycle = [(self.front_share.is_some(), "--front-share")];
+        let of_single_track = [
+            (self.track_width.is_some(), "--track-width"),
+            (!self.priors.is_empty(), "--prior"),
+            (self.sideslip.is_some(), "--sideslip"),
         ];
         let of_torque = [(self.friction_rate.is_some(), "--friction-rate")];
+        let scheduled = [(self.min_speed.is_some(), "--min-speed")];
         let all = [
-            (Name::StateSpace, "state-space", &of_state_space[..]),
-            (Name::Bicycle, "bicycle", &of_bicycle[..]),
-            (Name::Torque, "torque", &of_torque[..]),
+            (&[Name::StateSpace][..], &of_state_space[..]),
+            (&[Name::Bicycle, Name::SingleTrack], &of_vehicles),
+            (&[Name::Bicycle], &of_bicycle),
+            (&[Name::SingleTrack], &of_single_track),
+            (&[Name::Torque], &of_torque),
+            (&[Name::Bicycle, Name::SingleTrack, Name::Torque], &scheduled),
         ];
-        for (_, structure, options) in all.iter().filter(|(name, ..)| *name != self.structure) {
+        for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&self.structure)) {
             if let Some((_, option)) = options.iter().find(|(is_stated, _)| *is_stated) {
+                let names: Vec<&str> = structures.iter().map(|name| name.text()).collect();
+                let of = names.join(" or ");
                 return Err(Failure::new(
-                    format!("{option} is an option of the structure {structure}"),
-                    format!("omit the option, or identify with --structure {structure}"),
+                    format!("{option} is an option of the structure {of}"),
+                    format!("omit the option, or identify with --structure {of}"),
                 ));
             }
-        }
-        if self.structure == Name::StateSpace && self.min_speed.is_some() {
-            let message = "--min-speed is an option of the structures bicycle and torque";
-            return Err(Failure::new(message, "omit it, or select speeds with --speed-window"));
         }
         let validation_fraction = stated.validation_fraction;
         Ok(match self.structure {
@@ -107,6 +141,18 @@ impl StructureArguments {
                     .unwrap_or(BicycleOptions::default().least_speed_mps),
                 validation_fraction,
             }),
+            Name::SingleTrack => {
+                let default = IdentifyVehicleOptions::default();
+                Structure::SingleTrack(IdentifyVehicleOptions {
+                    mass_kg: self.mass,
+                    wheelbase_m: self.wheelbase,
+                    track_width_m: self.track_width,
+                    priors: self.priors.clone(),
+                    fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
+                    least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+                    validation_fraction,
+                })
+            }
             Name::Torque => {
                 let default = TorqueOptions::default();
                 Structure::Torque(TorqueOptions {
@@ -121,9 +167,28 @@ impl StructureArguments {
 
 fn structure(text: &str) -> Result<Name, String> {
     match text {
-        "auto" | "state-space" => Ok(Name::StateSpace),
-        "bicycle" => Ok(Name::Bicycle),
-        "torque" => Ok(Name::Torque),
-        _ => Err("expected auto, state-space, bicycle or torque".into()),
+        "auto" => Ok(Name::StateSpace),
+        _ => Name::ALL
+            .into_iter()
+            .find(|name| name.text() == text)
+            .ok_or_else(|| "expected auto, state-space, bicycle, single-track or torque".into()),
+    }
+}
+
+/// `NAME=MEAN,DEVIATION`.
+fn prior(text: &str) -> Result<(String, [f64; 2]), String> {
+    let expected = || "expected NAME=MEAN,DEVIATION, such as wheelbase=2.7,0.02".to_owned();
+    let (name, numbers) = text.split_once('=').ok_or_else(expected)?;
+    let (mean, deviation) = numbers.split_once(',').ok_or_else(expected)?;
+    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    let numbers = number(mean).zip(number(deviation)).ok_or_else(expected)?;
+    Ok((name.trim().into(), numbers.into()))
+}
+
+fn is_fitted(text: &str) -> Result<bool, String> {
+    match text {
+        "fit" => Ok(true),
+        "compare" => Ok(false),
+        _ => Err("expected fit or compare".into()),
     }
 }

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use steerwright_formats::Document;
+use steerwright_formats::{Document, Vehicle};
 use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
@@ -14,6 +14,8 @@ const HEAD: u64 = 64 << 10;
 pub(crate) enum Kind {
     /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.
     Document(&'static str),
+    /// A vehicle that was identified; one without its provenance was written by hand.
+    IdentifiedVehicle,
     /// Measured and simulated signals of an identification, CSV.
     Traces,
     /// A simulation's trajectories, CSV: `time`, then `instance.variable`.
@@ -38,6 +40,7 @@ impl Kind {
     pub(crate) fn in_words(self) -> String {
         match self {
             Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),
+            Self::IdentifiedVehicle => "identified vehicle".into(),
             Self::Traces => "CSV of an identification's signals".into(),
             Self::Recording => "CSV of simulated trajectories".into(),
             Self::SweepResults => "CSV of a sweep's results".into(),
@@ -61,6 +64,8 @@ impl Kind {
             Self::Document(schema) => {
                 schema_of(file).is_some_and(|found| found.starts_with(schema))
             }
+            Self::IdentifiedVehicle => serde_json::from_reader::<_, Vehicle>(BufReader::new(file))
+                .is_ok_and(|vehicle| vehicle.provenance.is_some()),
             Self::Traces => header(file).is_some_and(|cells| {
                 let first =
                     ["time_s", "steering_rad", "yaw_rate_radps", "simulated_yaw_rate_radps"];
