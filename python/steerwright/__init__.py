@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle
-    from .plant import Bicycle, Plant, Torque
+    from .plant import Bicycle, Plant, Torque, Vehicle
     from .reading import read
     from .simulation import Simulation, simulate
 
@@ -69,6 +69,7 @@ _MODULES = {
     "identify_bicycle": "identification",
     "Bicycle": "plant",
     "Torque": "plant",
+    "Vehicle": "plant",
     "Plant": "plant",
     "read": "reading",
     "Simulation": "simulation",
@@ -87,6 +88,7 @@ __all__ = [
     "Sweep",
     "Torque",
     "Traces",
+    "Vehicle",
     "Warning",
     "__version__",
     "build",

@@ -12,7 +12,7 @@ from . import _command, documents
 from ._errors import Error
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, Plant, Torque
+from .plant import Bicycle, Document, Plant, Torque, Vehicle
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -66,7 +66,7 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
 
 @documented("package", {"json"})
 def package(
-    models: Sequence[Plant | Bicycle | Controller | Path | File],
+    models: Sequence[Plant | Bicycle | Vehicle | Controller | Path | File],
     **options: Unpack[PackageOptions],
 ) -> dict[str, FilePath]:
     """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
@@ -223,9 +223,9 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 
 def load(file: File) -> Any:
-    """The object of any document of this package: plant, bicycle, torque, controller, path."""
+    """The object of any document of this package: plant, bicycle, vehicle, torque, controller, path."""
     text = FilePath(file).read_text("utf-8")
     schema = str(json.loads(text).get("schema", ""))
-    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Torque, Controller, Path)}
+    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Vehicle, Torque, Controller, Path)}
     kind = kinds.get(f"{schema.split('/')[1] if '/' in schema else ''}.json", Plant)
     return kind(text, file=os.fspath(file))

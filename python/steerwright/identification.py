@@ -11,7 +11,7 @@ from ._errors import Error, Warning
 from ._native import Log
 from ._options import documented
 from .accumulator import Accumulator
-from .plant import Bicycle, Plant, Torque
+from .plant import Bicycle, Plant, Torque, Vehicle
 from .reading import Source, read
 
 if TYPE_CHECKING:
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 @documented("identify")
 def identify(
     log: Log | Accumulator | Source | Sequence[Source], **options: Unpack[IdentifyOptions]
-) -> Plant | Bicycle | Torque:
+) -> Plant | Bicycle | Vehicle | Torque:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
-    Returns a :class:`Plant`, a :class:`Bicycle` with ``structure="bicycle"``, or with ``structure="torque"`` a
-    :class:`Torque`, for which a :class:`Log` is read with ``response="lateral-acceleration"``. Its document is that
-    which ``steerwright identify`` writes, byte for byte. Whether it can be trusted is in ``quality``.
+    Returns a :class:`Plant`, a :class:`Bicycle` with ``structure="bicycle"``, a :class:`Vehicle` with
+    ``structure="single-track"``, for which a :class:`Log` is read with ``response="motion"``, or with
+    ``structure="torque"`` a :class:`Torque`, with ``response="lateral-acceleration"``. Its document is that which ``steerwright identify`` writes, byte for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.
     """
@@ -41,8 +41,10 @@ def identify(
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
-        if keywords.get("structure") == "torque":
-            of_log["response"] = "lateral-acceleration"
+        responses = {"torque": "lateral-acceleration", "single-track": "motion"}
+        structure = keywords.get("structure")
+        if structure in responses:
+            of_log["response"] = responses[structure]
         log = read(log, **of_log)
     else:
         misplaced = {name.replace("-", "_") for name, *_ in _native.describe("read")}
@@ -53,7 +55,8 @@ def identify(
         text, traces = _native.identify(log, keywords, progress)
     if traces is None:
         return _warned(Torque(text), log.warnings)
-    kind: type[Plant | Bicycle] = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
+    kinds: dict[str, type[Plant | Bicycle | Vehicle]] = {"bicycle": Bicycle, "vehicle": Vehicle}
+    kind = next((k for name, k in kinds.items() if f'"steerwright/{name}/' in text[:200]), Plant)
     return _warned(kind(text, traces=traces), log.warnings)
 
 
@@ -69,7 +72,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, Bicycle, Torque, "Plant | Bicycle")
+M = TypeVar("M", Plant, Torque, "Plant | Bicycle | Vehicle")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

@@ -391,6 +391,59 @@ class Bicycle(Document, documents.Bicycle):
         return f"<Bicycle: wheelbase {length:.3f} m, steering ratio {v.steering_ratio:.2f}{fit}>"
 
 
+class Vehicle(Document, documents.Vehicle):
+    """A vehicle up to the limit of its grip. The attributes are the keys of vehicle.json."""
+
+    FILE = "vehicle.json"
+
+    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
+        super().__init__(text, file=file)
+        self._traces = traces
+
+    @property
+    def traces(self) -> Traces | None:
+        """Measured and simulated signals, where the vehicle was identified here from a log."""
+        return self._traces
+
+    @property
+    def fit(self) -> float | None:
+        """Fit of the yaw rate, freely simulated on validation data, %; `None` where it was not validated."""
+        validation = None if self.evidence is None else self.evidence.validation
+        return None if validation is None else validation.yaw_rate
+
+    def parameter(self, name: str) -> documents.VehicleParameter:
+        """A parameter of the identified single-track model with its uncertainty, such as
+        ``friction_coefficient_front``."""
+        parameters = () if self.evidence is None else self.evidence.parameters
+        for parameter in parameters:
+            if parameter.name == name:
+                return parameter
+        names = ", ".join(parameter.name for parameter in parameters)
+        raise Error(f"{name}: the vehicle has no such parameter", f"it has: {names or 'none, since it was stated'}")
+
+    def _repr_html_(self) -> str:
+        b, t = self.body, self.tyres
+        rows = [
+            ("mass", f"{b.mass_kg:.0f} kg"),
+            ("yaw inertia", f"{b.yaw_inertia_kgm2:.0f} kg·m²"),
+            ("distances to the axles", f"{b.distance_front_m:.3f} m, {b.distance_rear_m:.3f} m"),
+            (
+                "cornering stiffness",
+                f"{t.cornering_stiffness_front_npr:.0f}, {t.cornering_stiffness_rear_npr:.0f} N/rad",
+            ),
+            ("friction coefficient", f"{t.friction_coefficient:.3f}"),
+            ("steering ratio", f"{self.actuator.steering_ratio:.3f}"),
+        ]
+        if self.fit is not None:
+            rows.append(("fit on validation data", f"{self.fit:.2f} %"))
+        return html("Vehicle up to the limit of its grip", rows, ())
+
+    def __repr__(self) -> str:
+        length = self.body.distance_front_m + self.body.distance_rear_m
+        fit = "" if self.fit is None else f", fit {self.fit:.2f} % on validation data"
+        return f"<Vehicle: wheelbase {length:.3f} m, friction {self.tyres.friction_coefficient:.2f}{fit}>"
+
+
 class Torque(Document, documents.Torque):
     """The response of the lateral acceleration to a steering torque. The attributes are the keys of torque.json."""
 
