@@ -12,6 +12,9 @@ pub(crate) struct Options {
     /// Engagement next to the road and large yaw steps instead: tests/experiment/engagement.py
     #[arg(long)]
     engagement: bool,
+    /// Models of a whole drive instead: tests/experiment/whole_drive.py
+    #[arg(long, conflicts_with = "engagement")]
+    whole_drive: bool,
     /// Arguments of the Python program, such as `--quick` or `--seeds 40`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
@@ -26,9 +29,13 @@ pub(crate) fn experiment(options: &Options) -> Result<(), String> {
     if options.test {
         return run(command.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
     }
-    let name = if options.engagement { "engagement.py" } else { "experiment.py" };
+    let name = match (options.engagement, options.whole_drive) {
+        (true, _) => "engagement.py",
+        (_, true) => "whole_drive.py",
+        _ => "experiment.py",
+    };
     command.arg(folder.join(name)).arg("--program").arg(program(None)?);
-    if !options.engagement {
+    if name == "experiment.py" {
         command.arg("--out").arg(target().join("experiment"));
     }
     run(command.args(&options.arguments))
