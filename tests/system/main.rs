@@ -21,6 +21,7 @@ mod fmus;
 mod folders;
 mod gate;
 mod identify_bicycle;
+mod identify_vehicle;
 mod inspect;
 mod installed;
 mod jacobi_loop;
