@@ -62,6 +62,7 @@ ReasonCode = Literal[
     "coarse-resolution",
     "early-yaw-rate",
     "late-yaw-rate",
+    "near-spin",
 ]
 """The subject of a reason; its name in files is stable."""
 
@@ -177,6 +178,12 @@ class Vehicle(Record):
     """The steering."""
     speed_mps: float
     """Longitudinal velocity that the `speed` input starts with, m/s."""
+    evidence: Union[VehicleEvidence, None]
+    """The evidence for its quality, if it was identified from a log."""
+    quality: Union[Quality, None]
+    """Whether a controller may be designed on it."""
+    provenance: Union[Provenance, None]
+    """The sources of the file, if it was identified from a log."""
 
 
 class Pid(Record):
@@ -652,6 +659,40 @@ class SteeringActuator(Record):
     """Largest rate of the road-wheel angle, rad/s."""
     road_wheel_angle_max_rad: float
     """Largest road-wheel angle to either side, rad."""
+
+
+class VehicleEvidence(Record):
+    """The results of the identification of a vehicle from a log, by the single-track model of
+    docs/methods/single-track.md."""
+
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log, after resampling."""
+    estimation_samples: int
+    """Samples used for estimation."""
+    validation_samples: int
+    """Number of validation samples."""
+    sample_time_s: float
+    """Sample time, s."""
+    speed: SpeedSummary
+    """Speed over the estimation data."""
+    lateral_acceleration_mps2: float
+    """Largest lateral acceleration of the estimation data, m/s²: its 99th percentile, from yaw rate times
+    speed."""
+    fitted: tuple[str, ...]
+    """Roles of the channels that were fitted."""
+    estimation: SimulationFit
+    """Free simulation of the estimation data."""
+    validation: Union[SimulationFit, None]
+    """Free simulation of the validation data."""
+    parameters: tuple[VehicleParameter, ...]
+    """The parameters in the order of the covariance."""
+    covariance: Array
+    """Covariance of the parameters' coordinates; zero for those that are stated."""
+    spin_margin: float
+    """How much less friction the rear axle can have, relative, before the free simulation of the estimation
+    data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader and of the identification."""
 
 
 class PidGains(Record):
@@ -1257,6 +1298,51 @@ class WithDelay(Record):
     """Fit on validation data, percent."""
 
 
+class SimulationFit(Record):
+    """A free simulation compared with the measured signals: from steering, speed and longitudinal
+    acceleration alone, each segment from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y −
+    ŷ‖/‖y − mean y‖)` in percent over all segments, −100 where the simulation is worse or leaves all
+    bounds."""
+
+    yaw_rate: float
+    """Fit of yaw rate, %."""
+    lateral_acceleration: Union[float, None]
+    """Fit of lateral acceleration, %, where it is measured."""
+    sideslip_rms_error_rad: Union[float, None]
+    """RMS error of the sideslip angle, rad, above 3 m/s, where lateral velocity is measured."""
+    sideslip_rms_rad: Union[float, None]
+    """RMS of the measured sideslip angle likewise, rad."""
+    worst_window_radps: float
+    """Largest RMS error of yaw rate in a window of 5 s, rad/s."""
+
+
+class VehicleParameter(Record):
+    """A parameter of the single-track model with its uncertainty."""
+
+    name: str
+    """The quantity."""
+    unit: Union[str, None]
+    """Its unit; empty for none."""
+    value: float
+    """The estimate."""
+    standard_error: float
+    """Its standard error; 0 where it is stated."""
+    band_95: Array
+    """Ends of the 95 % band, within the bounds."""
+    is_logarithmic: bool
+    """Whether its coordinate is the natural logarithm."""
+    prior: Prior
+    """The prior distribution of the coordinate, and the bounds of the value."""
+    posterior_per_prior: float
+    """Posterior over prior standard deviation: about 1 where the drive tells nothing; 0 where it is stated."""
+    moved_deviations: float
+    """How far the drive moved the coordinate, in standard deviations of the prior; 0 where it is stated."""
+    is_determined: bool
+    """Whether the drive determines it: a posterior of at most half the prior's deviation."""
+    is_at_bound: bool
+    """Whether the value is at one of its bounds."""
+
+
 class LargeErrors(Record):
     """Limits for large yaw errors, which reduce the overshoot of large steps with a rate-limited actuator."""
 
@@ -1539,6 +1625,19 @@ class Spread(Record):
     """Variance of the imaginary part."""
     covariance: float
     """Covariance of the two."""
+
+
+class Prior(Record):
+    """A normal distribution of a parameter's coordinate, and the bounds of the value."""
+
+    mean: float
+    """Mean; of a logarithm the median. In the parameter's unit."""
+    standard_deviation: float
+    """Standard deviation of the coordinate: of a logarithm relative. Zero states the parameter."""
+    min: float
+    """Least value."""
+    max: float
+    """Largest value."""
 
 
 class EngagementRow(Record):

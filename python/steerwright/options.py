@@ -17,9 +17,10 @@ File = Union[str, "os.PathLike[str]"]
 class ReadOptions(TypedDict, total=False):
     """The options of `read`."""
 
-    response: Literal["yaw-rate", "lateral-acceleration"]
-    """What responds: the yaw rate to the steering angle; or, for the structure torque, the lateral
-    acceleration to a steering torque or its normalised command (default yaw-rate)."""
+    response: Literal["yaw-rate", "lateral-acceleration", "motion"]
+    """What responds: the yaw rate to the steering angle; for the structure single-track also
+    accelerations and sideslip (motion); or, for the structure torque, the lateral acceleration to a
+    steering torque or its normalised command (default yaw-rate)."""
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
@@ -47,8 +48,9 @@ class ReadOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
+    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -108,8 +110,9 @@ class IdentifyOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
+    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -160,19 +163,31 @@ class IdentifyOptions(TypedDict, total=False):
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
-    structure: Literal["auto", "state-space", "bicycle", "torque"]
+    structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
     """Structure of the model: state-space; the bicycle of eq 13 scheduled by the speed, for drives of
-    varying speed; or torque, the lateral acceleration that a steering torque or its normalised command
-    causes. auto is state-space (default state-space)."""
+    varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
+    acceleration that a steering torque or its normalised command causes. auto is state-space (default
+    state-space)."""
     mass: float
-    """Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500."""
+    """Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500."""
     wheelbase: float
-    """Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase is
-    identified, with the steering ratio of the log."""
+    """Wheelbase of the bicycle or vehicle, m; the steering ratio is then identified. By default the
+    wheelbase is identified, with the steering ratio of the log."""
     front_share: Quantity
     """Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%."""
+    track_width: float
+    """Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58
+    wheelbases."""
+    prior: Union[Mapping[str, Any], Sequence[str], str]
+    """Prior of a parameter of the structure single-track: its mean, and the standard deviation of the
+    parameter or of its logarithm, 0 to fix it. The table of the results has names and priors; may be
+    repeated."""
+    sideslip: Literal["fit", "compare"]
+    """Whether the structure single-track fits the logged sideslip or lateral velocity too, or only
+    compares it. By default fit."""
     min_speed: Quantity
-    """Lowest speed that is used. By default 1 m/s for the bicycle, 15 m/s for the structure torque."""
+    """Lowest speed that is used. By default 1 m/s for the bicycle, 3 m/s for the structure single-track,
+    15 m/s for the structure torque."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
@@ -212,8 +227,9 @@ class AccumulateOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
+    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -451,8 +467,9 @@ class CompareOptions(DesignOptions, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
+    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -541,8 +558,9 @@ class BuildOptions(DesignOptions, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of `structure torque`: steering (its angle), roll, engaged or override; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
+    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""

@@ -48,9 +48,10 @@ fn record(file: &Path) -> Vec<f64> {
 /// `100·(1 − ‖y − ŷ‖/‖y − mean y‖)`.
 fn fit(y: &[f64], y_hat: &[f64]) -> f64 {
     let mean = y.iter().sum::<f64>() / y.len() as f64;
-    let sums = y.iter().zip(y_hat).fold([0.0; 2], |[e, s], (y, y_hat)| {
-        [e + (y - y_hat).powi(2), s + (y - mean).powi(2)]
-    });
+    let sums = y
+        .iter()
+        .zip(y_hat)
+        .fold([0.0; 2], |[e, s], (y, y_hat)| [e + (y - y_hat).powi(2), s + (y - mean).powi(2)]);
     100.0 * (1.0 - (sums[0] / sums[1]).sqrt())
 }
 
@@ -59,7 +60,8 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let measured = record(&at("drive.csv"));
-    let output = run(folder.path(), "identify drive.csv --structure single-track --traces traces.csv");
+    let output =
+        run(folder.path(), "identify drive.csv --structure single-track --traces traces.csv");
     let text = text_of(&output);
     assert!(output.status.success(), "{text}");
     for part in ["steering ratio", "lateral acceleration, lateral velocity", "moved by"] {
