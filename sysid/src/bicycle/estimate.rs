@@ -5,8 +5,8 @@
 
 use crate::Error;
 use crate::bicycle::parameters::{
-    ALL, DELAY, FRONT, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR, STEERING_OFFSET,
-    WHEELBASE, YAW_RATE_OFFSET, priors,
+    ALL, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR,
+    STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, priors,
 };
 use crate::bicycle::simulate::{InitialState, SpeedSegment, sensitivities, yaw_rate};
 use crate::data::statistics::long_run_variance;
@@ -50,12 +50,12 @@ impl<'a> Problem<'a> {
     pub(super) fn new(
         segments: Vec<SpeedSegment<'a>>,
         share: f64,
-        wheelbase: Option<f64>,
+        geometry: Geometry,
         delay: bool,
     ) -> Self {
-        let priors = priors(wheelbase);
+        let priors = priors(geometry);
         let mut free = vec![FRONT, REAR, INDEX, LAG, STEERING_OFFSET, YAW_RATE_OFFSET];
-        free.push(if wheelbase.is_some() { STEERING_FACTOR } else { WHEELBASE });
+        free.push(if geometry.wheelbase.is_some() { STEERING_FACTOR } else { WHEELBASE });
         if delay {
             free.push(DELAY);
         }

@@ -60,8 +60,13 @@ pub fn identify_bicycle(
     let recording =
         Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
     let segments = segments(&recording, log);
+    let geometry =
+        parameters::Geometry { wheelbase: options.wheelbase_m, is_angle: log.has_steering_angle() };
+    if !geometry.is_angle && geometry.wheelbase.is_none() {
+        return Err(Error::WheelbaseNeeded);
+    }
     let problem = |ranges: &[Range<usize>], delay: bool| {
-        Problem::new(within(&segments, ranges), options.front_share(), options.wheelbase_m, delay)
+        Problem::new(within(&segments, ranges), options.front_share(), geometry, delay)
     };
     let prompt = problem(&recording.split.estimation, false);
     let without_delay = prompt.solve()?;

@@ -36,14 +36,23 @@ pub(super) struct Prior {
     pub(super) deviation: f64,
 }
 
-/// The prior of each parameter. `wheelbase` is the one stated, if any.
-pub(super) fn priors(wheelbase: Option<f64>) -> [Prior; PARAMETERS] {
+/// What is known of the steering's geometry.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Geometry {
+    /// Stated, the steering factor is identified in its place, m.
+    pub(super) wheelbase: Option<f64>,
+    /// Whether the steering of the log is an angle.
+    pub(super) is_angle: bool,
+}
+
+/// The prior of each parameter.
+pub(super) fn priors(geometry: Geometry) -> [Prior; PARAMETERS] {
     let of = |mean: f64, deviation: f64| Prior { mean, deviation };
     [
         // Road cars have 40 to 110 rad/s² per rad at either axle.
         of(60.0_f64.ln(), 0.7),
         of(60.0_f64.ln(), 0.7),
-        of(wheelbase.unwrap_or(2.7).ln(), 0.5),
+        of(geometry.wheelbase.unwrap_or(2.7).ln(), 0.5),
         of(0.0, 0.2),
         // From a sensor of the angle itself, which has none, to a slow servo.
         of(0.005_f64.ln(), 2.0),
@@ -51,7 +60,8 @@ pub(super) fn priors(wheelbase: Option<f64>) -> [Prior; PARAMETERS] {
         // A degree of misalignment and half a degree a second of gyro bias.
         of(0.0, 0.02),
         of(0.0, 0.01),
-        of(0.0, 0.3),
+        // The angle at a command of 1 may be that of a servo or of a steering wheel.
+        if geometry.is_angle { of(0.0, 0.3) } else { of(0.4_f64.ln(), 1.5) },
     ]
 }
 

@@ -38,9 +38,10 @@ pub fn validate_bicycle(
         Split::end(log, turned.len(), options.validation_fraction)
     })?;
     let segments = segments(&recording, &with_speed);
+    let stated = parameters::Geometry { wheelbase: None, is_angle: true };
     let share = vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
     let [estimation, validation] = [&recording.split.estimation, &recording.split.validation]
-        .map(|ranges| Problem::new(within(&segments, ranges), share, None, false));
+        .map(|ranges| Problem::new(within(&segments, ranges), share, stated, false));
 
     let mut p = parameters::of_vehicle(vehicle, log.steering_ratio);
     if let Some(evidence) = &bicycle.evidence {

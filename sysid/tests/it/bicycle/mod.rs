@@ -10,8 +10,9 @@ use crate::common::{car, recording};
 use crate::known::Random;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Bicycle, BicycleEvidence, Continuous, Document, Matrix};
+use steerwright_formats::{Bicycle, BicycleEvidence, ChannelSummary, Continuous, Document, Matrix};
 use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_body_frame, bicycle_eq13};
+use steerwright_sysid::Error;
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
 const T: f64 = 0.04;
@@ -350,6 +351,37 @@ fn a_stated_wheelbase_stays_and_the_ratio_is_identified() {
     assert!((p.wheelbase() - vehicle.wheelbase()).abs() < 1e-9);
     assert!((p.steering_ratio / 16.0 - 1.0).abs() < 0.02, "{p:?}");
     assert!((p.understeer_gradient() / vehicle.understeer_gradient() - 1.0).abs() < 0.1);
+}
+
+/// A servo of 0.35 rad at 1, percent of a steering wheel's travel, and a command whose 1 is a turn of one.
+#[test]
+fn a_command_that_is_no_angle_needs_the_wheelbase() {
+    let vehicle = BicycleParameters { steering_ratio: 1.0, ..car() };
+    for angle_at_one in [0.35, 0.005, 6.0] {
+        let mut log = drive(vehicle, Drive { noise: 0.003, offset: 0.0, ..DRIVE });
+        log.input.iter_mut().for_each(|u| *u /= angle_at_one);
+        log.steering_ratio = 1.0;
+        let channel = |rows| ChannelSummary {
+            role: "steering".into(),
+            column: "command".into(),
+            unit: "1".into(),
+            rows,
+            rate_hz: 1.0 / log.sample_time_s,
+            intersample: None,
+            min: -1.0,
+            mean: 0.0,
+            max: 1.0,
+            resolution: None,
+            spikes_s: Vec::new(),
+            frozen_s: Vec::new(),
+        };
+        log.channels = vec![channel(log.len())];
+        assert_eq!(identify_bicycle(&log, &known()).unwrap_err(), Error::WheelbaseNeeded);
+        let options = BicycleOptions { wheelbase_m: Some(vehicle.wheelbase()), ..known() };
+        let found = identify_bicycle(&log, &options).unwrap();
+        let ratio = parameters(&found.bicycle).steering_ratio;
+        assert!((ratio * angle_at_one - 1.0).abs() < 0.02, "{angle_at_one}: {ratio}");
+    }
 }
 
 #[test]
