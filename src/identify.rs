@@ -5,13 +5,16 @@ use crate::failure::{Failure, Outcome};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::structure::{Structure, StructureArguments};
+use crate::structure::{Structure, StructureArguments, Wanted};
 use crate::{
-    Global, console, identify_accumulated, identify_bicycle, identify_torque, identify_vehicle,
+    Global, console, identify_accumulated, identify_auto, identify_bicycle, identify_torque,
+    identify_vehicle,
 };
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use steerwright_drivelog::Response;
 use steerwright_formats::{Bicycle, Plant, Torque};
+use steerwright_sysid::Identified;
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -21,7 +24,7 @@ pub(crate) struct Arguments {
     /// `accumulate`, which are merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Model file; by default plant.json, bicycle.json, vehicle.json or torque.json, by the structure
+    /// Model file; by default plant.json, bicycle.json, vehicle.json or torque.json, by the structure of the model
     #[arg(long = "output", short = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write measured and simulated signals as CSV
@@ -42,7 +45,7 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    pub(crate) fn structure(&self) -> Result<Structure, Failure> {
+    pub(crate) fn wanted(&self) -> Result<Wanted, Failure> {
         self.structure.with(&self.identify)
     }
 
@@ -56,19 +59,29 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let structure = arguments.structure()?;
+    let mut outputs =
+        Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
+    let is_of_factors = identify_accumulated::are_factors(&arguments.logs)?;
+    let is_drawn = arguments.plots.is_some() || arguments.report.is_some();
+    let structure = match arguments.wanted()? {
+        Wanted::Auto(options) if !is_of_factors && !is_drawn => {
+            let out = outputs.optional(arguments.out.as_ref(), Kind::Model)?;
+            let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
+            let log = arguments.log.read(&arguments.logs, Response::YawRate)?;
+            return identify_auto::run(&log, &options, out, &mut outputs, traces.as_ref());
+        }
+        wanted => wanted.without_choice(),
+    };
     let (default, kind) = match structure {
         Structure::StateSpace(_) => ("plant.json", Kind::of::<Plant>()),
         Structure::Bicycle(_) => ("bicycle.json", Kind::of::<Bicycle>()),
         Structure::Torque(_) => ("torque.json", Kind::of::<Torque>()),
         Structure::SingleTrack(_) => ("vehicle.json", Kind::IdentifiedVehicle),
     };
-    let mut outputs =
-        Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
     let out = outputs.file(arguments.out.clone().unwrap_or_else(|| default.into()), kind)?;
     let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
     let shown = Shown::decide(arguments, &mut outputs)?;
-    if identify_accumulated::are_factors(&arguments.logs)? {
+    if is_of_factors {
         let asked = [
             ("--structure", !matches!(structure, Structure::StateSpace(_))),
             ("--traces", traces.is_some()),
@@ -96,24 +109,33 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }
     let log = arguments.log.read(&arguments.logs, structure.response())?;
-    let options = match structure {
-        Structure::StateSpace(options) => options,
-        Structure::Bicycle(options) => {
-            return identify_bicycle::run(&log, &options, &out, traces.as_ref());
-        }
-        Structure::Torque(options) => return identify_torque::run(&log, &options, &out),
+    match structure {
+        Structure::Bicycle(options) => identify_bicycle::run(&log, &options, &out, traces.as_ref()),
+        Structure::Torque(options) => identify_torque::run(&log, &options, &out),
         Structure::SingleTrack(options) => {
-            return identify_vehicle::run(&log, &options, &out, traces.as_ref());
+            identify_vehicle::run(&log, &options, &out, traces.as_ref())
         }
-    };
-    let progress = Progress::start("identifying");
-    let identified = steerwright_sysid::identify(&log, &options)?;
-    drop(progress);
+        Structure::StateSpace(options) => {
+            let progress = Progress::start("identifying");
+            let identified = steerwright_sysid::identify(&log, &options)?;
+            drop(progress);
+            present(&identified, &out, traces.as_ref(), &shown)
+        }
+    }
+}
+
+/// Writes, draws and prints a plant.
+pub(crate) fn present(
+    identified: &Identified,
+    out: &Output,
+    traces: Option<&Output>,
+    shown: &Shown<'_>,
+) -> Result<Outcome, Failure> {
     out.document(&identified.plant)?;
     // The signals as text are several times the log in memory.
     let is_wanted = traces.is_some() || shown.is_wanted();
     let csv = if is_wanted { traces_csv(&identified.traces, None) } else { String::new() };
-    if let Some(traces) = &traces {
+    if let Some(traces) = traces {
         traces.write(csv.as_bytes())?;
     }
     let drawn = shown.write(&identified.plant, &csv)?;
@@ -123,7 +145,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 }
 
 /// The outputs that the evidence is drawn into.
-struct Shown<'a> {
+#[derive(Default)]
+pub(crate) struct Shown<'a> {
     plots: Option<(&'a Path, Files)>,
     report: Option<Output>,
 }

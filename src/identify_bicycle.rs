@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Bicycle, BicycleEvidence, Quality, VehicleData};
-use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
 pub(crate) fn run(
     log: &DriveLog,
@@ -19,6 +19,15 @@ pub(crate) fn run(
     let progress = Progress::start("identifying");
     let found = identify_bicycle(log, options)?;
     drop(progress);
+    present(&found, out, traces)
+}
+
+/// Writes and prints a bicycle.
+pub(crate) fn present(
+    found: &IdentifiedBicycle,
+    out: &Output,
+    traces: Option<&Output>,
+) -> Result<Outcome, Failure> {
     out.document(&found.bicycle)?;
     if let Some(traces) = traces {
         traces.write(traces_csv(&found.traces, None).as_bytes())?;

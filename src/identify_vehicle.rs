@@ -10,7 +10,9 @@ use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
     Quality, SimulationFit, Vehicle, VehicleEvidence, VehicleParameter, correlated,
 };
-use steerwright_sysid::single_track::{IdentifyVehicleOptions, identify_vehicle};
+use steerwright_sysid::single_track::{
+    IdentifiedVehicle, IdentifyVehicleOptions, identify_vehicle,
+};
 
 pub(crate) fn run(
     log: &DriveLog,
@@ -21,6 +23,15 @@ pub(crate) fn run(
     let progress = Progress::start("identifying");
     let found = identify_vehicle(log, options)?;
     drop(progress);
+    present(&found, out, traces)
+}
+
+/// Writes and prints a vehicle.
+pub(crate) fn present(
+    found: &IdentifiedVehicle,
+    out: &Output,
+    traces: Option<&Output>,
+) -> Result<Outcome, Failure> {
     out.document(&found.vehicle)?;
     if let Some(traces) = traces {
         traces.write(traces_csv(&found.traces, None).as_bytes())?;

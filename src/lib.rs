@@ -21,6 +21,7 @@ mod files;
 mod gate;
 mod identify;
 mod identify_accumulated;
+mod identify_auto;
 mod identify_bicycle;
 mod identify_torque;
 mod identify_vehicle;

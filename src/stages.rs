@@ -5,7 +5,7 @@
 
 use crate::identify_accumulated::{check_factor_options, merged};
 use crate::progress::{self, Progress};
-use crate::structure::Structure;
+use crate::structure::{Structure, Wanted};
 use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::PathBuf;
@@ -16,6 +16,7 @@ use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
 use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
 use steerwright_sysid::single_track::{IdentifiedVehicle, identify_vehicle};
+use steerwright_sysid::structures::{IdentifiedModel, identify_structure};
 use steerwright_sysid::torque::identify_torque;
 use steerwright_sysid::{Accumulated, Identified, Traces};
 
@@ -193,7 +194,17 @@ impl Found {
 pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> {
     let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
     let _progress = Progress::start("identifying");
-    Ok(match arguments.structure()? {
+    let structure = match arguments.wanted()? {
+        Wanted::Auto(options) => {
+            return Ok(match identify_structure(log, &options)?.model {
+                IdentifiedModel::Plant(found) => Found::Plant(found),
+                IdentifiedModel::Bicycle(found) => Found::Bicycle(found),
+                IdentifiedModel::Vehicle(found) => Found::Vehicle(found),
+            });
+        }
+        Wanted::One(structure) => structure,
+    };
+    Ok(match structure {
         Structure::StateSpace(options) => {
             Found::Plant(Box::new(steerwright_sysid::identify(log, &options)?))
         }

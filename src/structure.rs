@@ -6,6 +6,7 @@ use crate::quantity;
 use steerwright_drivelog::Response;
 use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
+use steerwright_sysid::structures::StructureOptions;
 use steerwright_sysid::torque::TorqueOptions;
 use steerwright_sysid::{IdentifyOptions, InputKind};
 
@@ -13,10 +14,12 @@ use steerwright_sysid::{IdentifyOptions, InputKind};
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Structure")]
 pub(crate) struct StructureArguments {
-    /// Structure of the model: state-space; the bicycle of eq 13 scheduled by the speed, for drives of varying
-    /// speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral acceleration that a
-    /// steering torque or its normalised command causes. auto is state-space
-    #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "state-space", value_parser = structure)]
+    /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
+    /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
+    /// acceleration that a steering torque or its normalised command causes. auto is the simplest of the first three
+    /// that the validation data do not reject; with an option of state-space, with figures and of R factors it is
+    /// state-space
+    #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
     structure: Name,
     /// Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
@@ -51,6 +54,7 @@ pub(crate) struct StructureArguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Name {
+    Auto,
     StateSpace,
     Bicycle,
     SingleTrack,
@@ -58,16 +62,26 @@ enum Name {
 }
 
 impl Name {
-    const ALL: [Self; 4] = [Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
+    const ALL: [Self; 5] =
+        [Self::Auto, Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
 
     fn text(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::StateSpace => "state-space",
             Self::Bicycle => "bicycle",
             Self::SingleTrack => "single-track",
             Self::Torque => "torque",
         }
     }
+}
+
+/// The structures that are wanted.
+#[derive(Debug)]
+pub(crate) enum Wanted {
+    /// The simplest that the data do not reject.
+    Auto(Box<StructureOptions>),
+    One(Structure),
 }
 
 /// A structure with its options.
@@ -90,9 +104,19 @@ impl Structure {
     }
 }
 
+impl Wanted {
+    /// The same without a choice: then it is state space.
+    pub(crate) fn without_choice(self) -> Structure {
+        match self {
+            Self::Auto(options) => Structure::StateSpace(options.state_space),
+            Self::One(structure) => structure,
+        }
+    }
+}
+
 impl StructureArguments {
     /// The structure with its options; options of the others are rejected.
-    pub(crate) fn with(&self, identify: &IdentifyArguments) -> Result<Structure, Failure> {
+    pub(crate) fn with(&self, identify: &IdentifyArguments) -> Result<Wanted, Failure> {
         let stated = identify.options();
         let of_state_space = [
             (stated.method.is_some(), "--method"),
@@ -111,17 +135,23 @@ impl StructureArguments {
         ];
         let of_torque = [(self.friction_rate.is_some(), "--friction-rate")];
         let scheduled = [(self.min_speed.is_some(), "--min-speed")];
+        let is_stated = of_state_space.iter().any(|(is_stated, _)| *is_stated);
+        let structure = match self.structure {
+            Name::Auto if is_stated => Name::StateSpace,
+            other => other,
+        };
         let all = [
             (&[Name::StateSpace][..], &of_state_space[..]),
-            (&[Name::Bicycle, Name::SingleTrack], &of_vehicles),
+            (&[Name::Bicycle, Name::SingleTrack, Name::Auto], &of_vehicles),
             (&[Name::Bicycle], &of_bicycle),
             (&[Name::SingleTrack], &of_single_track),
             (&[Name::Torque], &of_torque),
-            (&[Name::Bicycle, Name::SingleTrack, Name::Torque], &scheduled),
+            (&[Name::Bicycle, Name::SingleTrack, Name::Torque, Name::Auto], &scheduled),
         ];
-        for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&self.structure)) {
+        for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&structure)) {
             if let Some((_, option)) = options.iter().find(|(is_stated, _)| *is_stated) {
-                let names: Vec<&str> = structures.iter().map(|name| name.text()).collect();
+                let names = structures.iter().filter(|name| **name != Name::Auto);
+                let names: Vec<&str> = names.map(|name| name.text()).collect();
                 let of = names.join(" or ");
                 return Err(Failure::new(
                     format!("{option} is an option of the structure {of}"),
@@ -129,50 +159,57 @@ impl StructureArguments {
                 ));
             }
         }
-        let validation_fraction = stated.validation_fraction;
-        Ok(match self.structure {
-            Name::StateSpace => Structure::StateSpace(stated),
-            Name::Bicycle => Structure::Bicycle(BicycleOptions {
-                mass_kg: self.mass,
-                wheelbase_m: self.wheelbase,
-                front_share: self.front_share.map(|percent| percent / 100.0),
-                least_speed_mps: self
-                    .min_speed
-                    .unwrap_or(BicycleOptions::default().least_speed_mps),
-                validation_fraction,
-            }),
-            Name::SingleTrack => {
-                let default = IdentifyVehicleOptions::default();
-                Structure::SingleTrack(IdentifyVehicleOptions {
-                    mass_kg: self.mass,
-                    wheelbase_m: self.wheelbase,
-                    track_width_m: self.track_width,
-                    priors: self.priors.clone(),
-                    fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
-                    least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
-                    validation_fraction,
-                })
+        let fraction = stated.validation_fraction;
+        Ok(Wanted::One(match structure {
+            Name::Auto => {
+                return Ok(Wanted::Auto(Box::new(StructureOptions {
+                    state_space: stated,
+                    bicycle: self.bicycle(fraction),
+                    single_track: self.single_track(fraction),
+                })));
             }
+            Name::StateSpace => Structure::StateSpace(stated),
+            Name::Bicycle => Structure::Bicycle(self.bicycle(fraction)),
+            Name::SingleTrack => Structure::SingleTrack(self.single_track(fraction)),
             Name::Torque => {
                 let default = TorqueOptions::default();
                 Structure::Torque(TorqueOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     friction_rate_radps: self.friction_rate.unwrap_or(default.friction_rate_radps),
-                    validation_fraction,
+                    validation_fraction: fraction,
                 })
             }
-        })
+        }))
+    }
+
+    fn bicycle(&self, validation_fraction: f64) -> BicycleOptions {
+        let default = BicycleOptions::default();
+        BicycleOptions {
+            mass_kg: self.mass,
+            wheelbase_m: self.wheelbase,
+            front_share: self.front_share.map(|percent| percent / 100.0),
+            least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            validation_fraction,
+        }
+    }
+
+    fn single_track(&self, validation_fraction: f64) -> IdentifyVehicleOptions {
+        let default = IdentifyVehicleOptions::default();
+        IdentifyVehicleOptions {
+            mass_kg: self.mass,
+            wheelbase_m: self.wheelbase,
+            track_width_m: self.track_width,
+            priors: self.priors.clone(),
+            fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
+            least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            validation_fraction,
+        }
     }
 }
 
 fn structure(text: &str) -> Result<Name, String> {
-    match text {
-        "auto" => Ok(Name::StateSpace),
-        _ => Name::ALL
-            .into_iter()
-            .find(|name| name.text() == text)
-            .ok_or_else(|| "expected auto, state-space, bicycle, single-track or torque".into()),
-    }
+    let named = Name::ALL.into_iter().find(|name| name.text() == text);
+    named.ok_or_else(|| "expected auto, state-space, bicycle, single-track or torque".into())
 }
 
 /// `NAME=MEAN,DEVIATION`.

@@ -78,7 +78,7 @@ pub struct VehicleParameter {
     pub is_logarithmic: bool,
     /// The prior distribution of the coordinate, and the bounds of the value.
     pub prior: Prior,
-    /// Posterior over prior standard deviation: about 1 where the drive tells nothing; 0 where it is stated.
+    /// Posterior over prior standard deviation: about 1 where the drive is uninformative; 0 where it is stated.
     pub posterior_per_prior: f64,
     /// How far the drive moved the coordinate, in standard deviations of the prior; 0 where it is stated.
     pub moved_deviations: f64,

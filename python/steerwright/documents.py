@@ -1334,7 +1334,8 @@ class VehicleParameter(Record):
     prior: Prior
     """The prior distribution of the coordinate, and the bounds of the value."""
     posterior_per_prior: float
-    """Posterior over prior standard deviation: about 1 where the drive tells nothing; 0 where it is stated."""
+    """Posterior over prior standard deviation: about 1 where the drive is uninformative; 0 where it is
+    stated."""
     moved_deviations: float
     """How far the drive moved the coordinate, in standard deviations of the prior; 0 where it is stated."""
     is_determined: bool

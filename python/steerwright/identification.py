@@ -27,9 +27,11 @@ def identify(
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
-    Returns a :class:`Plant`, a :class:`Bicycle` with ``structure="bicycle"``, a :class:`Vehicle` with
-    ``structure="single-track"``, for which a :class:`Log` is read with ``response="motion"``, or with
-    ``structure="torque"`` a :class:`Torque`, with ``response="lateral-acceleration"``. Its document is that which ``steerwright identify`` writes, byte for byte. Whether it can be trusted is in ``quality``.
+    By default the structure is the simplest that the data do not reject: a :class:`Plant`, a :class:`Bicycle` or a
+    :class:`Vehicle`; ``structure="state-space"``, ``"bicycle"`` or ``"single-track"`` name one, and ``"torque"`` a
+    :class:`Torque`. A :class:`Log` is read with ``response="motion"`` for the single track, and with
+    ``response="lateral-acceleration"`` for the torque. The document is that which ``steerwright identify`` writes, byte
+    for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.
     """

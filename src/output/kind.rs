@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use steerwright_formats::{Document, Vehicle};
+use steerwright_formats::{Bicycle, Document, Plant, Vehicle};
 use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
@@ -14,6 +14,8 @@ const HEAD: u64 = 64 << 10;
 pub(crate) enum Kind {
     /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.
     Document(&'static str),
+    /// A model of the lateral dynamics: plant, bicycle or identified vehicle.
+    Model,
     /// A vehicle that was identified; one without its provenance was written by hand.
     IdentifiedVehicle,
     /// Measured and simulated signals of an identification, CSV.
@@ -40,6 +42,7 @@ impl Kind {
     pub(crate) fn in_words(self) -> String {
         match self {
             Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),
+            Self::Model => "model of this program".into(),
             Self::IdentifiedVehicle => "identified vehicle".into(),
             Self::Traces => "CSV of an identification's signals".into(),
             Self::Recording => "CSV of simulated trajectories".into(),
@@ -63,6 +66,15 @@ impl Kind {
         Ok(match self {
             Self::Document(schema) => {
                 schema_of(file).is_some_and(|found| found.starts_with(schema))
+            }
+            Self::Model => {
+                let kinds = [Self::of::<Plant>(), Self::of::<Bicycle>(), Self::IdentifiedVehicle];
+                for kind in kinds {
+                    if kind.is_in(path)? {
+                        return Ok(true);
+                    }
+                }
+                false
             }
             Self::IdentifiedVehicle => serde_json::from_reader::<_, Vehicle>(BufReader::new(file))
                 .is_ok_and(|vehicle| vehicle.provenance.is_some()),

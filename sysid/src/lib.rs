@@ -39,6 +39,7 @@ pub mod pem;
 mod selection;
 pub mod sideslip;
 pub mod single_track;
+pub mod structures;
 pub mod subspace;
 pub mod torque;
 mod validation;

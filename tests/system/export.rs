@@ -311,7 +311,10 @@ fn a_torque_returns_the_steady_turns_of_the_simulated_car_in_openpilots_formula(
         ("export newton.json --for openpilot", "is in Nm"),
         ("design torque.json", "steerwright/torque/1"),
         ("identify drive.csv --structure torque --order 2", "of the structure state-space"),
-        ("identify drive.csv --min-speed 5m/s", "of the structures bicycle and torque"),
+        (
+            "identify drive.csv --structure state-space --min-speed 5m/s",
+            "bicycle or single-track or torque",
+        ),
         ("identify drive.csv --structure torque --channel bank=roll", "engaged, override"),
     ] {
         let output = run(folder, line);

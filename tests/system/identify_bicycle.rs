@@ -58,7 +58,7 @@ fn options_outside_the_structure_are_refused() {
     for (line, problem) in [
         (format!("identify {wheel} --structure bicycle"), "needs the speed"),
         (format!("identify {LOG} --structure bicycle --order 3"), "--order is an option of"),
-        (format!("identify {LOG} --mass 1000"), "--mass is an option of"),
+        (format!("identify {LOG} --structure state-space --mass 1000"), "--mass is an option of"),
         (format!("identify {LOG} --structure bicycle --mass 0"), "--mass"),
         (format!("identify {LOG} --structure tricycle"), "bicycle, single-track or torque"),
     ] {

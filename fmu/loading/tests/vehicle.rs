@@ -45,6 +45,9 @@ fn the_vehicle() {
             road_wheel_angle_max_rad: 20.0,
         },
         speed_mps: 21.0,
+        evidence: None,
+        quality: steerwright_formats::Quality::default(),
+        provenance: None,
     };
     let expected = NonlinearParameters {
         mass: 1.0,

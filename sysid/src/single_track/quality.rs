@@ -72,7 +72,7 @@ pub(super) fn check_signs(log: &DriveLog) -> Result<(), Error> {
                 hint: "the axes are those of ISO 8855, x ahead, y to the left: negate the channel, by a - before its name".into(),
             });
         }
-        let is_other = ratio < RATIOS[0] || ratio > RATIOS[1];
+        let is_other = !(RATIOS[0]..=RATIOS[1]).contains(&ratio);
         if role == Role::LateralAcceleration && correlation > ALIKE && is_other {
             return Err(Error::Implausible {
                 problem: format!("the {name} is {ratio:.2} times {of}"),

@@ -4,6 +4,7 @@
 mod ensemble;
 mod limits;
 mod multibody;
+mod structures;
 mod validated;
 
 use crate::common::{car, recording};

@@ -1,0 +1,231 @@
+//! The choice of a structure: linear at one speed, the bicycle scheduled by the speed, or the single-track
+//! model up to the limit of grip. The simplest that the validation data do not reject is chosen.
+//!
+//! A structure is rejected where a less simple one has smaller errors of the yaw rate on the validation data,
+//! by more than a share and by more than two standard errors, of the block jackknife over blocks of 3 s. Structures
+//! without a chance are not tried: the speed hardly varies, or the lateral acceleration is that of linear tyres.
+
+use crate::Error;
+use crate::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use crate::error::check_yaw_rate;
+use crate::identify::plant::{Identified, Traces};
+use crate::selection::options::IdentifyOptions;
+use crate::single_track::{IdentifiedVehicle, IdentifyVehicleOptions, identify_vehicle};
+use crate::validation::fit::{FitWithError, fit_with_error};
+use crate::validation::prediction::BLOCK_S;
+use std::fmt;
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
+
+/// Speed that varies by less (standard deviation over mean) schedules nothing.
+const LEAST_SPREAD: f64 = 0.05;
+/// Lateral acceleration to which tyres are linear, m/s²: its 99th percentile.
+const LINEAR_MPS2: f64 = 4.0;
+/// Growth of the errors from which a structure is rejected, if it is beyond two standard errors.
+const LARGEST_GROWTH: f64 = 1.05;
+
+/// A structure; simpler ones first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Structure {
+    /// State space at one speed.
+    StateSpace,
+    /// The bicycle of eq 13, scheduled by the speed.
+    Bicycle,
+    /// The single-track model.
+    SingleTrack,
+}
+
+impl fmt::Display for Structure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::StateSpace => "state-space",
+            Self::Bicycle => "bicycle",
+            Self::SingleTrack => "single-track",
+        })
+    }
+}
+
+/// A structure and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructureRow {
+    /// Which.
+    pub structure: Structure,
+    /// Fit of yaw rate on the validation samples that all structures have, %, with its standard error; or why there is
+    /// no model.
+    pub fit: Result<(f64, Option<f64>), String>,
+    /// Errors over those of the best structure, and the standard error of that ratio.
+    pub errors: Option<(f64, f64)>,
+    /// Whether the validation data reject it.
+    pub is_rejected: bool,
+}
+
+/// An identified model of one of the structures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum IdentifiedModel {
+    /// Of state space.
+    Plant(Box<Identified>),
+    /// A bicycle.
+    Bicycle(Box<IdentifiedBicycle>),
+    /// A vehicle.
+    Vehicle(Box<IdentifiedVehicle>),
+}
+
+impl IdentifiedModel {
+    fn traces(&self) -> &Traces {
+        match self {
+            Self::Plant(found) => &found.traces,
+            Self::Bicycle(found) => &found.traces,
+            Self::Vehicle(found) => &found.traces,
+        }
+    }
+}
+
+/// The chosen model with the table of all structures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// The model.
+    pub model: IdentifiedModel,
+    /// All structures, the simplest first.
+    pub rows: Vec<StructureRow>,
+}
+
+/// Options of each structure.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StructureOptions {
+    /// Of state space.
+    pub state_space: IdentifyOptions,
+    /// Of the bicycle.
+    pub bicycle: BicycleOptions,
+    /// Of the single-track model.
+    pub single_track: IdentifyVehicleOptions,
+}
+
+/// Identifies the simplest structure that the validation data do not reject.
+///
+/// # Errors
+/// That of the state space, where no structure gives a model.
+pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<Choice, Error> {
+    check_yaw_rate(log)?;
+    let chances = [Structure::Bicycle, Structure::SingleTrack].map(|s| no_chance(log, s));
+    // All see the same samples: what crawls is left out where the speed matters.
+    let moving = if chances.iter().all(Option::is_some) {
+        None
+    } else {
+        let least = options.bicycle.least_speed_mps.max(options.single_track.least_speed_mps);
+        log.above_speed(least)
+    };
+    let log = moving.as_ref().unwrap_or(log);
+    let mut first_error = None;
+    let mut models: Vec<(Structure, Result<IdentifiedModel, String>)> = Vec::new();
+    let plant = crate::identify::identify(log, &options.state_space);
+    models.push((
+        Structure::StateSpace,
+        plant.map(|found| IdentifiedModel::Plant(Box::new(found))).map_err(|error| {
+            let text = error.to_string();
+            first_error = Some(error);
+            text
+        }),
+    ));
+    let [bicycle, single_track] = chances;
+    models.push((
+        Structure::Bicycle,
+        bicycle.map_or_else(
+            || {
+                let found = identify_bicycle(log, &options.bicycle).map_err(|e| e.to_string())?;
+                Ok(IdentifiedModel::Bicycle(Box::new(found)))
+            },
+            Err,
+        ),
+    ));
+    models.push((
+        Structure::SingleTrack,
+        single_track.map_or_else(
+            || {
+                let found =
+                    identify_vehicle(log, &options.single_track).map_err(|e| e.to_string())?;
+                Ok(IdentifiedModel::Vehicle(Box::new(found)))
+            },
+            Err,
+        ),
+    ));
+    choose(log, models, first_error)
+}
+
+/// Why a structure cannot be better than a simpler one on this log.
+fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
+    let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len() && !v.is_empty()) else {
+        return Some("the log has no speed".into());
+    };
+    let (level, spread) = (mean(speed), standard_deviation(speed));
+    if structure == Structure::Bicycle {
+        return (spread < LEAST_SPREAD * level)
+            .then(|| format!("the speed hardly varies ({level:.1} m/s ± {spread:.1})"));
+    }
+    let mut lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
+    lateral.sort_by(f64::total_cmp);
+    let largest = lateral[(0.99 * (lateral.len() - 1) as f64) as usize];
+    (largest < LINEAR_MPS2).then(|| format!("{largest:.1} m/s2 is no limit of grip"))
+}
+
+fn choose(
+    log: &DriveLog,
+    models: Vec<(Structure, Result<IdentifiedModel, String>)>,
+    error: Option<Error>,
+) -> Result<Choice, Error> {
+    let traces: Vec<&Traces> =
+        models.iter().filter_map(|(_, m)| m.as_ref().ok()).map(IdentifiedModel::traces).collect();
+    let common: Vec<usize> =
+        (0..log.len()).filter(|&k| traces.iter().all(|t| t.is_validation[k])).collect();
+    let of = |signal: &[f64]| -> Vec<f64> { common.iter().map(|&k| signal[k]).collect() };
+    let measured = of(&log.output);
+    let simulated: Vec<Vec<f64>> = traces.iter().map(|t| of(&t.simulated_yaw_rate_radps)).collect();
+    let fits: Vec<FitWithError> = simulated
+        .iter()
+        .map(|y| fit_with_error(&[(&measured, y)], log.sample_time_s, BLOCK_S))
+        .collect();
+    let best = (0..fits.len()).max_by(|&a, &b| fits[a].fit.total_cmp(&fits[b].fit));
+    let mut rows = Vec::new();
+    let mut place = 0;
+    for (structure, model) in &models {
+        let fit = model.as_ref().map(|_| (fits[place].fit, fits[place].standard_error));
+        let errors = best
+            .filter(|_| model.is_ok())
+            .map(|best| growth(&measured, &simulated[place], &simulated[best], log.sample_time_s));
+        place += usize::from(model.is_ok());
+        rows.push(StructureRow {
+            structure: *structure,
+            fit: fit.map_err(Clone::clone),
+            errors,
+            is_rejected: errors
+                .is_some_and(|(ratio, error)| ratio > LARGEST_GROWTH && ratio - 1.0 > 2.0 * error),
+        });
+    }
+    let chosen = models
+        .into_iter()
+        .zip(&rows)
+        .find_map(|((_, model), row)| model.ok().filter(|_| !row.is_rejected));
+    match (chosen, error) {
+        (Some(model), _) => Ok(Choice { model, rows }),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(Error::no_model("no structure gives a model")),
+    }
+}
+
+/// RMS error of a simulation over that of another, with the standard error of the block jackknife.
+fn growth(measured: &[f64], of: &[f64], other: &[f64], sample_time_s: f64) -> (f64, f64) {
+    let length = ((BLOCK_S / sample_time_s).ceil() as usize).max(1);
+    let square = |y: &[f64], at: usize| -> f64 {
+        let range = at..(at + length).min(measured.len());
+        measured[range.clone()].iter().zip(&y[range]).map(|(a, b)| (a - b) * (a - b)).sum()
+    };
+    let blocks: Vec<[f64; 2]> =
+        (0..measured.len()).step_by(length).map(|at| [square(of, at), square(other, at)]).collect();
+    let total = blocks.iter().fold([0.0; 2], |t, b| [t[0] + b[0], t[1] + b[1]]);
+    let ratio = |[a, b]: [f64; 2]| (a.max(0.0) / b.max(f64::MIN_POSITIVE)).sqrt();
+    let without: Vec<f64> =
+        blocks.iter().map(|b| ratio([total[0] - b[0], total[1] - b[1]])).collect();
+    let middle = mean(&without);
+    let count = without.len().max(1) as f64;
+    let scatter: f64 = without.iter().map(|r| (r - middle) * (r - middle)).sum();
+    (ratio(total), (scatter * (count - 1.0) / count).sqrt())
+}
