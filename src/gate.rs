@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::files;
 use std::path::Path;
 use steerwright_comparison::ModelDocument;
-use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality, SourceFile, Torque};
+use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality, SourceFile, Torque, Vehicle};
 
 /// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -32,7 +32,7 @@ impl GateArguments {
         self.accept_untrusted || quality.allows_design()
     }
 
-    /// The model in a plant or bicycle file, if its quality allows it, and the file's text.
+    /// The model in a plant, bicycle or vehicle file, if its quality allows it, and the file's text.
     pub(crate) fn read(self, path: &Path) -> Result<(ModelDocument, SourceFile, String), Failure> {
         let text = files::read_text(path)?;
         let file = path.display().to_string();
@@ -48,6 +48,7 @@ pub(crate) fn quality_of(text: &str, file: &str) -> Result<Option<Quality>, Fail
     Ok(match steerwright_formats::schema_of(text).as_deref() {
         Some(Plant::SCHEMA) => Some(Plant::from_json(text, file)?.quality),
         Some(Bicycle::SCHEMA) => Some(Bicycle::from_json(text, file)?.quality),
+        Some(Vehicle::SCHEMA) => Some(Vehicle::from_json(text, file)?.quality),
         Some(Torque::SCHEMA) => Some(Torque::from_json(text, file)?.quality),
         Some(Pid::SCHEMA) => Some(Pid::from_json(text, file)?.designed_for.quality),
         _ => None,

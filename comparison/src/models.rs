@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use steerwright_control::{DesignOptions, DesignPlant, Master};
 use steerwright_formats::{
     Bicycle, Document, Guidance, Path as PathFile, Pid, Plant, Provenance, Quality, SourceFile,
-    StepMetrics,
+    StepMetrics, Vehicle,
 };
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
@@ -31,16 +31,18 @@ pub enum ModelDocument {
 }
 
 impl ModelDocument {
-    /// Reads a plant or a bicycle; `file` is its name in errors.
+    /// Reads a plant, a bicycle, or the bicycle that a vehicle is in gentle driving; `file` is its name in errors.
     ///
     /// # Errors
-    /// A file that is neither.
+    /// A file that is none of them.
     pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
-        // A bicycle of any version, so that another version is rejected as such.
-        let is_bicycle = steerwright_formats::schema_of(text)
-            .is_some_and(|s| s.starts_with("steerwright/bicycle/"));
-        Ok(if is_bicycle {
+        // Of any version, so that another version is rejected as such.
+        let schema = steerwright_formats::schema_of(text).unwrap_or_default();
+        Ok(if schema.starts_with("steerwright/bicycle/") {
             Self::Bicycle(Box::new(Bicycle::from_json(text, file)?))
+        } else if schema.starts_with("steerwright/vehicle/") {
+            let vehicle = Vehicle::from_json(text, file)?;
+            Self::Bicycle(Box::new(steerwright_control::bicycle_of_vehicle(&vehicle)?))
         } else {
             Self::Identified(Box::new(Plant::from_json(text, file)?))
         })

@@ -2,7 +2,8 @@
 
 use crate::Error;
 use steerwright_formats::{
-    Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, VehicleData,
+    Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, Vehicle, VehicleData,
+    VehicleEvidence,
 };
 use steerwright_loading::bicycle_parameters;
 use steerwright_models::bicycle_eq13;
@@ -51,6 +52,20 @@ pub fn bicycle_from_toml(text: &str, file: &str) -> Result<Bicycle, Error> {
     })?;
     bicycle.provenance.sources = vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
     Ok(bicycle)
+}
+
+/// The bicycle model that a vehicle is in gentle driving, with its uncertainty and quality.
+///
+/// # Errors
+/// As [`bicycle`].
+pub fn bicycle_of_vehicle(vehicle: &Vehicle) -> Result<Bicycle, Error> {
+    let own = bicycle(&vehicle.in_gentle_driving())?;
+    Ok(Bicycle {
+        evidence: vehicle.evidence.as_ref().map(VehicleEvidence::of_bicycle),
+        quality: vehicle.quality.clone(),
+        provenance: vehicle.provenance.clone().unwrap_or(own.provenance),
+        ..own
+    })
 }
 
 fn document(vehicle: &VehicleData) -> Bicycle {

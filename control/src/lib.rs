@@ -9,7 +9,7 @@
 //!
 //! | function | purpose |
 //! |---|---|
-//! | [`bicycle_from_toml`], [`bicycle()`] | vehicle data → eq 13 |
+//! | [`bicycle_from_toml`], [`bicycle()`], [`bicycle_of_vehicle`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
@@ -33,7 +33,7 @@ mod requirement;
 #[cfg(test)]
 mod tests;
 
-pub use bicycle::{bicycle, bicycle_from_toml};
+pub use bicycle::{bicycle, bicycle_from_toml, bicycle_of_vehicle};
 pub use closed_loop::evaluate::{LoopPoint, evaluate, loop_response, step_metrics, step_response};
 pub use closed_loop::metrics::{Metrics, metrics_of};
 pub use closed_loop::simulate::Trace;

@@ -130,6 +130,14 @@ pub struct WithDelay {
     pub validation_fit: f64,
 }
 
+impl VehicleDirection {
+    /// Reports impossible numbers; `at` is the prefix of each key.
+    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
+        check_fields!(c.finite(self, at): wheelbase yaw_inertia cornering_stiffness_front
+            cornering_stiffness_rear actuator_time_constant steering_ratio actuator_delay_s);
+    }
+}
+
 impl BicycleEvidence {
     /// Reports impossible numbers; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
@@ -144,9 +152,7 @@ impl BicycleEvidence {
             c.finite(value, &format!("{at}{key}"));
         }
         for (i, d) in self.directions.iter().enumerate() {
-            let at = format!("{at}directions[{i}].");
-            check_fields!(c.finite(d, at): wheelbase yaw_inertia cornering_stiffness_front
-                cornering_stiffness_rear actuator_time_constant steering_ratio actuator_delay_s);
+            d.check(c, &format!("{at}directions[{i}]."));
         }
         for (i, e) in self.identified.iter().enumerate() {
             c.finite(e.value, &format!("{at}identified[{i}].value"));

@@ -1,6 +1,8 @@
 //! The evidence for the quality of a vehicle that was identified from a log.
 
-use crate::{ChannelSummary, Checker, Matrix, SpeedSummary};
+use crate::{
+    BicycleEvidence, ChannelSummary, Checker, Matrix, SpeedSummary, VehicleDirection, WithDelay,
+};
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a vehicle from a log, by the single-track model of
@@ -31,6 +33,11 @@ pub struct VehicleEvidence {
     pub parameters: Vec<VehicleParameter>,
     /// Covariance of the parameters' coordinates; zero for those that are stated.
     pub covariance: Matrix,
+    /// The covariance factor of the vehicle's data in gentle driving: one standard deviation along each independent
+    /// axis of the parameters that these depend on.
+    pub directions: Vec<VehicleDirection>,
+    /// Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`.
+    pub largest_steering_rate_radps: f64,
     /// How much less friction the rear axle can have, relative, before the free simulation of the estimation
     /// data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2.
     pub spin_margin: f64,
@@ -103,6 +110,25 @@ pub struct Prior {
 }
 
 impl VehicleEvidence {
+    /// That of the bicycle of gentle driving.
+    #[must_use]
+    pub fn of_bicycle(&self) -> BicycleEvidence {
+        BicycleEvidence {
+            estimation_samples: self.estimation_samples,
+            validation_samples: self.validation_samples,
+            sample_time_s: self.sample_time_s,
+            estimation_fit: self.estimation.yaw_rate,
+            validation_fit: self.validation.unwrap_or(self.estimation).yaw_rate,
+            speed: self.speed,
+            directions: self.directions.clone(),
+            largest_steering_rate_radps: Some(self.largest_steering_rate_radps),
+            with_delay: WithDelay::default(),
+            channels: self.channels.clone(),
+            warnings: self.warnings.clone(),
+            ..BicycleEvidence::default()
+        }
+    }
+
     /// Reports impossible numbers; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
@@ -116,6 +142,9 @@ impl VehicleEvidence {
         for (i, p) in self.parameters.iter().enumerate() {
             c.finite(p.value, &format!("{at}parameters[{i}].value"));
             c.not_negative(p.standard_error, &format!("{at}parameters[{i}].standard_error"));
+        }
+        for (i, d) in self.directions.iter().enumerate() {
+            d.check(c, &format!("{at}directions[{i}]."));
         }
         let n = self.parameters.len();
         c.shape(&self.covariance, n, n, &format!("{at}covariance"));

@@ -246,12 +246,15 @@ fn quality(quality: steerwright_formats::Quality) -> Vec<Fact> {
 }
 
 fn vehicle(vehicle: steerwright_formats::Vehicle) -> Described {
-    let facts = vec![
+    // One that was written by hand has no quality of its own.
+    let identified = vehicle.provenance.is_some();
+    let mut facts = if identified { quality(vehicle.quality) } else { Vec::new() };
+    facts.extend([
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.actuator.steering_ratio, ""),
         fact("friction_coefficient", vehicle.tyres.friction_coefficient, ""),
-    ];
-    (vehicle.name, None, facts)
+    ]);
+    (vehicle.name, vehicle.provenance, facts)
 }
 
 fn estimator(estimator: steerwright_formats::Estimator) -> Described {

@@ -688,6 +688,11 @@ class VehicleEvidence(Record):
     """The parameters in the order of the covariance."""
     covariance: Array
     """Covariance of the parameters' coordinates; zero for those that are stated."""
+    directions: tuple[VehicleDirection, ...]
+    """The covariance factor of the vehicle's data in gentle driving: one standard deviation along each
+    independent axis of the parameters that these depend on."""
+    largest_steering_rate_radps: float
+    """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
     spin_margin: float
     """How much less friction the rear axle can have, relative, before the free simulation of the estimation
     data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2."""

@@ -87,6 +87,13 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     }
     assert!(column(&at("traces.csv"), "simulated_yaw_rate_radps").len() > 11_900);
 
+    // In gentle driving it is a bicycle, on which a controller is designed over its uncertainty.
+    done(folder.path(), "design vehicle.json");
+    let pid = read_json(&at("pid.json"));
+    assert_eq!(pid["designed_for"]["model"], "bicycle");
+    assert_eq!(pid["designed_for"]["quality"]["grade"], "pass");
+    assert!(pid["evidence"]["robustness"].is_object(), "{}", pid["evidence"]);
+
     // The packed vehicle on the same drive: what is lost by four tyres in place of two axles.
     let mut drive = String::from("time,steering_angle,speed\n");
     for k in 0..COUNT {

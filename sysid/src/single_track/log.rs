@@ -4,6 +4,7 @@ use crate::Error;
 use crate::data::recording::{Recording, count, of};
 use crate::data::split::Split;
 use crate::identify::plant::Traces;
+use crate::single_track::directions::directions;
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::identify::{SingleTrack, identify_single_track};
 use crate::single_track::log_options::IdentifyVehicleOptions;
@@ -77,7 +78,7 @@ pub fn identify_vehicle(
     }
     // A file holds finite numbers only.
     simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
-    let evidence = evidence(log, &recording, &ranges, &found, warnings);
+    let evidence = evidence(log, &recording, &ranges, &found, warnings)?;
     let quality = quality(log, &recording, &found, &evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
@@ -174,7 +175,7 @@ fn evidence(
     ranges: &[Vec<Range<usize>>; 2],
     found: &SingleTrack,
     warnings: Vec<String>,
-) -> VehicleEvidence {
+) -> Result<VehicleEvidence, Error> {
     let [speed, rate] = [&recording.speed, &log.output].map(|signal| of(signal, &ranges[0]));
     let mut lateral: Vec<f64> = speed.iter().zip(&rate).map(|(v, r)| (v * r).abs()).collect();
     lateral.sort_by(f64::total_cmp);
@@ -188,7 +189,7 @@ fn evidence(
         (Role::Sideslip, velocity && !has(Role::LateralVelocity)),
     ];
     let n = found.parameters.len();
-    VehicleEvidence {
+    Ok(VehicleEvidence {
         channels: log.channels.clone(),
         estimation_samples: count(&ranges[0]),
         validation_samples: count(&ranges[1]),
@@ -200,7 +201,9 @@ fn evidence(
         validation: found.validation,
         parameters: found.parameters.iter().map(VehicleParameter::from).collect(),
         covariance: Matrix::from_fn(n, n, |i, j| found.covariance[i][j]),
+        directions: directions(found)?,
+        largest_steering_rate_radps: log.fastest_steering(),
         spin_margin: found.spin_margin,
         warnings,
-    }
+    })
 }

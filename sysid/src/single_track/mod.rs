@@ -25,6 +25,7 @@
 //! The vehicle has to be stable without its driver: of one that spins in free simulation although its
 //! parameters are right no estimate is found.
 
+mod directions;
 mod drive;
 mod dynamics;
 mod fit;
