@@ -12,7 +12,7 @@ from . import _command, documents
 from ._errors import Error
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, Plant, Torque, Vehicle
+from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -66,7 +66,7 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
 
 @documented("package", {"json"})
 def package(
-    models: Sequence[Plant | Bicycle | Vehicle | Controller | Path | File],
+    models: Sequence[LateralModel | Controller | Path | File],
     **options: Unpack[PackageOptions],
 ) -> dict[str, FilePath]:
     """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
@@ -136,7 +136,7 @@ def export(model: Plant | Bicycle | Torque | File, stack: str, **options: Unpack
 
 
 @documented("compare", {"json"})
-def compare(models: Sequence[Plant | Bicycle | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
+def compare(models: Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
     """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
 
     ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.

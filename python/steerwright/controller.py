@@ -9,7 +9,7 @@ from . import _native, _progress, documents
 from ._errors import Error
 from ._options import documented
 from ._record import Array
-from .plant import Bicycle, Document, Plant, html
+from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, kind_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -33,7 +33,7 @@ class Controller(Document, documents.Pid):
 
     FILE = "pid.json"
 
-    def __init__(self, text: str, *, file: str | None = None, model: Plant | Bicycle | None = None) -> None:
+    def __init__(self, text: str, *, file: str | None = None, model: LateralModel | None = None) -> None:
         super().__init__(text, file=file)
         self._model = model
 
@@ -42,7 +42,7 @@ class Controller(Document, documents.Pid):
         """Whether the specification is met on the model that the controller was designed for."""
         return bool(self.evidence.met)
 
-    def step(self, duration: float = 3.0, model: Plant | Bicycle | None = None) -> YawStep:
+    def step(self, duration: float = 3.0, model: LateralModel | None = None) -> YawStep:
         """A yaw step of 5° on the model of the design, or on another one, over a duration (s)."""
         document = self._on(model).to_json()
         return YawStep(*_native.yaw_step(document, self._text, duration))
@@ -51,7 +51,7 @@ class Controller(Document, documents.Pid):
         """The figures of the report as SVG, by name."""
         return dict(_native.figures_of_controller(self._on(None).to_json(), self._text))
 
-    def _on(self, model: Plant | Bicycle | None) -> Plant | Bicycle:
+    def _on(self, model: LateralModel | None) -> LateralModel:
         model = model or self._model
         if model is None:
             raise Error("the model of the design is not in pid.json", "pass it as model=")
@@ -75,23 +75,22 @@ class Controller(Document, documents.Pid):
 
 
 @documented("design")
-def design(model: Plant | Bicycle | str | os.PathLike[str], **options: Unpack[DesignOptions]) -> Controller:
+def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[DesignOptions]) -> Controller:
     """Designs a PID steering controller (eq 14) to a specification, and verifies it in the loop of FMUs.
 
-    ``model`` is a :class:`Plant`, a :class:`Bicycle`, or the file of one. A specification that is not met is no
+    ``model`` is a :class:`Plant`, a :class:`Bicycle`, a :class:`Vehicle`, or the file of one. A specification that is not met is no
     error: see ``met`` and ``evidence``.
 
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
-    of = model if isinstance(model, (Plant, Bicycle)) else load_model(model)
+    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_model(model)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)
     return Controller(text, model=of)
 
 
-def load_model(path: str | os.PathLike[str]) -> Plant | Bicycle:
-    """The plant or bicycle in a file."""
+def load_model(path: str | os.PathLike[str]) -> LateralModel:
+    """The model in a file."""
     with open(path, encoding="utf-8") as file:
         text = file.read()
-    kind: type[Plant | Bicycle] = Bicycle if '"steerwright/bicycle/' in text[:200] else Plant
-    return kind(text, file=os.fspath(path))
+    return kind_of(text)(text, file=os.fspath(path))

@@ -11,7 +11,7 @@ from ._errors import Error, Warning
 from ._native import Log
 from ._options import documented
 from .accumulator import Accumulator
-from .plant import Bicycle, Plant, Torque, Vehicle
+from .plant import Bicycle, LateralModel, Plant, Torque, kind_of
 from .reading import Source, read
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @documented("identify")
 def identify(
     log: Log | Accumulator | Source | Sequence[Source], **options: Unpack[IdentifyOptions]
-) -> Plant | Bicycle | Vehicle | Torque:
+) -> LateralModel | Torque:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
@@ -57,9 +57,7 @@ def identify(
         text, traces = _native.identify(log, keywords, progress)
     if traces is None:
         return _warned(Torque(text), log.warnings)
-    kinds: dict[str, type[Plant | Bicycle | Vehicle]] = {"bicycle": Bicycle, "vehicle": Vehicle}
-    kind = next((k for name, k in kinds.items() if f'"steerwright/{name}/' in text[:200]), Plant)
-    return _warned(kind(text, traces=traces), log.warnings)
+    return _warned(kind_of(text)(text, traces=traces), log.warnings)
 
 
 def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[IdentifyOptions]) -> Bicycle:
@@ -74,7 +72,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, Torque, "Plant | Bicycle | Vehicle")
+M = TypeVar("M", Plant, Torque, "LateralModel")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -481,6 +481,18 @@ class Torque(Document, documents.Torque):
     def __repr__(self) -> str:
         factor = self.acceleration_per_command.value
         return f"<Torque: {factor:.3f} m/s² per {self.command_unit}, fit {self.fit:.2f} % on validation data>"
+
+
+LateralModel = Union[Plant, Bicycle, Vehicle]
+"""A model that a controller is designed on."""
+
+
+def kind_of(text: str) -> type[Plant] | type[Bicycle] | type[Vehicle]:
+    """The class of a model's document."""
+    schema = text[:200]
+    if '"steerwright/bicycle/' in schema:
+        return Bicycle
+    return Vehicle if '"steerwright/vehicle/' in schema else Plant
 
 
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:

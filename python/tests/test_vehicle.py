@@ -85,3 +85,10 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(columns: dict[str
 
     packed = steerwright.package([found], out=tmp_path / "fmu")
     assert packed["NonlinearVehicle"].exists()
+
+
+def test_the_structure_is_chosen_by_the_data(columns: dict[str, np.ndarray]) -> None:
+    found = steerwright.identify({k: v for k, v in columns.items() if "lateral" not in k})
+    assert isinstance(found, steerwright.Vehicle)
+    controller = steerwright.design(found)
+    assert controller.designed_for.model == "bicycle"
