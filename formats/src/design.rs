@@ -1,5 +1,6 @@
 //! The specification of a controller and the results of its design: the evidence in `pid.json`.
 
+use crate::OverSpeed;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -161,6 +162,9 @@ pub struct DesignEvidence {
     /// The shortest settling time at each modulus margin, with the other requirements met.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trade_off: Vec<TradeOff>,
+    /// The controller over its range of speeds; absent for one set of gains.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_speed: Option<OverSpeed>,
 }
 
 /// An unmet requirement.
@@ -235,7 +239,7 @@ pub struct EngagementRow {
 }
 
 /// On a curve of constant curvature that begins at once, at the speed of the design.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OnACurve {
     /// Curvature of the path, 1/m.

@@ -31,6 +31,7 @@ mod plant;
 mod provenance;
 mod quality;
 mod r_factor;
+mod schedule;
 mod start;
 mod torque;
 mod uncertainty;
@@ -64,6 +65,9 @@ pub use plant::{
 pub use provenance::{HashingReader, Provenance, SampleHash, SourceFile, sha256_hex};
 pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
+pub use schedule::{
+    FrozenSpeed, GuidanceEntry, OverSpeed, ScheduleEntry, SpeedRamp, SpeedRampKind,
+};
 pub use start::Start;
 pub use torque::{Torque, TorqueEvidence};
 pub use uncertainty::{

@@ -1,6 +1,7 @@
 //! `path.json`: a reference road in arc length, with guidance parameters.
 
-use crate::{Checker, Document, Provenance, is_zero};
+use crate::schedule::check_speeds;
+use crate::{Checker, Document, GuidanceEntry, Provenance, is_zero};
 use serde::{Deserialize, Serialize};
 
 /// A reference path: points in arc length, x and y in a local plane.
@@ -15,6 +16,10 @@ pub struct Path {
     pub closed: bool,
     /// The guidance of a vehicle along it.
     pub guidance: Guidance,
+    /// Parameters of the guidance over speed, at increasing speeds; linear between them and constant beyond the
+    /// ends. Empty or omitted if those of `guidance` hold at every speed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub schedule: Vec<GuidanceEntry>,
     /// The speed for which the path was computed, m/s.
     pub speed_mps: f64,
     /// At least two, at increasing distance.
@@ -119,6 +124,10 @@ impl Document for Path {
             sideslip_per_yaw_acceleration_s2 sideslip_growth_s5pm2 yaw_acceleration_gain_s2
             yaw_jerk_gain_s3);
         check_fields!(c.not_negative(g, "guidance."): distance_rear_m cross_track_integral_gain_per_s);
+        check_speeds(c, self.schedule.iter().map(|entry| entry.speed_mps));
+        for (i, entry) in self.schedule.iter().enumerate() {
+            entry.check(c, &format!("schedule[{i}]."));
+        }
         c.positive(self.speed_mps, "speed_mps");
         c.require(self.points.len() >= 2, "points", || {
             format!("{} points, a path needs at least 2", self.points.len())

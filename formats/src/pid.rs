@@ -1,6 +1,9 @@
 //! `pid.json`: the steering controller of eq 14 with the evidence that it meets its specification.
 
-use crate::{Checker, DesignEvidence, Document, Provenance, Quality, Specification, is_zero};
+use crate::schedule::check_speeds;
+use crate::{
+    Checker, DesignEvidence, Document, Provenance, Quality, ScheduleEntry, Specification, is_zero,
+};
 use serde::{Deserialize, Serialize};
 
 /// The controller, its specification, and the results of its design.
@@ -25,6 +28,10 @@ pub struct Pid {
     pub evidence: DesignEvidence,
     /// Recommended settings of a path follower around this loop.
     pub guidance: GuidanceAdvice,
+    /// Gains and guidance over speed, at increasing speeds; linear between them and constant beyond the ends.
+    /// Empty or omitted if those above hold at every speed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub schedule: Vec<ScheduleEntry>,
     /// The sources of the file.
     pub provenance: Provenance,
 }
@@ -164,12 +171,8 @@ impl Document for Pid {
     const SCHEMA: &'static str = "steerwright/pid/1";
 
     fn check(&self, c: &mut Checker) {
-        let g = &self.gains;
         c.positive(self.sample_time_s, "sample_time_s");
-        check_fields!(c.not_negative(g, "gains."): kp ki kd derivative_filter_time_s);
-        check_fields!(c.finite(g, "gains."):
-            setpoint_weight_proportional setpoint_weight_derivative);
-        c.positive(g.anti_windup_time_s, "gains.anti_windup_time_s");
+        self.gains.check(c, "gains.");
         check_fields!(c.positive(self.limits, "limits."):
             max_angle_rad max_increment_rad max_rate_radps);
         if let Some(l) = self.limits.large_errors {
@@ -186,9 +189,26 @@ impl Document for Pid {
         check_fields!(c.not_negative(self.designed_for, "designed_for."):
             loop_delay_s path_delay_s estimator_delay_s);
         self.designed_for.quality.check(c, "designed_for.quality.");
-        c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
-        c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
-        check_fields!(c.finite(self.guidance, "guidance."):
-            yaw_acceleration_gain_s2 yaw_jerk_gain_s3);
+        self.guidance.check(c, "guidance.");
+        check_speeds(c, self.schedule.iter().map(|entry| entry.speed_mps));
+        for (i, entry) in self.schedule.iter().enumerate() {
+            entry.check(c, &format!("schedule[{i}]."));
+        }
+    }
+}
+
+impl PidGains {
+    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
+        check_fields!(c.not_negative(self, at): kp ki kd derivative_filter_time_s);
+        check_fields!(c.finite(self, at): setpoint_weight_proportional setpoint_weight_derivative);
+        check_fields!(c.positive(self, at): anti_windup_time_s);
+    }
+}
+
+impl GuidanceAdvice {
+    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
+        check_fields!(c.finite(self, at): feedforward_gain_radm);
+        check_fields!(c.not_negative(self, at): preview_time_s);
+        check_fields!(c.finite(self, at): yaw_acceleration_gain_s2 yaw_jerk_gain_s3);
     }
 }

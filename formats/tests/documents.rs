@@ -96,6 +96,7 @@ fn a_path_needs_two_points_at_increasing_distance() {
         name: "straight".into(),
         closed: false,
         guidance: Guidance::default(),
+        schedule: vec![],
         speed_mps: 15.0,
         points: vec![point(0.0), point(1.0), point(2.0)],
         provenance: Provenance::default(),

@@ -133,6 +133,7 @@ fn pid() -> Pid {
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
+        schedule: vec![],
         provenance: steerwright_formats::Provenance::default(),
     }
 }
@@ -156,6 +157,7 @@ fn path() -> Path {
         name: "example".into(),
         closed: false,
         guidance: steerwright_formats::Guidance::default(),
+        schedule: vec![],
         speed_mps: 15.0,
         points: (0..=60).map(point).collect(),
         provenance: steerwright_formats::Provenance::default(),

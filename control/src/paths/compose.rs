@@ -165,6 +165,7 @@ pub(crate) fn document(
         name: name.into(),
         closed,
         guidance: Guidance::default(),
+        schedule: vec![],
         speed_mps: speed,
         points,
         provenance,

@@ -5,12 +5,13 @@
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
 use steerwright_formats::{
-    Estimator, Guidance, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant, Vehicle,
-    VehicleData,
+    Estimator, Guidance, GuidanceEntry, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant,
+    ScheduleEntry, Vehicle, VehicleData,
 };
 use steerwright_models::{
-    BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
-    NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters, Sideslip,
+    BicycleParameters, Continuous, Error, GuidanceParameters, GuidanceSchedule, IdentifiedData,
+    IdentifiedModel, NonlinearParameters, PathGeometry, PathPoint, PidParameters, PidSchedule,
+    PoseParameters, Sideslip,
 };
 
 /// The identified model of `plant.json`.
@@ -101,10 +102,29 @@ pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
     }
 }
 
-/// The controller of `pid.json`.
+/// The controller of `pid.json`, at the speed of the design.
 #[must_use]
 pub fn pid_parameters(pid: &Pid) -> PidParameters {
     controller_parameters(&pid.gains, &pid.limits, pid.sample_time_s)
+}
+
+/// The controller of `pid.json` over speed; `None` where one set of gains holds at every speed.
+#[must_use]
+pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
+    let at = |entry: &ScheduleEntry| {
+        let usual = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
+        let rate_reserve_time = entry.rate_reserve_time_s.unwrap_or(usual.rate_reserve_time);
+        (entry.speed_mps, PidParameters { rate_reserve_time, ..usual })
+    };
+    (!pid.schedule.is_empty())
+        .then(|| PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
+}
+
+/// The controller of `pid.json` as it runs at a speed, m/s.
+#[must_use]
+pub fn pid_parameters_at(pid: &Pid, speed: f64) -> PidParameters {
+    let start = pid_parameters(pid);
+    pid_schedule(pid).map_or(start, |schedule| schedule.at(&start, speed))
 }
 
 /// The controller of gains and limits, at a sample time, s.
@@ -198,6 +218,33 @@ pub fn guidance_parameters(guidance: &Guidance, speed: f64) -> GuidanceParameter
         yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
     }
+}
+
+/// The guidance law of `path.json` over speed; `None` where its parameters hold at every speed.
+#[must_use]
+pub fn guidance_schedule(path: &Path) -> Option<GuidanceSchedule> {
+    guidance_over_speed(guidance_parameters(&path.guidance, path.speed_mps), &path.schedule)
+}
+
+/// A guidance law with entries over speed; `None` without entries.
+#[must_use]
+pub fn guidance_over_speed(
+    start: GuidanceParameters,
+    entries: &[GuidanceEntry],
+) -> Option<GuidanceSchedule> {
+    let at = |entry: &GuidanceEntry| {
+        let parameters = GuidanceParameters {
+            lookahead_time: entry.lookahead_time_s,
+            lookahead_min: entry.lookahead_min_m,
+            preview_time: entry.preview_time_s,
+            feedforward_gain: entry.feedforward_gain_radm,
+            yaw_acceleration_gain: entry.yaw_acceleration_gain_s2,
+            yaw_jerk_gain: entry.yaw_jerk_gain_s3,
+            ..start
+        };
+        (entry.speed_mps, parameters)
+    };
+    (!entries.is_empty()).then(|| GuidanceSchedule::new(start, entries.iter().map(at).collect()))
 }
 
 /// The entries row by row.

@@ -148,6 +148,7 @@ fn the_controller() {
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
+        schedule: vec![],
         provenance: steerwright_formats::Provenance::default(),
     };
     let expected = PidParameters {
@@ -262,6 +263,7 @@ fn the_path_and_its_guidance() {
         name: "straight".into(),
         closed: false,
         guidance,
+        schedule: vec![],
         speed_mps: 10.0,
         points: vec![point(1.0), point(5.0)],
         provenance: steerwright_formats::Provenance::default(),

@@ -6,7 +6,8 @@ use crate::tables::lateral_pid::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
-use steerwright_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
+use std::borrow::Cow;
+use steerwright_models::{Pid, PidInput, PidOutput, PidParameters, PidSchedule, Ticks};
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
 /// gets an error instead of a long wait.
@@ -16,6 +17,9 @@ const MOST_TICKS: f64 = 3_600_000.0;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LateralPid {
     parameters: PidParameters,
+    /// The gains over speed, where the archive has them.
+    #[serde(skip)]
+    schedule: Option<PidSchedule>,
     inputs: Inputs,
     pid: Pid,
     phase: Phase,
@@ -69,13 +73,22 @@ impl LateralPid {
         })
     }
 
+    /// The parameters that act at a speed, m/s.
+    fn acting(&self, speed: f64) -> Cow<'_, PidParameters> {
+        match &self.schedule {
+            Some(schedule) => Cow::Owned(schedule.at(&self.parameters, speed)),
+            None => Cow::Borrowed(&self.parameters),
+        }
+    }
+
     /// Tick 0 with these inputs, on a copy of the memory.
     fn tick_zero(&self, inputs: &Inputs) -> (Pid, PidOutput) {
         let mut pid = self.pid;
+        let parameters = self.acting(inputs.pid.speed);
         let output = if inputs.yaw_given && inputs.reference_given {
-            pid.tick(&self.parameters, &inputs.pid)
+            pid.tick(&parameters, &inputs.pid)
         } else {
-            pid.prime(&self.parameters, &inputs.pid)
+            pid.prime(&parameters, &inputs.pid)
         };
         (pid, output)
     }
@@ -103,6 +116,7 @@ impl Slave for LateralPid {
         let file = optional::<steerwright_formats::Pid>(resources, "pid.json")?;
         let parameters =
             file.as_ref().map_or_else(PidParameters::default, steerwright_loading::pid_parameters);
+        let schedule = file.as_ref().and_then(steerwright_loading::pid_schedule);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,
@@ -116,7 +130,10 @@ impl Slave for LateralPid {
             reference_given: false,
         };
         let phase = Phase::BeforeFirstStep { last_read: inputs };
-        with_start_values(Self { parameters, inputs, pid: Pid::default(), phase }, resources)
+        with_start_values(
+            Self { parameters, schedule, inputs, pid: Pid::default(), phase },
+            resources,
+        )
     }
 
     #[inline]
@@ -161,6 +178,7 @@ impl Slave for LateralPid {
             self.pid = pid;
             self.phase = Phase::Running { ticks: Ticks::new(), output, warned_of_long_step: false };
         }
+        let parameters = self.acting(self.inputs.pid.speed).into_owned();
         let Phase::Running { ticks, output, warned_of_long_step } = &mut self.phase else {
             return Ok(());
         };
@@ -174,7 +192,7 @@ impl Slave for LateralPid {
             ));
         }
         for _ in 0..count {
-            *output = self.pid.tick(&self.parameters, &self.inputs.pid);
+            *output = self.pid.tick(&parameters, &self.inputs.pid);
         }
         self.pid.check().map_err(|e| refuse(&e))
     }
@@ -202,7 +220,7 @@ impl Slave for LateralPid {
                 }
             }
         }
-        *self = loaded;
+        *self = Self { schedule: self.schedule.take(), ..loaded };
         Ok(())
     }
 }

@@ -7,12 +7,14 @@ use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use steerwright_models::{GuidanceParameters, PathFollower, PathOutput};
+use steerwright_models::{GuidanceParameters, GuidanceSchedule, PathFollower, PathOutput};
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]
 pub struct ReferencePath {
     guidance: GuidanceParameters,
+    /// The guidance over speed, where the path states it.
+    schedule: Option<GuidanceSchedule>,
     inputs: Inputs,
     follower: PathFollower,
     phase: Phase,
@@ -77,9 +79,15 @@ impl ReferencePath {
         })
     }
 
+    /// The parameters that act at a speed, m/s.
+    fn acting(&self, speed: f64) -> GuidanceParameters {
+        let schedule = self.schedule.as_ref();
+        schedule.map_or(self.guidance, |schedule| schedule.at(&self.guidance, speed))
+    }
+
     fn evaluate(&self, inputs: &Inputs) -> PathOutput {
         let Inputs { x, y, yaw, speed } = *inputs;
-        self.follower.evaluate(&self.guidance, x, y, yaw, speed)
+        self.follower.evaluate(&self.acting(speed), x, y, yaw, speed)
     }
 
     /// The outputs before the first step.
@@ -120,6 +128,7 @@ impl Slave for ReferencePath {
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         let slave = Self {
             guidance: steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps),
+            schedule: steerwright_loading::guidance_schedule(&path),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },
@@ -167,7 +176,8 @@ impl Slave for ReferencePath {
         let output = self.evaluate(&self.inputs);
         output.check().map_err(|e| refuse(&e))?;
         self.follower.commit(&output);
-        self.follower.integrate(&self.guidance, &output, self.inputs.speed, step);
+        let guidance = self.acting(self.inputs.speed);
+        self.follower.integrate(&guidance, &output, self.inputs.speed, step);
         self.phase = Phase::Running(output);
         Ok(())
     }

@@ -145,6 +145,7 @@ pub(crate) fn pid() -> String {
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
+        schedule: vec![],
         provenance: provenance(),
     }
     .to_json()
@@ -168,6 +169,7 @@ pub(crate) fn path() -> String {
         name: "bend".into(),
         closed: false,
         guidance: Guidance::default(),
+        schedule: vec![],
         speed_mps: 10.0,
         points: (0..=120).map(point).collect(),
         provenance: provenance(),

@@ -93,6 +93,7 @@ pub fn pid(met: bool) -> Pid {
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
+        schedule: vec![],
         provenance: provenance(),
     }
 }
@@ -115,6 +116,7 @@ pub fn path() -> Path {
         name: "slalom".into(),
         closed: false,
         guidance: Guidance::default(),
+        schedule: vec![],
         speed_mps: 10.0,
         points,
         provenance: provenance(),
