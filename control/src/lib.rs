@@ -12,6 +12,7 @@
 //! | [`bicycle_from_toml`], [`bicycle()`], [`bicycle_of_vehicle`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
+//! | [`design_over_speeds`] | the same for a range of speeds |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`sideslip`], [`plant_sideslip`], [`with_sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
@@ -40,9 +41,12 @@ pub use closed_loop::simulate::Trace;
 pub use design::design;
 pub use design::limits::usual_max_angle_rad;
 pub use design::options::{DesignOptions, RobustOptions};
+pub use design::over_speed::design_over_speeds;
 pub use error::Error;
 pub use guidance::track::{Master, TrackTrace, track, track_with};
-pub use guidance::{Sideslip, guidance_for, plant_sideslip, sideslip, with_sideslip};
+pub use guidance::{
+    Sideslip, guidance_for, guidance_schedule, plant_sideslip, sideslip, with_sideslip,
+};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;

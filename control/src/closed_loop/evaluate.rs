@@ -7,13 +7,14 @@ use crate::closed_loop::metrics::{Metrics, metrics};
 use crate::closed_loop::scenario::{Step, on_curve, simulated_step};
 use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
 use crate::error::require;
+use crate::guidance::guidance_for;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
 use nalgebra::Complex;
 use std::f64::consts::PI;
 use steerwright_formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
-use steerwright_loading::pid_parameters;
+use steerwright_loading::pid_parameters_at;
 use steerwright_models::PidParameters;
 
 /// Heights of the steps that are reported, degrees, and how long they are followed, s: the largest yaw
@@ -29,14 +30,15 @@ const LARGE_STEPS_S: f64 = 30.0;
 /// the plant.
 pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error> {
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
-    let parameters = pid_parameters(pid);
+    let parameters = pid_parameters_at(pid, plant.speed);
     let late = (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0);
+    let guidance = guidance_for(pid, plant.speed);
     let advice = Advice {
-        feedforward_gain: pid.guidance.feedforward_gain_radm,
+        feedforward_gain: guidance.feedforward_gain_radm,
         // The preview contains the additional delay of the loop through the path, which is not simulated here.
-        preview_time: pid.guidance.preview_time_s - late,
-        yaw_acceleration_gain: pid.guidance.yaw_acceleration_gain_s2,
-        yaw_jerk_gain: pid.guidance.yaw_jerk_gain_s3,
+        preview_time: guidance.preview_time_s - late,
+        yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
+        yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
     };
     Ok(evidence(&sampled, plant, &parameters, &pid.specification, &advice))
 }
@@ -63,7 +65,7 @@ pub fn step_response(
         quiet: 0.0,
     };
     let mut simulator = Simulator::default();
-    simulator.run(&sampled, &pid_parameters(pid), &excitation);
+    simulator.run(&sampled, &pid_parameters_at(pid, plant.speed), &excitation);
     Ok(simulator.trace)
 }
 
@@ -74,7 +76,7 @@ pub fn step_response(
 /// As [`evaluate`].
 pub fn step_metrics(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<StepMetrics, Error> {
     let sampled = sampled_for(plant, pid, loop_delay)?;
-    let (parameters, spec) = (pid_parameters(pid), &pid.specification);
+    let (parameters, spec) = (pid_parameters_at(pid, plant.speed), &pid.specification);
     let step = Step::of(spec);
     Ok(simulated_step(&mut Simulator::default(), &sampled, &parameters, spec, step).step)
 }
@@ -101,7 +103,7 @@ pub fn loop_response(
     points: usize,
 ) -> Result<Vec<LoopPoint>, Error> {
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
-    let parameters = pid_parameters(pid);
+    let parameters = pid_parameters_at(pid, plant.speed);
     let step = 1000.0_f64.powf(1.0 / (points.max(2) - 1) as f64);
     let angles = (0..points).map(|i| 1e-3 * PI * step.powf(i as f64));
     Ok(angles

@@ -2,6 +2,7 @@
 //! the model holds there, speeds around those designed for.
 
 use crate::closed_loop::scenario::Scenario;
+use crate::design::objective::Objective;
 use crate::design::options::{DesignOptions, RobustOptions};
 use crate::plants::design_plant::DesignPlant;
 use steerwright_models::noise::gaussian;
@@ -23,6 +24,17 @@ pub(crate) struct Ensemble<'a> {
 pub(crate) struct Member {
     pub(crate) scenario: Scenario,
     pub(crate) at_nominal: bool,
+}
+
+impl<'a> Ensemble<'a> {
+    /// The ensemble of the options; `None` for a design on the nominal plant alone.
+    pub(crate) fn of(
+        plant: &'a DesignPlant,
+        options: &'a DesignOptions,
+        objective: &Objective,
+    ) -> Option<Self> {
+        options.robust.map(|robust| Ensemble { plant, options, robust, scale: objective.scale })
+    }
 }
 
 impl Ensemble<'_> {

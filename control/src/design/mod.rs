@@ -17,6 +17,7 @@ mod nominal;
 mod objective;
 mod optimiser;
 pub(crate) mod options;
+pub(crate) mod over_speed;
 mod parallel;
 mod robust;
 mod search;
@@ -33,12 +34,13 @@ use crate::design::limits::large_errors;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::design::robust::Robust;
-use crate::design::search::significant;
+use crate::design::search::{Found, significant};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use std::collections::BTreeMap;
 use steerwright_formats::{
-    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, SourceFile,
+    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, ScheduleEntry,
+    SourceFile,
 };
 use steerwright_loading::controller_parameters;
 use steerwright_models::PidParameters;
@@ -57,33 +59,21 @@ pub fn design(
     options: &DesignOptions,
 ) -> Result<Pid, Error> {
     options.check()?;
-    let objective = Objective::new(plant, options)?;
-    let ensemble =
-        options.robust.map(|robust| Ensemble { plant, options, robust, scale: objective.scale });
-    let Robust { found, objective, common_settling_s } = match &ensemble {
-        Some(ensemble) => ensemble.find(objective)?,
-        None => {
-            let found = nominal::find(&objective, options.seed, false)?;
-            Robust { found, objective, common_settling_s: None }
-        }
-    };
+    documented(plant, source, options, Tuned::new(plant, options)?, Vec::new())
+}
+
+/// The document of gains, with a table over speed or none, and with the evidence at the plant's speed.
+fn documented(
+    plant: &DesignPlant,
+    source: &SourceFile,
+    options: &DesignOptions,
+    tuned: Tuned,
+    schedule: Vec<ScheduleEntry>,
+) -> Result<Pid, Error> {
+    let Tuned { found, objective, common_settling_s, stable, gains, limits, pid, feedforward } =
+        tuned;
+    let ensemble = Ensemble::of(plant, options, &objective);
     let sampled = &objective.scenarios[0].plant;
-    let stable = found.reached.margins.modulus_margin > 0.0;
-    // Neither large errors nor the lag behind a ramp are defined for an unstable loop.
-    let large_errors = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
-    let limits = Limits { large_errors, ..objective.limits };
-    let gains = gains(&found.pid);
-    let pid = controller_parameters(&gains, &limits, options.sample_time_s);
-    let lag = if stable { ramp_lag(plant.gain(), sampled, &pid).max(0.0) } else { 0.0 };
-    let feedforward = Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
-    let feedforward =
-        if stable { feedforward.on_roads(&pid, sampled, plant.speed) } else { feedforward };
-    let feedforward = Advice {
-        feedforward_gain: significant(feedforward.feedforward_gain, 5),
-        yaw_acceleration_gain: significant(feedforward.yaw_acceleration_gain, 4),
-        yaw_jerk_gain: significant(feedforward.yaw_jerk_gain, 4),
-        ..feedforward
-    };
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &feedforward);
     evidence.robustness =
         ensemble.map(|e| e.evidence(&objective, &pid, &feedforward)).transpose()?;
@@ -100,6 +90,7 @@ pub fn design(
         evidence.advice.extend(common_settling_s.map(advice::common_settling));
     }
     let [path_delay_s, estimator_delay_s] = options.outer_delays();
+    let guidance = advised(&feedforward, options);
     let mut document = Pid {
         schema: Pid::SCHEMA.into(),
         name: format!("PID for {}", plant.name),
@@ -118,13 +109,8 @@ pub fn design(
             quality: plant.quality.clone(),
         },
         specification: objective.spec,
-        guidance: GuidanceAdvice {
-            feedforward_gain_radm: feedforward.feedforward_gain,
-            // The loop through the path is later than the yaw loop; the path is read as much further ahead.
-            preview_time_s: feedforward.preview_time + (path_delay_s - options.loop_delay_s),
-            yaw_acceleration_gain_s2: feedforward.yaw_acceleration_gain,
-            yaw_jerk_gain_s3: feedforward.yaw_jerk_gain,
-        },
+        guidance,
+        schedule,
         evidence,
         provenance: provenance(source, options),
     };
@@ -133,6 +119,63 @@ pub fn design(
     }
     document.checked("the designed controller")?;
     Ok(document)
+}
+
+/// The gains found for a plant, with the limits and the settings of a path follower that belong to them.
+pub(crate) struct Tuned {
+    found: Found,
+    objective: Objective,
+    common_settling_s: Option<f64>,
+    stable: bool,
+    gains: PidGains,
+    limits: Limits,
+    pid: PidParameters,
+    feedforward: Advice,
+}
+
+impl Tuned {
+    fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, Error> {
+        let objective = Objective::new(plant, options)?;
+        let Robust { found, objective, common_settling_s } =
+            match &Ensemble::of(plant, options, &objective) {
+                Some(ensemble) => ensemble.find(objective)?,
+                None => {
+                    let found = nominal::find(&objective, options.seed, false)?;
+                    Robust { found, objective, common_settling_s: None }
+                }
+            };
+        let sampled = &objective.scenarios[0].plant;
+        let stable = found.reached.margins.modulus_margin > 0.0;
+        // Neither large errors nor the lag behind a ramp are defined for an unstable loop.
+        let large_errors = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
+        let limits = Limits { large_errors, ..objective.limits };
+        let gains = gains(&found.pid);
+        let pid = controller_parameters(&gains, &limits, options.sample_time_s);
+        let lag = if stable { ramp_lag(plant.gain(), sampled, &pid).max(0.0) } else { 0.0 };
+        let feedforward =
+            Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
+        let feedforward =
+            if stable { feedforward.on_roads(&pid, sampled, plant.speed) } else { feedforward };
+        let feedforward = Advice {
+            feedforward_gain: significant(feedforward.feedforward_gain, 5),
+            yaw_acceleration_gain: significant(feedforward.yaw_acceleration_gain, 4),
+            yaw_jerk_gain: significant(feedforward.yaw_jerk_gain, 4),
+            ..feedforward
+        };
+        Ok(Self { found, objective, common_settling_s, stable, gains, limits, pid, feedforward })
+    }
+}
+
+/// Settings of a path follower around the loop.
+fn advised(feedforward: &Advice, options: &DesignOptions) -> GuidanceAdvice {
+    let [path_delay_s, _] = options.outer_delays();
+    GuidanceAdvice {
+        feedforward_gain_radm: feedforward.feedforward_gain,
+        // The loop through the path is later than the yaw loop; the path is read as much further ahead.
+        preview_time_s: feedforward.preview_time + (path_delay_s - options.loop_delay_s),
+        yaw_acceleration_gain_s2: feedforward.yaw_acceleration_gain,
+        yaw_jerk_gain_s3: feedforward.yaw_jerk_gain,
+    }
 }
 
 fn gains(pid: &PidParameters) -> PidGains {

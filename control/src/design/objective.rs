@@ -104,6 +104,14 @@ impl Objective {
         (controller_parameters(&gains, &self.limits, ts), outside)
     }
 
+    /// The decision variables of a controller.
+    pub(crate) fn variables(&self, pid: &PidParameters) -> Vec<f64> {
+        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
+        [pid.kp * self.gain, pid.ki / pid.kp, pid.kd / pid.kp, pid.derivative_filter_time, lag]
+            .map(f64::ln)
+            .to_vec()
+    }
+
     /// Largest rate of the steering that increment and rate allow, rad/s.
     pub(crate) fn fastest(&self) -> f64 {
         self.limits.max_rate_radps.min(self.limits.max_increment_rad / self.sample_time)

@@ -3,7 +3,8 @@
 pub(crate) mod track;
 
 use crate::Error;
-use steerwright_formats::{Bicycle, Document, Guidance, Pid, Plant};
+use steerwright_formats::{Bicycle, Document, Guidance, GuidanceAdvice, GuidanceEntry, Pid, Plant};
+use steerwright_loading::{guidance_over_speed, guidance_parameters};
 pub use steerwright_models::Sideslip;
 
 /// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
@@ -12,12 +13,47 @@ const LOOKAHEAD_PER_LAG: f64 = 4.0;
 /// Shortest look-ahead time, s.
 const LEAST_LOOKAHEAD: f64 = 1.0;
 
-/// Guidance for a controller's loop at a speed.
+/// Guidance for a controller's loop at a speed, m/s.
 ///
 /// The sideslip is 0: [`sideslip`] returns that of a vehicle, and [`with_sideslip`] adds it.
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
-    let advice = &pid.guidance;
+    let of_design = by_advice(pid, &pid.guidance, speed);
+    let start = guidance_parameters(&of_design, speed);
+    let Some(schedule) = guidance_over_speed(start, &guidance_schedule(pid)) else {
+        return of_design;
+    };
+    let here = schedule.at(&start, speed);
+    Guidance {
+        lookahead_time_s: here.lookahead_time,
+        lookahead_min_m: here.lookahead_min,
+        preview_time_s: here.preview_time,
+        feedforward_gain_radm: here.feedforward_gain,
+        yaw_acceleration_gain_s2: here.yaw_acceleration_gain,
+        yaw_jerk_gain_s3: here.yaw_jerk_gain,
+        ..of_design
+    }
+}
+
+/// Guidance over speed for a controller's loop; empty where one set of gains holds at every speed.
+#[must_use]
+pub fn guidance_schedule(pid: &Pid) -> Vec<GuidanceEntry> {
+    let entries = pid.schedule.iter().map(|entry| {
+        let guidance = by_advice(pid, &entry.guidance, entry.speed_mps);
+        GuidanceEntry {
+            speed_mps: entry.speed_mps,
+            lookahead_time_s: guidance.lookahead_time_s,
+            lookahead_min_m: guidance.lookahead_min_m,
+            preview_time_s: guidance.preview_time_s,
+            feedforward_gain_radm: guidance.feedforward_gain_radm,
+            yaw_acceleration_gain_s2: guidance.yaw_acceleration_gain_s2,
+            yaw_jerk_gain_s3: guidance.yaw_jerk_gain_s3,
+        }
+    });
+    entries.collect()
+}
+
+fn by_advice(pid: &Pid, advice: &GuidanceAdvice, speed: f64) -> Guidance {
     // Delays of the outer loop count as lag.
     let late = pid.designed_for.estimator_delay_s - pid.designed_for.path_delay_s;
     let lag = advice.preview_time_s + late.max(0.0);

@@ -93,7 +93,7 @@ pub fn track_with(
     let speed = path.speed_mps;
     let geometry = steerwright_loading::path_geometry(path).map_err(model_error(&path.name))?;
     let mut follower = PathFollower::new(Arc::new(geometry));
-    let parameters = steerwright_loading::pid_parameters(pid);
+    let parameters = steerwright_loading::pid_parameters_at(pid, speed);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
         controller.tick(&parameters, &pid_input(guide, yaw, speed)).steering_angle

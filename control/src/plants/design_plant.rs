@@ -8,7 +8,7 @@ use crate::Error;
 use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mode};
 use crate::plants::logarithm;
 use nalgebra::{DMatrix, DVector};
-use steerwright_formats::{Bicycle, InputKind, Matrix, Plant, Quality};
+use steerwright_formats::{Bicycle, Document, InputKind, Matrix, Plant, Quality};
 use steerwright_loading::identified_model;
 use steerwright_models::bicycle_body_frame;
 
@@ -167,6 +167,16 @@ impl DesignPlant {
     #[must_use]
     pub fn gain(&self) -> f64 {
         self.gain
+    }
+
+    /// The document of the model at this speed; `None` for a plant without one.
+    #[must_use]
+    pub fn document(&self) -> Option<String> {
+        match &self.family {
+            Family::Identified(plant) => Some(plant.to_json()),
+            Family::Bicycle(bicycle) => Some(bicycle.to_json()),
+            Family::Alone => None,
+        }
     }
 
     pub(crate) fn is_discrete(&self) -> bool {

@@ -1,6 +1,7 @@
 //! The plants that move in the plane, as they run in the FMUs.
 
 use crate::Error;
+use crate::plants::design_plant::{DesignPlant, Family};
 use std::sync::Arc;
 use steerwright_formats::{Bicycle, Plant};
 use steerwright_models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
@@ -70,6 +71,20 @@ impl PlantModel {
         };
         let plant = NonlinearVehicle::new(parameters).map_err(model_error(&vehicle.name))?;
         Ok(Self::Nonlinear(Box::new(plant)))
+    }
+
+    /// The plant that moves, of the plant that a controller is designed on; `None` without a document.
+    pub(crate) fn of_design(plant: &DesignPlant) -> Result<Option<Self>, Error> {
+        match &plant.family {
+            Family::Alone => Ok(None),
+            Family::Identified(plant) => Self::from_plant(plant).map(Some),
+            Family::Bicycle(bicycle) => Self::from_bicycle(bicycle).map(Some),
+        }
+    }
+
+    /// Changes the speed, m/s.
+    pub(crate) fn set_speed(&mut self, speed: f64) {
+        of_each!(self, p => p.speed = speed);
     }
 
     /// Starts at a pose (x and y in m, yaw in rad) and a speed, m/s.

@@ -6,6 +6,7 @@ mod bicycle;
 mod common;
 mod design;
 mod margins;
+mod over_speed;
 mod recorded_fixes;
 mod recorded_paths;
 mod rejected_plants;

@@ -20,6 +20,34 @@ const STEPS: u32 = 40;
 const BISECTIONS: u32 = 8;
 
 impl Ensemble<'_> {
+    /// The number of plants that are drawn again, and the share that keeps every requirement.
+    pub(crate) fn kept(
+        &self,
+        objective: &Objective,
+        pid: &PidParameters,
+        advice: &Advice,
+    ) -> Result<(usize, f64), Error> {
+        let all = self.draw(1, self.robust.members);
+        let kept = each(&all, |r| {
+            self.reached(objective, &r.scenario, pid, advice).shortfalls(&objective.spec).is_empty()
+        })?;
+        let count = kept.iter().filter(|kept| **kept).count();
+        Ok((all.len(), count as f64 / all.len().max(1) as f64))
+    }
+
+    fn reached(
+        &self,
+        objective: &Objective,
+        scenario: &Scenario,
+        pid: &PidParameters,
+        advice: &Advice,
+    ) -> Reached {
+        let (plant, speed, spec) = (&scenario.plant, scenario.speed, &objective.spec);
+        let curve = with_simulator(|s| on_curve(s, plant, speed, pid, spec, advice));
+        let on_curve = curve.steady_state_error_percent;
+        Reached { on_curve, ..objective.reached(scenario, pid) }
+    }
+
     /// The figures of the gains over plants that are drawn again.
     pub(crate) fn evidence(
         &self,
@@ -29,12 +57,7 @@ impl Ensemble<'_> {
     ) -> Result<Robustness, Error> {
         let all = self.draw(1, self.robust.members);
         let spec = &objective.spec;
-        let reach = |scenario: &Scenario| {
-            let (plant, speed) = (&scenario.plant, scenario.speed);
-            let curve = with_simulator(|s| on_curve(s, plant, speed, pid, spec, advice));
-            let on_curve = curve.steady_state_error_percent;
-            Reached { on_curve, ..objective.reached(scenario, pid) }
-        };
+        let reach = |scenario: &Scenario| self.reached(objective, scenario, pid, advice);
         let reached = each(&all, |r| reach(&r.scenario))?;
         let at_nominal = all.iter().filter(|r| r.at_nominal).count();
         let requirements: Vec<OverEnsemble> = objective
