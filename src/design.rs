@@ -5,6 +5,7 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
+use crate::quantity::SpeedRange;
 use crate::specification::{SpecificationArguments, Specified};
 use crate::{Global, console};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,10 @@ pub(crate) struct Arguments {
     /// Write the controller here
     #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]
     out: PathBuf,
+    /// Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance over
+    /// speed. Requires a model that holds at other speeds, such as bicycle.json
+    #[arg(long, value_name = "RANGE")]
+    pub(crate) speeds: Option<SpeedRange>,
     /// Write Bode, Nyquist and step plots (SVG) into this folder
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
@@ -47,7 +52,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let plant =
         model.design_plant().map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
     let progress = Progress::start("designing");
-    let pid = designed(&document, &plant, &source, &specified, |what| progress.now(what))?;
+    let pid = designed(&document, &plant, &source, arguments.speeds, &specified, |what| {
+        progress.now(what);
+    })?;
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];
@@ -56,10 +63,14 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             written.push(format!("written to {}", file.display()));
         }
     }
-    console::result(&summary(&pid), &pid)?;
+    let over_speed = pid.evidence.over_speed.as_ref().map(crate::speed_summary::table);
+    let text = [Some(summary(&pid)), over_speed].into_iter().flatten().collect::<Vec<_>>();
+    console::result(&text.join("\n\n"), &pid)?;
     written.iter().for_each(console::note);
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
-    Ok(Outcome::when(pid.evidence.met && (by_all || !specified.must_be_robust)))
+    let met = pid.evidence.met && (by_all || !specified.must_be_robust);
+    // What no gains reach at the ends of a range is in the table.
+    Ok(Outcome::when(met || arguments.speeds.is_some()))
 }
 
 /// The controller, verified in the loop of FMUs. `now` is called with what is being done.
@@ -67,12 +78,26 @@ pub(crate) fn designed(
     document: &str,
     plant: &DesignPlant,
     source: &SourceFile,
+    speeds: Option<SpeedRange>,
     specified: &Specified,
     now: impl Fn(&str),
 ) -> Result<Pid, Failure> {
-    let mut pid = steerwright_control::design(plant, source, &specified.design)?;
+    let Some(SpeedRange(speeds)) = speeds else {
+        let mut pid = steerwright_control::design(plant, source, &specified.design)?;
+        now("running the loop of FMUs");
+        steerwright_comparison::verify(&mut pid, document, plant)?;
+        return Ok(pid);
+    };
+    let options = specified.over_speeds();
+    let mut pid =
+        steerwright_control::design_over_speeds(plant, source, &options, speeds, &|what| {
+            now(what)
+        })?;
     now("running the loop of FMUs");
-    steerwright_comparison::verify(&mut pid, document, plant)?;
+    // The FMU of a model outside the range is run at the speed of the design.
+    let plant = plant.at_speed(pid.designed_for.speed_mps)?;
+    let document = plant.document().unwrap_or_else(|| document.to_owned());
+    steerwright_comparison::verify(&mut pid, &document, &plant)?;
     Ok(pid)
 }
 

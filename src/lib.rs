@@ -38,6 +38,7 @@ mod progress;
 mod quantity;
 mod simulate;
 mod specification;
+mod speed_summary;
 pub mod stages;
 mod structure;
 mod sweep;

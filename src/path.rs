@@ -90,6 +90,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(file) = &arguments.pid {
         let (pid, source) = files::read_document::<Pid>(file)?;
         path.guidance = steerwright_control::guidance_for(&pid, arguments.speed);
+        path.schedule = steerwright_control::guidance_schedule(&pid);
         path.provenance.sources.push(source);
     } else {
         notes.push("no feedforward: --pid sets it for a controller".into());

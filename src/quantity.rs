@@ -132,6 +132,27 @@ quantities! {
     Number = plain;
 }
 
+/// A range of speeds, m/s: `5..30`, `5m/s..30m/s` or `18..108km/h`. A speed without a unit has that of the
+/// other, or is in m/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SpeedRange(pub(crate) [f64; 2]);
+
+impl FromStr for SpeedRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (low, high) = text
+            .split_once("..")
+            .ok_or_else(|| format!("`{text}` is no range of speeds such as 5..30 (m/s)"))?;
+        let unit = if high.trim().ends_with("km/h") { "km/h" } else { "m/s" };
+        let number = |text: &str| match plain(text) {
+            Ok(_) => speed(&format!("{text}{unit}")),
+            Err(_) => speed(text),
+        };
+        Ok(Self([number(low)?, number(high)?]))
+    }
+}
+
 /// A quantity, or `none`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OrNone<T>(pub(crate) Option<T>);
@@ -152,7 +173,17 @@ impl<'de, T: FromStr<Err = String>> Deserialize<'de> for OrNone<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{angle, angle_rate, percent, rate, speed, time};
+    use super::{SpeedRange, angle, angle_rate, percent, rate, speed, time};
+
+    #[test]
+    fn ranges_of_speeds() {
+        for text in ["5..30", "5m/s..30m/s", "5 .. 30 m/s", "18km/h..108km/h", "18..108km/h"] {
+            assert_eq!(text.parse(), Ok(SpeedRange([5.0, 30.0])), "{text}");
+        }
+        for bad in ["5", "5-30", "..30", "5..", "5..30s", "a..b"] {
+            assert!(bad.parse::<SpeedRange>().is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn units_are_applied_and_required() {

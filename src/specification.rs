@@ -131,7 +131,7 @@ struct Options {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     latency_spread: Option<Time>,
     /// Speed above and below the designed one that the requirements must tolerate, where the model is
-    /// valid there [default: 20%]
+    /// valid there [default: 20%, or 5% with a range of speeds]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     speed_spread: Option<Percent>,
     /// Number of plants drawn from the identified uncertainty [default: 100]
@@ -148,6 +148,24 @@ pub(crate) struct Specified {
     pub(crate) master: Master,
     /// Whether a requirement that not all plants keep fails the design: `on` was written.
     pub(crate) must_be_robust: bool,
+    /// Whether a spread of the speed is stated.
+    states_speed_spread: bool,
+}
+
+/// Spread of the speed about each entry of a table over speed, where none is stated: the error of a measured
+/// speed.
+const SPEED_SPREAD_OVER_SPEEDS: f64 = 0.05;
+
+impl Specified {
+    /// The design at each speed of a range.
+    pub(crate) fn over_speeds(&self) -> DesignOptions {
+        let speed_share = SPEED_SPREAD_OVER_SPEEDS;
+        let robust = |r| RobustOptions { speed_share, ..r };
+        match self.states_speed_spread {
+            true => self.design,
+            false => DesignOptions { robust: self.design.robust.map(robust), ..self.design },
+        }
+    }
 }
 
 impl SpecificationArguments {
@@ -222,6 +240,7 @@ impl Options {
         // Without a measured latency, the delay of another master.
         let spread = if latency > 0.0 { LATENCY_SPREAD } else { sample_time_s };
         let usual = RobustOptions::default();
+        let states_speed_spread = self.speed_spread.is_some();
         let robust_options = RobustOptions {
             members: self.ensemble.unwrap_or(usual.members),
             latency_s: self.latency_spread.map_or(spread, f64::from),
@@ -244,7 +263,8 @@ impl Options {
             seed: self.seed.unwrap_or(defaults.seed),
             ..defaults
         };
-        Specified { design, master, must_be_robust: self.robust == Some(Switch::On) }
+        let must_be_robust = self.robust == Some(Switch::On);
+        Specified { design, master, must_be_robust, states_speed_spread }
     }
 
     /// Their names, in the file and on the command line.

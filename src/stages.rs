@@ -281,8 +281,16 @@ pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String
     let source = SourceFile::of(file.as_ref(), document.as_bytes());
     let progress = Progress::start("designing");
     let plant = model.design_plant()?;
-    let pid =
-        design_command::designed(document, &plant, &source, &specified, |what| progress.now(what))?;
+    let pid = design_command::designed(
+        document,
+        &plant,
+        &source,
+        arguments.speeds,
+        &specified,
+        |what| {
+            progress.now(what);
+        },
+    )?;
     Ok(pid.to_json())
 }
 
