@@ -13,4 +13,5 @@ mod pid_reference;
 #[path = "pose/main.rs"]
 mod pose;
 mod pose_reference;
+mod schedule;
 mod sideslip;
