@@ -5,4 +5,5 @@ mod common;
 mod derivatives;
 mod extremes;
 mod nonlinear_vehicle;
+mod over_speed;
 mod saved;

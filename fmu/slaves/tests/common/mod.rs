@@ -130,6 +130,14 @@ pub fn pose() -> PoseEstimator {
 
 /// A circle of 30 m radius, closed or open.
 pub fn path(closed: bool) -> ReferencePath {
+    path_over_speed(closed, vec![])
+}
+
+/// The circle with a guidance over speed.
+pub fn path_over_speed(
+    closed: bool,
+    schedule: Vec<steerwright_formats::GuidanceEntry>,
+) -> ReferencePath {
     let radius = 30.0;
     let points = (0..60)
         .map(|k| {
@@ -162,6 +170,7 @@ pub fn path(closed: bool) -> ReferencePath {
             yaw_acceleration_gain_s2: -0.006,
             yaw_jerk_gain_s3: 0.0004,
         },
+        schedule,
         provenance: steerwright_formats::Provenance::default(),
     };
     let file = file.to_json().into_bytes();
