@@ -32,7 +32,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
         );
     }
     if let Some(robustness) = &e.robustness {
-        let _ = writeln!(text, "{}", ranges(robustness));
+        let _ = writeln!(text, "{}", ranges(pid, robustness));
     }
     text.push_str(&limits(pid));
     text.push_str(&steps(e));
@@ -202,7 +202,7 @@ fn of_steps(
 }
 
 /// The plants of the ensemble, and the limits of each requirement.
-fn ranges(r: &Robustness) -> String {
+fn ranges(pid: &Pid, r: &Robustness) -> String {
     let ms = |s: f64| format!("{:.0}", 1e3 * s);
     let mut text = format!(
         "worst of {} plants: {} drawn from the identified uncertainty, gain {} to {}",
@@ -224,7 +224,10 @@ fn ranges(r: &Robustness) -> String {
             label.to_owned(),
             where_it_breaks(b, &|v| format!("{} ms", ms(v))),
             speed.map_or_else(
-                || "the model holds at one".into(),
+                || {
+                    let table = !pid.schedule.is_empty();
+                    if table { "see over speed" } else { "the model holds at one" }.into()
+                },
                 |b| where_it_breaks(b, &|v| format!("{v:.1} m/s")),
             ),
         ]);

@@ -31,16 +31,21 @@ const LARGE_STEPS_S: f64 = 30.0;
 pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error> {
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let parameters = pid_parameters_at(pid, plant.speed);
+    let advice = advice_at(pid, plant.speed);
+    Ok(evidence(&sampled, plant, &parameters, &pid.specification, &advice))
+}
+
+/// Preview, feedforward and path gains of a file at a speed, m/s. The preview of the file contains the additional
+/// delay of the loop through the path, which is not simulated here.
+pub(crate) fn advice_at(pid: &Pid, speed: f64) -> Advice {
     let late = (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0);
-    let guidance = guidance_for(pid, plant.speed);
-    let advice = Advice {
+    let guidance = guidance_for(pid, speed);
+    Advice {
         feedforward_gain: guidance.feedforward_gain_radm,
-        // The preview contains the additional delay of the loop through the path, which is not simulated here.
         preview_time: guidance.preview_time_s - late,
         yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
         yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
-    };
-    Ok(evidence(&sampled, plant, &parameters, &pid.specification, &advice))
+    }
 }
 
 /// The response to the specification's step, for plots; with the steering offset or without.

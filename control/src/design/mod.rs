@@ -77,6 +77,10 @@ fn documented(
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &feedforward);
     evidence.robustness =
         ensemble.map(|e| e.evidence(&objective, &pid, &feedforward)).transpose()?;
+    if let Some(robustness) = evidence.robustness.as_mut().filter(|_| !schedule.is_empty()) {
+        // Of gains that do not follow the speed.
+        robustness.speed.clear();
+    }
     evidence.trade_off = nominal::trade_off(&objective, &found, options.seed)?;
     evidence.advice = infeasibility(&objective, plant, options, &found)?;
     evidence.advice.extend(advice::non_minimum_phase(plant, evidence.margins.crossover_radps));

@@ -1,8 +1,7 @@
 //! The evidence at constant speeds, at the entries of the table and between them.
 
-use super::advice_at;
 use crate::Error;
-use crate::closed_loop::evaluate::evidence;
+use crate::closed_loop::evaluate::{advice_at, evidence};
 use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;

@@ -200,16 +200,3 @@ fn between(below: &Advice, above: &Advice, share: f64) -> Advice {
 fn readable(speed: f64) -> f64 {
     (100.0 * speed).round() / 100.0
 }
-
-/// The advice of the table at a speed (m/s), as the evidence evaluates it: without the additional delay of the
-/// loop through the path, which the preview contains.
-fn advice_at(pid: &Pid, speed: f64) -> Advice {
-    let late = (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0);
-    let guidance = crate::guidance::guidance_for(pid, speed);
-    Advice {
-        feedforward_gain: guidance.feedforward_gain_radm,
-        preview_time: guidance.preview_time_s - late,
-        yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
-        yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
-    }
-}
