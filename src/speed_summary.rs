@@ -3,7 +3,7 @@
 use crate::console;
 use std::fmt::Write;
 use steerwright_control::Requirement;
-use steerwright_formats::{FrozenSpeed, OverSpeed, SpeedRamp, SpeedRampKind};
+use steerwright_formats::{FrozenSpeed, OverSpeed, Shortfall, SpeedRamp, SpeedRampKind};
 use steerwright_report::Table;
 
 /// The rows, the reasons of unmet requirements, and the ramps.
@@ -55,22 +55,36 @@ fn cells(row: &FrozenSpeed) -> [String; 12] {
     ]
 }
 
-/// Each unmet requirement of each speed, and why.
+/// The unmet requirements and why, a line for neighbouring speeds with the same.
 fn reasons(over: &OverSpeed) -> String {
+    let alike = |a: &FrozenSpeed, b: &FrozenSpeed| {
+        let names = |row: &FrozenSpeed| -> Vec<String> {
+            row.shortfalls.iter().map(|s| s.requirement.clone()).collect()
+        };
+        a.met == b.met && a.reason == b.reason && names(a) == names(b)
+    };
     let mut text = String::new();
-    for row in over.frozen.iter().filter(|row| !row.met) {
-        let missed: Vec<String> = row
-            .shortfalls
-            .iter()
-            .filter_map(|s| Some((Requirement::of(&s.requirement)?, s)))
-            .map(|(r, s)| {
-                format!("{} {} instead of {}", r.label(), r.text(s.reached), r.text(s.required))
-            })
+    for rows in over.frozen.chunk_by(alike) {
+        let [first, ..] = rows else { continue };
+        let Some(why) = &first.reason else { continue };
+        let missed: Vec<String> = (0..first.shortfalls.len())
+            .filter_map(|k| worst(rows.iter().filter_map(|row| row.shortfalls.get(k))))
             .collect();
-        let why = row.reason.as_deref().unwrap_or_default();
-        let _ = writeln!(text, "  at {:.2} m/s {}: {why}", row.speed_mps, missed.join(", "));
+        let last = rows.last().filter(|_| rows.len() > 1);
+        let to = last.map_or_else(String::new, |row| format!(" to {:.2}", row.speed_mps));
+        let missed = missed.join(", ");
+        let _ = writeln!(text, "not met at {:.2}{to} m/s: {missed}: {why}", first.speed_mps);
     }
     text
+}
+
+/// The largest shortfall of one requirement.
+fn worst<'a>(shortfalls: impl Iterator<Item = &'a Shortfall>) -> Option<String> {
+    let beyond = |s: &Shortfall| (s.reached - s.required).abs();
+    let worst = shortfalls.max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
+    let r = Requirement::of(&worst.requirement)?;
+    let (reached, required) = (r.text(worst.reached), r.text(worst.required));
+    Some(format!("{} {reached} instead of {required}", r.label()))
 }
 
 fn ramps(ramps: &[SpeedRamp]) -> String {

@@ -6,7 +6,7 @@ use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
-use steerwright_formats::{DesignEvidence, FrozenSpeed, Pid};
+use steerwright_formats::{DesignEvidence, FrozenSpeed, Pid, Specification};
 use steerwright_loading::pid_parameters_at;
 use steerwright_models::PidParameters;
 
@@ -49,20 +49,19 @@ fn at(
     let e = evidence(sampled, &plant, &parameters, &objective.spec, &advice);
     let ensemble = Ensemble::of(&plant, options, &objective);
     let kept = ensemble.map(|e| e.kept(&objective, &parameters, &advice)).transpose()?;
-    let max_angle_rad = parameters.largest_angle(speed);
     Ok(FrozenSpeed {
         speed_mps: speed,
         breakpoint,
         kp: parameters.kp,
         ki: parameters.ki,
         kd: parameters.kd,
-        max_angle_rad,
+        max_angle_rad: parameters.largest_angle(speed),
         step: e.step,
         step_with_offset: e.step_with_offset,
         curve: e.curve.unwrap_or_default(),
         margins: e.margins,
         met: e.met,
-        reason: (!e.met).then(|| reason(&e, &parameters, max_angle_rad, breakpoint)),
+        reason: (!e.met).then(|| reason(&e, &objective.spec, &parameters, speed, breakpoint)),
         shortfalls: e.shortfalls,
         plants: kept.map_or(0, |(plants, _)| plants),
         share_kept: kept.map(|(_, share)| share),
@@ -72,24 +71,28 @@ fn at(
 /// Why requirements are not met, in words.
 fn reason(
     e: &DesignEvidence,
+    spec: &Specification,
     parameters: &PidParameters,
-    max_angle_rad: f64,
+    speed: f64,
     breakpoint: bool,
 ) -> String {
-    let angle = e.step.largest_angle_rad >= ACTS * max_angle_rad;
-    let rate = e.step.largest_increment_rad >= ACTS * parameters.largest_increment();
-    let fastest = parameters.largest_increment() / parameters.sample_time;
-    match (angle, rate) {
-        (true, _) => format!(
-            "the step steers at the largest angle that is allowed at this speed, {:.1}°",
-            max_angle_rad.to_degrees()
-        ),
-        (false, true) => {
-            format!("the step steers at the largest rate, {:.0}°/s", fastest.to_degrees())
-        }
-        (false, false) if breakpoint => {
-            "no limit acts: the gains found for this speed do not reach it".into()
-        }
-        (false, false) => "no limit acts: the gains are interpolated".into(),
+    let largest = parameters.largest_angle(speed);
+    let PidParameters { steering_per_curvature, understeer_gradient, .. } = *parameters;
+    let per_acceleration = steering_per_curvature / (speed * speed) + understeer_gradient;
+    let on_curve = spec.curve_lateral_acceleration_mps2 * per_acceleration;
+    let mut words = Vec::new();
+    if e.step.largest_angle_rad >= ACTS * largest {
+        words.push("the step steers at the largest angle that is allowed at this speed");
+    }
+    if e.step.largest_increment_rad >= ACTS * parameters.largest_increment() {
+        words.push("the step steers at the largest rate");
+    }
+    if on_curve > largest {
+        words.push("the curve needs more than the largest angle");
+    }
+    match (words.is_empty(), breakpoint) {
+        (false, _) => words.join(", "),
+        (true, true) => "no limit acts: the gains found for this speed do not reach it".into(),
+        (true, false) => "no limit acts: the gains are interpolated".into(),
     }
 }

@@ -30,7 +30,8 @@ const MOST_ENTRIES: usize = 12;
 /// By how much the cost of interpolated gains may exceed that of a design at that speed alone. The cost of a
 /// loop that keeps its requirements is mostly the logarithm of its settling time.
 const ALLOWED_COST: f64 = 0.1;
-/// By how much more, as a share of its bound, interpolated gains may miss a requirement that is out of reach.
+/// By how much more, as a share of its bound and of its shortfall, interpolated gains may miss a requirement that
+/// is out of reach.
 const ALLOWED_SHORTFALL: f64 = 0.1;
 
 /// Designs a controller for a range of speeds, m/s: gains and guidance at the speed of the model (the nearest
@@ -105,13 +106,23 @@ impl Design {
             .into_iter()
             .map(|(r, required)| {
                 let alone = r.missed(required, self.reached.value(r));
-                let allowed = if alone > 0.0 { alone + ALLOWED_SHORTFALL } else { 0.0 };
-                capped((r.missed(required, interpolated.value(r)) - allowed).max(0.0))
+                let missed = r.missed(required, interpolated.value(r));
+                if alone > 0.0 {
+                    let allowed = alone + ALLOWED_SHORTFALL * (1.0 + alone);
+                    return ((missed - allowed) / (1.0 + alone)).max(0.0);
+                }
+                // A requirement that the design alone keeps comes first.
+                if missed > 0.0 { 1.0 + capped(missed) } else { 0.0 }
             })
             .sum();
+        let fewer = (self.kept - kept).max(0.0);
+        if !self.tuned.found.met {
+            // The cost of what is out of reach depends on more than the gains.
+            return missed + fewer;
+        }
         let variables = objective.variables(pid);
         let cost = objective.cost(&variables, &LEAST_RESERVE, f64::INFINITY);
-        missed + (cost - self.cost - ALLOWED_COST).max(0.0) + (self.kept - kept).max(0.0)
+        missed + fewer + (cost - self.cost - ALLOWED_COST).max(0.0)
     }
 }
 
