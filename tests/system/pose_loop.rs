@@ -1,7 +1,7 @@
 //! The loop with a pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
 
-use crate::support::{archives, demo, document, done};
+use crate::support::{archives, demo, document, done, run};
 use std::path::Path;
 use steerwright_control::paths::PathComposer;
 use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid};
@@ -181,39 +181,80 @@ fn two_seconds_without_fixes_and_metre_noise_are_survived() {
     assert!(outcome.within_three > 0.95, "{outcome:?}");
 }
 
-/// Bends to both sides of 4 m/s² while the speed grows from 10 to 22 m/s in 15 s and stays for 4 s:
-/// with the distance to the rear axle, which the package takes from bicycle.json, path and estimator use the
-/// sideslip of each speed. With the S of the path's speed alone they do not keep the road as well.
-#[test]
-fn the_sideslip_follows_the_speed_on_the_road() {
-    let speed = |t: f64| 10.0 + 12.0 * (t / 15.0).min(1.0);
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let multibody = demo().folder.join("multibody");
+/// From 10 to 22 m/s in 15 s, then constant, m/s.
+fn faster_and_faster(time: f64) -> f64 {
+    10.0 + 12.0 * (time / 15.0).min(1.0)
+}
+
+/// Bends to both sides of 4 m/s² at [`faster_and_faster`], for 15 m/s, with the guidance of a controller.
+fn winding_road(pid: &Pid) -> PathFile {
     let mut road = PathComposer::new().straight(10.0);
     let (mut time, mut before) = (1.0, 0.0);
     for bend in 0..8 {
         let side = if bend % 2 == 0 { 1.0 } else { -1.0 };
-        let v = speed(time);
+        let v = faster_and_faster(time);
         let curvature = side * 4.0 / (v * v);
         road = road.clothoid(before, curvature, 1.4 * v).arc(curvature, 1.0 * v);
         (time, before) = (time + 2.4, curvature);
     }
     let mut path = road.straight(40.0).finish("winding road", 15.0).unwrap();
-    let pid: Pid = document(&multibody.join("pid.json"));
-    path.guidance = steerwright_control::guidance_for(&pid, path.speed_mps);
+    path.guidance = steerwright_control::guidance_for(pid, path.speed_mps);
+    path.schedule = steerwright_control::guidance_schedule(pid);
+    path
+}
+
+/// A packed loop on that road while the speed grows.
+fn along_the_winding_road(archives: &Path, path: &PathFile, sideslip: &[(&str, f64)]) -> Outcome {
+    let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 5 };
+    let speed = (&faster_and_faster as &dyn Fn(f64) -> f64, 19.0);
+    drive_along(archives, "BicyclePlant", path, speed, sideslip, &receiver)
+}
+
+/// While the speed grows from 10 to 22 m/s in 15 s:
+/// with the distance to the rear axle, which the package takes from bicycle.json, path and estimator use the
+/// sideslip of each speed. With the S of the path's speed alone they do not keep the road as well.
+#[test]
+fn the_sideslip_follows_the_speed_on_the_road() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let multibody = demo().folder.join("multibody");
+    let path = winding_road(&document(&multibody.join("pid.json")));
     std::fs::write(folder.join("road.json"), path.to_json()).unwrap();
     let files = ["bicycle.json", "pid.json"].map(|name| multibody.join(name));
     let [bicycle, pid] = files.each_ref().map(|file| file.display());
     let files = format!("{bicycle} road.json {pid} {{data}}/multibody/estimator.json");
     done(folder, &format!("package {files} --ssp loop.ssp"));
 
-    let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 5 };
-    let along = |sideslip: &[(&str, f64)]| {
-        drive_along(folder, "BicyclePlant", &path, (&speed, 19.0), sideslip, &receiver)
-    };
+    let along = |sideslip: &[(&str, f64)]| along_the_winding_road(folder, &path, sideslip);
     let law = along(&[]).rms_cross_track_error;
     let constant = along(&[("distance_rear", 0.0)]).rms_cross_track_error;
     println!("10 to 22 m/s: {law:.4} m RMS with the law, {constant:.4} m with a constant S");
     assert!(law < constant / 3.0, "{law} {constant}");
+}
+
+/// On the same drive, gains, preview and feedforward over speed keep the road better than those of 15 m/s, and
+/// the packed path has the table that `path` takes from the controller.
+#[test]
+fn a_controller_over_speed_keeps_the_road() {
+    let multibody = demo().folder.join("multibody");
+    let bicycle = multibody.join("bicycle.json");
+    let rms = |options: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let bicycle = bicycle.display();
+        run(folder, &format!("design {bicycle} {options} -o pid.json"));
+        let pid: Pid = document(&folder.join("pid.json"));
+        let path = winding_road(&pid);
+        std::fs::write(folder.join("road.json"), path.to_json()).unwrap();
+        let files = format!("{bicycle} road.json pid.json {{data}}/multibody/estimator.json");
+        done(folder, &format!("package {files} --ssp loop.ssp"));
+        (pid, along_the_winding_road(folder, &path, &[]).rms_cross_track_error)
+    };
+    let (pid, over_speed) = rms("--speeds 8..24");
+    let (fixed, one_speed) = rms("");
+    println!(
+        "10 to 22 m/s: {over_speed:.4} m RMS over speed, {one_speed:.4} m with one set of gains"
+    );
+    assert!(fixed.schedule.is_empty() && pid.schedule.len() >= 3);
+    assert!(over_speed < one_speed, "{over_speed} {one_speed}");
 }
