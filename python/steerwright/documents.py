@@ -73,6 +73,12 @@ Information = Literal[
 ]
 """Whether a log is informative."""
 
+SpeedRampKind = Literal[
+    "yaw-steps",
+    "constant-radius",
+]
+"""What the vehicle does while its speed changes."""
+
 
 class Plant(Record):
     """The identified plant: model, operating point, noise, evidence and provenance. The model's input is
@@ -207,6 +213,9 @@ class Pid(Record):
     """The results of the design."""
     guidance: GuidanceAdvice
     """Recommended settings of a path follower around this loop."""
+    schedule: Union[tuple[ScheduleEntry, ...], None]
+    """Gains and guidance over speed, at increasing speeds; linear between them and constant beyond the
+    ends. Empty or omitted if those above hold at every speed."""
     provenance: Provenance
     """The sources of the file."""
 
@@ -222,6 +231,9 @@ class Path(Record):
     """Whether the last point meets the first."""
     guidance: Guidance
     """The guidance of a vehicle along it."""
+    schedule: Union[tuple[GuidanceEntry, ...], None]
+    """Parameters of the guidance over speed, at increasing speeds; linear between them and constant beyond
+    the ends. Empty or omitted if those of `guidance` hold at every speed."""
     speed_mps: float
     """The speed for which the path was computed, m/s."""
     points: tuple[PathPoint, ...]
@@ -825,6 +837,8 @@ class DesignEvidence(Record):
     """For the plants within the uncertainty, other latencies and other speeds."""
     trade_off: Union[tuple[TradeOff, ...], None]
     """The shortest settling time at each modulus margin, with the other requirements met."""
+    over_speed: Union[OverSpeed, None]
+    """The controller over its range of speeds; absent for one set of gains."""
 
 
 class GuidanceAdvice(Record):
@@ -840,6 +854,20 @@ class GuidanceAdvice(Record):
     omitted."""
     yaw_jerk_gain_s3: Union[float, None]
     """Gain from the path's yaw jerk to the yaw reference, s³. 0 may be omitted."""
+
+
+class ScheduleEntry(Record):
+    """The controller at one speed."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    gains: PidGains
+    """Gains and weights."""
+    rate_reserve_time_s: Union[float, None]
+    """Reserve of time at the largest rate, s, instead of that in `limits.large_errors`; absent if that
+    holds."""
+    guidance: GuidanceAdvice
+    """Recommended settings of a path follower around this loop."""
 
 
 class Guidance(Record):
@@ -871,6 +899,25 @@ class Guidance(Record):
     """Gain from the path's yaw jerk to the yaw reference, s³, for the same; 0 may be omitted."""
     cross_track_integral_gain_per_s: Union[float, None]
     """Integral gain of the cross-track error, 1/s; 0 or omitted for none."""
+
+
+class GuidanceEntry(Record):
+    """The parameters of the guidance law at one speed."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    lookahead_time_s: float
+    """Look-ahead distance over speed, s."""
+    lookahead_min_m: float
+    """Smallest look-ahead distance, m."""
+    preview_time_s: float
+    """Preview time of heading and curvature, s."""
+    feedforward_gain_radm: float
+    """Steering angle per curvature, rad·m."""
+    yaw_acceleration_gain_s2: Union[float, None]
+    """Gain from the path's yaw acceleration to the yaw reference, s²; 0 may be omitted."""
+    yaw_jerk_gain_s3: Union[float, None]
+    """Gain from the path's yaw jerk to the yaw reference, s³; 0 may be omitted."""
 
 
 class PathPoint(Record):
@@ -1501,6 +1548,17 @@ class TradeOff(Record):
     """The shortest settling time found with it, the other requirements met; absent if none was found."""
 
 
+class OverSpeed(Record):
+    """The evidence of a controller over a range of speeds."""
+
+    met: bool
+    """Whether every requirement is met at every evaluated speed."""
+    frozen: tuple[FrozenSpeed, ...]
+    """The loop at constant speeds, at the breakpoints of the table and between them, in ascending order."""
+    ramps: tuple[SpeedRamp, ...]
+    """The loop while the speed changes."""
+
+
 class CoherencePoint(Record):
     """Coherence at one frequency."""
 
@@ -1685,3 +1743,61 @@ class Breaking(Record):
     """Not met above this; absent if it is met up to the highest evaluated value."""
     looked: Array
     """The lowest and the highest evaluated value."""
+
+
+class FrozenSpeed(Record):
+    """The loop at one constant speed."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    breakpoint: bool
+    """Whether the table has an entry at this speed; otherwise the gains are interpolated."""
+    kp: float
+    """Kp, steering angle per yaw error."""
+    ki: float
+    """Ki, 1/s."""
+    kd: float
+    """Kd, s."""
+    max_angle_rad: float
+    """Largest steering angle that is allowed at this speed, rad, in steering coordinates."""
+    step: StepMetrics
+    """On the step of the specification."""
+    step_with_offset: StepMetrics
+    """On the same step with the steering offset."""
+    curve: OnACurve
+    """On the curve of constant curvature, with feedforward and preview of this speed."""
+    margins: Margins
+    """Margins of the linear sampled loop, broken at the plant's input."""
+    met: bool
+    """Whether every requirement is met."""
+    shortfalls: Union[tuple[Shortfall, ...], None]
+    """Each unmet requirement with its shortfall."""
+    reason: Union[str, None]
+    """Why requirements are not met; absent if all are."""
+    plants: int
+    """Evaluated plants of the ensemble: drawn ones, other latencies and gains. 0 without an ensemble."""
+    share_kept: Union[float, None]
+    """Share of these plants that meet every requirement; absent without an ensemble."""
+
+
+class SpeedRamp(Record):
+    """The scheduled controller on the model while the speed changes at a constant rate."""
+
+    manoeuvre: SpeedRampKind
+    """The manoeuvre."""
+    acceleration_mps2: float
+    """Change of the speed, m/s²."""
+    from_mps: float
+    """Speed at the start, m/s."""
+    to_mps: float
+    """Speed at the end, m/s."""
+    overshoot_percent: Union[float, None]
+    """Largest overshoot of a step, percent of the step; absent on a path."""
+    settling_time_s: Union[float, None]
+    """Longest settling time of a step, s; absent on a path, or if a step never settles."""
+    radius_m: Union[float, None]
+    """Radius of the path, m; absent for steps."""
+    rms_cross_track_error_m: Union[float, None]
+    """Root mean square of the distance from the path, m; absent for steps."""
+    largest_cross_track_error_m: Union[float, None]
+    """Largest distance from the path, m; absent for steps."""

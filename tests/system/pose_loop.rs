@@ -1,7 +1,7 @@
 //! The loop with a pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
 
-use crate::support::{archives, demo, document, done, run};
+use crate::support::{archives, demo, document, done, run, text_of};
 use std::path::Path;
 use steerwright_control::paths::PathComposer;
 use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid};
@@ -238,11 +238,13 @@ fn the_sideslip_follows_the_speed_on_the_road() {
 fn a_controller_over_speed_keeps_the_road() {
     let multibody = demo().folder.join("multibody");
     let bicycle = multibody.join("bicycle.json");
+    let rate = document::<Pid>(&multibody.join("pid.json")).limits.max_rate_radps;
     let rms = |options: &str| {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let bicycle = bicycle.display();
-        run(folder, &format!("design {bicycle} {options} -o pid.json"));
+        let design = format!("design {bicycle} {options} --max-rate {rate}rad/s -o pid.json");
+        println!("{}", text_of(&run(folder, &design)));
         let pid: Pid = document(&folder.join("pid.json"));
         let path = winding_road(&pid);
         std::fs::write(folder.join("road.json"), path.to_json()).unwrap();
