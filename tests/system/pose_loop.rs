@@ -1,7 +1,7 @@
 //! The loop with a pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
 
-use crate::support::{archives, demo, document, done, run, text_of};
+use crate::support::{archives, demo, document, done, run};
 use std::path::Path;
 use steerwright_control::paths::PathComposer;
 use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid};
@@ -244,7 +244,8 @@ fn a_controller_over_speed_keeps_the_road() {
         let folder = folder.path();
         let bicycle = bicycle.display();
         let design = format!("design {bicycle} {options} --max-rate {rate}rad/s -o pid.json");
-        println!("{}", text_of(&run(folder, &design)));
+        // A requirement that is not met is no fault here.
+        run(folder, &design);
         let pid: Pid = document(&folder.join("pid.json"));
         let path = winding_road(&pid);
         std::fs::write(folder.join("road.json"), path.to_json()).unwrap();

@@ -27,6 +27,9 @@ const LOWEST_MPS: f64 = 1.0;
 const LEAST_RATIO: f64 = 1.05;
 /// Most entries of a table.
 const MOST_ENTRIES: usize = 12;
+/// Ratio of the speeds of neighbouring entries below which their interval is not divided: where the designs of
+/// nearly the same speed differ, further entries do not help.
+const LEAST_STEP: f64 = 1.1;
 /// By how much the cost of interpolated gains may exceed that of a design at that speed alone. The cost of a
 /// loop that keeps its requirements is mostly the logarithm of its settling time.
 const ALLOWED_COST: f64 = 0.1;
@@ -65,8 +68,9 @@ pub fn design_over_speeds(
     let mut pid = documented(&own_plant, source, options, tuned, schedule)?;
     if limited {
         pid.evidence.advice.push(format!(
-            "{MOST_ENTRIES} entries do not let interpolation come as close to a design at each speed as it \
-             should: divide the range"
+            "between the {} entries of the table interpolation is worse than a design at each speed alone \
+             by more than it should be: design for a narrower range, or for a faster actuator",
+            pid.schedule.len()
         ));
     }
     let frozen = frozen::frozen(plant, &pid, options)?;
@@ -178,13 +182,17 @@ impl Table<'_> {
             designs.windows(2).map(|pair| self.middle(&pair[0], &pair[1])).collect();
         let mut middles = middles?;
         loop {
-            let worst = (0..middles.len()).max_by(|a, b| middles[*a].1.total_cmp(&middles[*b].1));
-            let Some(worst) = worst.filter(|k| middles[*k].1 > 0.0) else {
-                return Ok((designs, false));
+            let speed = |k: usize| designs[k].plant.speed;
+            let divisible = |k: &usize| {
+                let wide = speed(k + 1) >= LEAST_STEP * speed(*k);
+                middles[*k].1 > 0.0 && wide && designs.len() < MOST_ENTRIES
             };
-            if designs.len() == MOST_ENTRIES {
-                return Ok((designs, true));
-            }
+            let all = (0..middles.len()).filter(divisible);
+            let worst = all.max_by(|a, b| middles[*a].1.total_cmp(&middles[*b].1));
+            let Some(worst) = worst else {
+                let limited = middles.iter().any(|(_, excess)| *excess > 0.0);
+                return Ok((designs, limited));
+            };
             let (middle, _) = middles.remove(worst);
             let halves = [
                 self.middle(&designs[worst], &middle)?,
