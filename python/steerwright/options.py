@@ -263,6 +263,9 @@ class AccumulateOptions(TypedDict, total=False):
 class DesignOptions(TypedDict, total=False):
     """The options of `design`."""
 
+    speeds: str
+    """Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance
+    over speed. Requires a model that holds at other speeds, such as bicycle.json."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     requirements: File
@@ -323,7 +326,7 @@ class DesignOptions(TypedDict, total=False):
     a stated latency, otherwise one sample."""
     speed_spread: Quantity
     """Speed above and below the designed one that the requirements must tolerate, where the model is
-    valid there [default: 20%]."""
+    valid there [default: 20%, or 5% with a range of speeds]."""
     ensemble: int
     """Number of plants drawn from the identified uncertainty [default: 100]."""
     seed: int
@@ -413,7 +416,7 @@ class CheckOptions(TypedDict, total=False):
     """Treat warnings as errors."""
 
 
-class CompareOptions(DesignOptions, total=False):
+class CompareOptions(TypedDict, total=False):
     """The options of `compare`."""
 
     truth: File
@@ -498,6 +501,71 @@ class CompareOptions(DesignOptions, total=False):
     is stated."""
     antenna_x: Quantity
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
+    accept_untrusted: bool
+    """Use a model that failed validation; all files made from it state its quality."""
+    requirements: File
+    """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
+    option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot: Quantity
+    """Largest overshoot."""
+    settling: Quantity
+    """Longest settling time."""
+    steady_state_error: Quantity
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
+    curve of constant curvature with feedforward."""
+    rise_time: Quantity
+    """Longest rise time, 10 to 90 %."""
+    iae: Quantity
+    """Largest integral of absolute error (IAE) of the step, divided by its height."""
+    gain_margin: Quantity
+    """Smallest gain margin, such as 6dB."""
+    phase_margin: Quantity
+    """Smallest phase margin."""
+    modulus_margin: Quantity
+    """Smallest distance of the loop from −1."""
+    delay_margin: Quantity
+    """Smallest additional delay that makes the loop unstable."""
+    disk_margin: Quantity
+    """Smallest disk margin with zero skew."""
+    settling_band: Quantity
+    """Band in which the response has settled; by default the steady-state error, or 2%."""
+    max_angle: Quantity
+    """Largest steering angle in steering coordinates; by default 22deg at the road wheel."""
+    max_increment: Quantity
+    """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
+    max_rate: Quantity
+    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
+    steering of the drive. Required for a model without a drive."""
+    max_lateral_acceleration: Quantity
+    """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
+    [default: 6m/s2]."""
+    pid_sample_time: Quantity
+    """Sample time of the controller [default: 10ms]."""
+    master: Literal["gauss-seidel", "jacobi"]
+    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    latency: Quantity
+    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    loop_delay: Quantity
+    """Additional delay of the yaw loop."""
+    path_delay: Quantity
+    """Additional delay of the loop through the path; by default that of the yaw loop."""
+    estimator_delay: Quantity
+    """Additional delay of the loop through pose estimator and path; by default that of the path."""
+    robust: Literal["on", "off"]
+    """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
+    where the model is valid there [default: on]. Requirements that some of these plants miss are
+    reported; with an explicit `on` they fail the design."""
+    latency_spread: Quantity
+    """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
+    a stated latency, otherwise one sample."""
+    speed_spread: Quantity
+    """Speed above and below the designed one that the requirements must tolerate, where the model is
+    valid there [default: 20%, or 5% with a range of speeds]."""
+    ensemble: int
+    """Number of plants drawn from the identified uncertainty [default: 100]."""
+    seed: int
+    """Seed of the starting points and the drawn plants [default: 1]."""
     force: bool
     """Overwrite an existing file of any content, and replace a folder with changed files; an input is
     never overwritten, a foreign file in a folder never removed."""
@@ -521,7 +589,7 @@ class ExportOptions(TypedDict, total=False):
     never overwritten, a foreign file in a folder never removed."""
 
 
-class BuildOptions(DesignOptions, total=False):
+class BuildOptions(TypedDict, total=False):
     """The options of `build`."""
 
     out: File
@@ -612,6 +680,71 @@ class BuildOptions(DesignOptions, total=False):
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
+    accept_untrusted: bool
+    """Use a model that failed validation; all files made from it state its quality."""
+    requirements: File
+    """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
+    option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot: Quantity
+    """Largest overshoot."""
+    settling: Quantity
+    """Longest settling time."""
+    steady_state_error: Quantity
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
+    curve of constant curvature with feedforward."""
+    rise_time: Quantity
+    """Longest rise time, 10 to 90 %."""
+    iae: Quantity
+    """Largest integral of absolute error (IAE) of the step, divided by its height."""
+    gain_margin: Quantity
+    """Smallest gain margin, such as 6dB."""
+    phase_margin: Quantity
+    """Smallest phase margin."""
+    modulus_margin: Quantity
+    """Smallest distance of the loop from −1."""
+    delay_margin: Quantity
+    """Smallest additional delay that makes the loop unstable."""
+    disk_margin: Quantity
+    """Smallest disk margin with zero skew."""
+    settling_band: Quantity
+    """Band in which the response has settled; by default the steady-state error, or 2%."""
+    max_angle: Quantity
+    """Largest steering angle in steering coordinates; by default 22deg at the road wheel."""
+    max_increment: Quantity
+    """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
+    max_rate: Quantity
+    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
+    steering of the drive. Required for a model without a drive."""
+    max_lateral_acceleration: Quantity
+    """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
+    [default: 6m/s2]."""
+    pid_sample_time: Quantity
+    """Sample time of the controller [default: 10ms]."""
+    master: Literal["gauss-seidel", "jacobi"]
+    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    latency: Quantity
+    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    loop_delay: Quantity
+    """Additional delay of the yaw loop."""
+    path_delay: Quantity
+    """Additional delay of the loop through the path; by default that of the yaw loop."""
+    estimator_delay: Quantity
+    """Additional delay of the loop through pose estimator and path; by default that of the path."""
+    robust: Literal["on", "off"]
+    """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
+    where the model is valid there [default: on]. Requirements that some of these plants miss are
+    reported; with an explicit `on` they fail the design."""
+    latency_spread: Quantity
+    """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
+    a stated latency, otherwise one sample."""
+    speed_spread: Quantity
+    """Speed above and below the designed one that the requirements must tolerate, where the model is
+    valid there [default: 20%, or 5% with a range of speeds]."""
+    ensemble: int
+    """Number of plants drawn from the identified uncertainty [default: 100]."""
+    seed: int
+    """Seed of the starting points and the drawn plants [default: 1]."""
     force: bool
     """Overwrite an existing file of any content, and replace a folder with changed files; an input is
     never overwritten, a foreign file in a folder never removed."""
