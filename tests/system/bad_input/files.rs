@@ -108,7 +108,7 @@ fn documents() {
         (pid(|_| ()), "design", &["`steerwright/pid/1` stands here"]),
         (pid(|p| p["sample_time_s"] = json!(-0.01)), "package", &["at `sample_time_s`: -0.01"]),
         (pid(|p| p["gains"]["kp"] = json!(-1)), "package", &["at `gains.kp`: -1"]),
-        (vehicle(|_| ()), "design", &["`steerwright/vehicle/1` stands here"]),
+        (vehicle(|_| ()), "design", &["no rate of the steering is stated"]),
         (
             vehicle(|v| v["tyres"]["shape_factor"] = json!(3)),
             "package",
