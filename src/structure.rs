@@ -159,18 +159,18 @@ impl StructureArguments {
                 ));
             }
         }
-        let fraction = stated.validation_fraction;
+        let (fraction, most) = (stated.validation_fraction, stated.max_samples);
         Ok(Wanted::One(match structure {
             Name::Auto => {
                 return Ok(Wanted::Auto(Box::new(StructureOptions {
                     state_space: stated,
-                    bicycle: self.bicycle(fraction),
-                    single_track: self.single_track(fraction),
+                    bicycle: self.bicycle(fraction, most),
+                    single_track: self.single_track(fraction, most),
                 })));
             }
             Name::StateSpace => Structure::StateSpace(stated),
-            Name::Bicycle => Structure::Bicycle(self.bicycle(fraction)),
-            Name::SingleTrack => Structure::SingleTrack(self.single_track(fraction)),
+            Name::Bicycle => Structure::Bicycle(self.bicycle(fraction, most)),
+            Name::SingleTrack => Structure::SingleTrack(self.single_track(fraction, most)),
             Name::Torque => {
                 let default = TorqueOptions::default();
                 Structure::Torque(TorqueOptions {
@@ -182,18 +182,23 @@ impl StructureArguments {
         }))
     }
 
-    fn bicycle(&self, validation_fraction: f64) -> BicycleOptions {
+    fn bicycle(&self, validation_fraction: f64, max_samples: Option<usize>) -> BicycleOptions {
         let default = BicycleOptions::default();
         BicycleOptions {
             mass_kg: self.mass,
             wheelbase_m: self.wheelbase,
             front_share: self.front_share.map(|percent| percent / 100.0),
             least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            max_samples,
             validation_fraction,
         }
     }
 
-    fn single_track(&self, validation_fraction: f64) -> IdentifyVehicleOptions {
+    fn single_track(
+        &self,
+        validation_fraction: f64,
+        max_samples: Option<usize>,
+    ) -> IdentifyVehicleOptions {
         let default = IdentifyVehicleOptions::default();
         IdentifyVehicleOptions {
             mass_kg: self.mass,
@@ -202,6 +207,7 @@ impl StructureArguments {
             priors: self.priors.clone(),
             fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
             least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            max_samples,
             validation_fraction,
         }
     }

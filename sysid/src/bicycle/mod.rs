@@ -22,7 +22,7 @@ use crate::bicycle::parameters::DELAY;
 use crate::bicycle::simulate::within;
 use crate::bicycle::simulation::{Simulation, segments};
 use crate::data::recording::Recording;
-use crate::data::split::Split;
+use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
 use crate::identify::plant::Traces;
 use std::ops::Range;
@@ -57,8 +57,10 @@ pub fn identify_bicycle(
     check_yaw_rate(log)?;
     let moving = log.above_speed(options.least_speed_mps);
     let log = moving.as_ref().unwrap_or(log);
-    let recording =
-        Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
+    let recording = Recording::new(log, &|turned| {
+        Split::new(log, turned, options.validation_fraction)
+            .thinned(options.max_samples, log.sample_time_s)
+    })?;
     let segments = segments(&recording, log);
     let geometry =
         parameters::Geometry { wheelbase: options.wheelbase_m, is_angle: log.has_steering_angle() };
@@ -73,12 +75,22 @@ pub fn identify_bicycle(
     let delayed = problem(&recording.split.estimation, true);
     let with_delay = delayed.solve_with_delay(&without_delay)?;
     let validation = problem(&recording.split.validation, false);
+    let split = &recording.split;
+    let mut unused = Split::unused(log, [&split.estimation, &split.validation]);
+    unused.retain(|range| range.len() >= CRUMB);
+    let rest = problem(&unused, false);
     let simulate = |e: &Estimate| -> Result<Simulation, Error> {
         let estimation = prompt.errors(&e.parameters, &e.initial_states);
         let initial_states = validation.initial_states(&e.parameters)?;
         let validation = initial_states
             .and_then(|initial_states| validation.errors(&e.parameters, &initial_states));
-        Ok(Simulation::new(log, &recording, estimation, validation))
+        let mut simulation = Simulation::new(log, &recording, estimation, validation);
+        if let Some(initial_states) = rest.initial_states(&e.parameters)?
+            && let Some(errors) = rest.errors(&e.parameters, &initial_states)
+        {
+            simulation.add(log, &unused, errors);
+        }
+        Ok(simulation)
     };
     let of_delayed = (simulate(&with_delay)?, uncertainty::covariance(&delayed, &with_delay)?);
     let summary = WithDelay {

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::bicycle::parameters::BLEND_SPEED;
+use crate::selection::options::MOST_SAMPLES;
 use std::collections::BTreeMap;
 
 /// Mass of a mid-size car, kg, where none is stated; yaw rate does not depend on it.
@@ -22,6 +23,8 @@ pub struct BicycleOptions {
     pub front_share: Option<f64>,
     /// Segments below this speed, m/s, are left out: the tyres of a vehicle that crawls obey other laws.
     pub least_speed_mps: f64,
+    /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
+    pub max_samples: Option<usize>,
     /// Share of the log, at its end, that is validation data.
     pub validation_fraction: f64,
 }
@@ -33,6 +36,7 @@ impl Default for BicycleOptions {
             wheelbase_m: None,
             front_share: None,
             least_speed_mps: BLEND_SPEED,
+            max_samples: Some(MOST_SAMPLES),
             validation_fraction: 0.5,
         }
     }
@@ -70,6 +74,7 @@ impl BicycleOptions {
             ("wheelbase_m".into(), wheelbase),
             ("front_share".into(), self.front_share().to_string()),
             ("least_speed_mps".into(), self.least_speed_mps.to_string()),
+            ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
         ])
     }

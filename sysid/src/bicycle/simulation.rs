@@ -58,4 +58,13 @@ impl Simulation {
         let validation_fit = fit(validation, &recording.split.validation);
         Self { estimation_fit, validation_fit, simulated, bounded }
     }
+
+    /// Of samples that neither estimate nor validate.
+    pub(super) fn add(&mut self, log: &DriveLog, ranges: &[Range<usize>], errors: Vec<Vec<f64>>) {
+        for (range, errors) in ranges.iter().zip(errors) {
+            let measured = log.output[range.clone()].iter().zip(errors);
+            let simulated = self.simulated[range.clone()].iter_mut();
+            simulated.zip(measured).for_each(|(simulated, (y, e))| *simulated = y - e);
+        }
+    }
 }

@@ -171,11 +171,8 @@ impl Data {
             return Self::of_end(log, options);
         }
         Self::split(log, options, &|input| {
-            let split = Split::new(log, input, options.validation_fraction);
-            match options.max_samples {
-                Some(most) => split.thinned(most, log.sample_time_s),
-                None => split,
-            }
+            Split::new(log, input, options.validation_fraction)
+                .thinned(options.max_samples, log.sample_time_s)
         })
     }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
-const CRUMB: usize = 60;
+pub(crate) const CRUMB: usize = 60;
 /// A window, s: a manoeuvre has a reversal within it.
 const WINDOW_S: f64 = 2.0;
 /// Share of the mean power from which a window is excited.
@@ -93,8 +93,9 @@ impl Split {
         Self::blocks(log, &excited, fraction).unwrap_or(end)
     }
 
-    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly.
-    pub(crate) fn thinned(mut self, most: usize, sample_time_s: f64) -> Self {
+    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly; `None`: all.
+    pub(crate) fn thinned(mut self, most: Option<usize>, sample_time_s: f64) -> Self {
+        let Some(most) = most else { return self };
         let count: usize = self.estimation.iter().map(Range::len).sum();
         let block = ((BLOCK_S / sample_time_s).round() as usize).clamp(1, most.max(1));
         let blocks = most / block;
@@ -229,8 +230,8 @@ mod tests {
     fn a_long_log_is_thinned_evenly() {
         let log = slalom(0.0..1000.0, 1000.0);
         let whole = Split::new(&log, &log.input, 0.5);
-        assert_eq!(whole.clone().thinned(12_500, 0.04), whole);
-        let split = whole.clone().thinned(3_000, 0.04);
+        assert_eq!(whole.clone().thinned(Some(12_500), 0.04), whole);
+        let split = whole.clone().thinned(Some(3_000), 0.04);
         assert_eq!(split.estimation, [0..1500, 6250..7750]);
         assert_eq!(split.validation, whole.validation);
         let unused = Split::unused(&log, [&split.estimation, &split.validation]);

@@ -43,7 +43,7 @@ pub struct IdentifyOptions {
 }
 
 /// By default; 20 minutes at 20 ms.
-const MOST_SAMPLES: usize = 60_000;
+pub(crate) const MOST_SAMPLES: usize = 60_000;
 const LEAST_SAMPLES: usize = 1_000;
 
 impl Default for IdentifyOptions {

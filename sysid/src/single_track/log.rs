@@ -47,8 +47,10 @@ pub fn identify_vehicle(
     options.check()?;
     let moving = log.above_speed(options.least_speed_mps);
     let log = moving.as_ref().unwrap_or(log);
-    let recording =
-        Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
+    let recording = Recording::new(log, &|turned| {
+        Split::new(log, turned, options.validation_fraction)
+            .thinned(options.max_samples, log.sample_time_s)
+    })?;
     check_signs(log)?;
     let estimator = options.estimator(log)?;
     let shortest = (SHORTEST_S / log.sample_time_s).ceil() as usize;
@@ -68,7 +70,10 @@ pub fn identify_vehicle(
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
     warnings.splice(0..0, log.warnings.iter().cloned());
     let mut simulated = log.output.clone();
-    for (drive, ranges) in [(&estimation, &ranges[0]), (&validation, &ranges[1])] {
+    let [estimated, validated] = &ranges;
+    let unused = long(&Split::unused(log, [estimated, validated]));
+    let rest = drive(log, &unused);
+    for (drive, ranges) in [(&estimation, estimated), (&validation, validated), (&rest, &unused)] {
         if ranges.is_empty() {
             continue;
         }

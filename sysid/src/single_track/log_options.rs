@@ -1,6 +1,7 @@
 //! How a vehicle is identified in a log.
 
 use crate::Error;
+use crate::selection::options::MOST_SAMPLES;
 use crate::single_track::options::SingleTrackOptions;
 use crate::single_track::parameters::Parameter;
 use std::collections::BTreeMap;
@@ -26,6 +27,8 @@ pub struct IdentifyVehicleOptions {
     pub fit_lateral_velocity: bool,
     /// Segments below this speed, m/s, are left out: slip angles have no meaning at rest.
     pub least_speed_mps: f64,
+    /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
+    pub max_samples: Option<usize>,
     /// Share of the log, at its end, that is validation data.
     pub validation_fraction: f64,
 }
@@ -39,6 +42,7 @@ impl Default for IdentifyVehicleOptions {
             priors: Vec::new(),
             fit_lateral_velocity: true,
             least_speed_mps: 3.0,
+            max_samples: Some(MOST_SAMPLES),
             validation_fraction: 0.5,
         }
     }
@@ -104,6 +108,7 @@ impl IdentifyVehicleOptions {
             ("track_width_m".into(), or(self.track_width_m, "0.58 wheelbases")),
             ("fit_lateral_velocity".into(), self.fit_lateral_velocity.to_string()),
             ("least_speed_mps".into(), self.least_speed_mps.to_string()),
+            ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
         ]);
         for (name, [mean, deviation]) in &self.priors {
