@@ -20,7 +20,7 @@ class Case:
 
     @property
     def name(self):
-        return f"car{self.number}_{self.speed:.0f}mps"
+        return f"car{self.number}_{self.speed:g}mps"
 
     @property
     def car(self):

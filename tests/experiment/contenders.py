@@ -63,6 +63,7 @@ class Workshop:
         return bicycle, self.controller(model, folder)
 
     def datasheet(self, case, folder, **changes):
+        folder.mkdir(parents=True, exist_ok=True)
         (folder / "vehicle.toml").write_text(case.datasheet(**changes))
         bicycle = self.program.bicycle(folder / "vehicle.toml", folder / "bicycle.json")
         return bicycle, self.controller(folder / "bicycle.json", folder)
@@ -122,10 +123,10 @@ class Workshop:
                     return asked
         return None
 
-    def path(self, speed, lateral_acceleration, folder):
-        """Packs the road for the folder's controller; returns its figures."""
+    def path(self, speed, lateral_acceleration, folder, *track):
+        """Packs the standard road, or a track's, for the folder's controller; returns its figures."""
         file = folder / "path.json"
-        made = self.program.path(file, folder / "pid.json", speed, lateral_acceleration)
+        made = self.program.path(file, folder / "pid.json", speed, lateral_acceleration, *track)
         self.program.package(folder, file)
         points = np.array(made["points"])
         s, curvature = points[:, 0], points[:, 4]

@@ -100,11 +100,17 @@ def estimator(options, program):
         return None
     if options.pose != "estimator":
         return Path(options.pose)
-    file = options.out / "work" / "estimator.json"
-    file.parent.mkdir(parents=True, exist_ok=True)
+    folder = options.out / "work"
+    folder.mkdir(parents=True, exist_ok=True)
+    return estimator_archive(program, folder)
+
+
+def estimator_archive(program, folder):
+    """The packed estimator of the experiment's sensors."""
+    file = folder / "estimator.json"
     file.write_text(json.dumps(ESTIMATOR, indent=1) + "\n")
-    program.package(file.parent, file)
-    return file.parent / "PoseEstimator.fmu"
+    program.package(folder, file)
+    return folder / "PoseEstimator.fmu"
 
 
 def perform(task):

@@ -34,7 +34,9 @@ class Program:
         return read(out)
 
     def path(self, out, pid, speed, lateral_acceleration, *track):
-        limits = ("--speed", f"{speed}m/s", "--lateral-acceleration", f"{lateral_acceleration}m/s2")
+        limits = ("--speed", f"{speed}m/s")
+        if not track:
+            limits += ("--lateral-acceleration", f"{lateral_acceleration}m/s2")
         self.run("path", *track, "--pid", pid, *limits, "-o", out)
         return read(out)
 

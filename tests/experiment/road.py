@@ -88,7 +88,32 @@ def guide(archive, name, speed, sideslip):
     return unit
 
 
-def follow(car, speed, loop, sensors, sideslip, length):
+class Steering:
+    """ReferencePath and LateralPid: pose and speed in, command out."""
+
+    def __init__(self, path, pid, speed, sideslip):
+        self.path, self.pid = guide(path, "path", speed, sideslip), Unit(pid, "LateralPid")
+        self.pid.set(speed=speed)
+        self.pid.initialize()
+        self.locate = self.path.writer("x", "y", "yaw", "speed")
+        self.ask = self.path.reader("yaw_reference", "steering_feedforward")
+        self.refer = self.pid.writer("yaw_reference", "yaw", "steering_feedforward", "speed")
+        self.steer = self.pid.reader("steering_angle")
+
+    def command(self, k, x, y, yaw, speed):
+        self.locate(x, y, yaw, speed)
+        tick(self.path, k)
+        reference, feedforward = self.ask()
+        self.refer(reference, yaw, feedforward, speed)
+        tick(self.pid, k)
+        return self.steer()[0]
+
+    def close(self):
+        self.path.close()
+        self.pid.close()
+
+
+def follow(car, speed, loop, sensors, sideslip, length, servo=vehicle.SERVO_RATE_LIMIT_RADPS):
     """Drives the road to its end; returns rows of [`TRACED`], one a sample, and whether it got there.
 
     For [`LEAD_IN_S`] before, the car rolls straight towards the road's start, not steered, while the
@@ -101,24 +126,14 @@ def follow(car, speed, loop, sensors, sideslip, length):
         estimator.pose(k, sensors.read(k, before[k]), before[k])
     state = before[LEAD_IN].copy()
 
-    path, truth = (guide(loop.path, name, speed, sideslip) for name in ("path", "truth"))
-    pid = Unit(loop.pid, "LateralPid")
-    pid.initialize()
-    locate = path.writer("x", "y", "yaw", "speed")
-    ask = path.reader("yaw_reference", "steering_feedforward")
-    refer = pid.writer("yaw_reference", "yaw", "steering_feedforward")
-    steer = pid.reader("steering_angle")
+    steering = Steering(loop.path, loop.pid, speed, sideslip)
+    truth = guide(loop.path, "truth", speed, sideslip)
     evaluate = Evaluation(truth, speed)
     rows, finished = [], False
     for k in range(round((length / speed + MARGIN_S) / SAMPLE_TIME_S)):
         reading = sensors.read(LEAD_IN + k, state)
         x, y, yaw = estimator.pose(LEAD_IN + k, reading, state)
-        locate(x, y, yaw, reading.speed)
-        tick(path, k)
-        reference, feedforward = ask()
-        refer(reference, yaw, feedforward)
-        tick(pid, k)
-        (command,) = steer()
+        command = steering.command(k, x, y, yaw, reading.speed)
 
         off = (yaw - state[vehicle.YAW], x - state[vehicle.X], y - state[vehicle.Y])
         cross_track, course, curvature, distance = evaluate(k, state)
@@ -128,10 +143,10 @@ def follow(car, speed, loop, sensors, sideslip, length):
         finished = distance >= length - END_M
         if finished or abs(cross_track) > OFF_ROAD_M or not math.isfinite(command):
             break
-        if not advance(state, command, speed, p, STEPS):
+        if not advance(state, command, speed, p, STEPS, servo):
             break
-    for unit in (estimator, path, truth, pid):
-        unit.close()
+    for part in (estimator, steering, truth):
+        part.close()
     return np.array(rows), finished
 
 

@@ -113,9 +113,7 @@ class Study:
         found["modulus_margin_asked"] = asked
         if asked not in (None, pid["specification"]["modulus_margin"]):
             self.workshop.path(case.speed, ROAD_ACCELERATION_MPS2, folder / AGAIN)
-        # Steering of a steady turn, changed as quickly as the road's curvature.
-        slope, gain = found["path"]["largest_curvature_slope_per_m2"], steady_gain(case.car, case.speed)
-        found["path"]["steering_rate_radps"] = slope * case.speed**2 / gain
+        found["path"]["steering_rate_radps"] = needed_steering_rate(case, found["path"])
         return found
 
     def steps(self, case, who, start, pid, seed):
@@ -260,6 +258,12 @@ def sideslip(plant):
     }
     found = {name: stated[key]["value"] for name, key in terms.items() if key in stated}
     return {"sideslip_per_yaw_rate": stated["sideslip_per_yaw_rate_s"]} | found
+
+
+def needed_steering_rate(case, way):
+    """Steering of a steady turn, changed as quickly as the road's curvature, rad/s."""
+    slope, gain = way["largest_curvature_slope_per_m2"], steady_gain(case.car, case.speed)
+    return slope * case.speed**2 / gain
 
 
 def rms(values):

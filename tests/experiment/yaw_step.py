@@ -10,6 +10,7 @@ from units import Unit
 from vehicle import STEPS, advance
 
 STEP_RAD = math.radians(5.0)
+SERVO = vehicle.SERVO_RATE_LIMIT_RADPS
 BAND = 0.02  # of the step: the settling band
 DURATION_S = 5.0  # the steady-state error is read there
 LOST = 10.0  # yaw over the step of a car whose model knows no way on
@@ -29,14 +30,14 @@ class Metrics:
         return asdict(self)
 
 
-def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD, offset=0.0):
+def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD, servo=SERVO):
     """Yaw and command at the samples; the reference steps at time 0.
 
-    `controller` is the archive of a LateralPid, ticking at the samples; `offset` is added to its
-    command.
+    `controller` is the archive of a LateralPid, ticking at the samples; `servo` the largest rate of the
+    servo, rad/s.
     """
     pid = Unit(controller, "LateralPid")
-    pid.set(yaw_reference=height, yaw=0.0)
+    pid.set(yaw_reference=height, yaw=0.0, speed=speed)
     pid.initialize()
     measure, read = pid.writer("yaw_reference", "yaw"), pid.reader("steering_angle")
     state, p = start.copy(), car.parameters
@@ -49,7 +50,7 @@ def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD,
             # Tick k sees what is measured at its instant.
             pid.step((k - 1) * SAMPLE_TIME_S, SAMPLE_TIME_S)
         (command[k],) = read()
-        if not advance(state, command[k] + offset, speed, p, STEPS):
+        if not advance(state, command[k], speed, p, STEPS, servo):
             yaw[k + 1 :], command[k + 1 :] = LOST * height, command[k]
             break
     pid.close()

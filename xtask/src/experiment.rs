@@ -15,7 +15,10 @@ pub(crate) struct Options {
     /// Models of a whole drive instead: tests/experiment/whole_drive.py
     #[arg(long, conflicts_with = "engagement")]
     whole_drive: bool,
-    /// Arguments of the Python program, such as `--quick` or `--seeds 40`
+    /// A few minutes at speeds that nothing was tuned on instead: tests/experiment/smoke.py
+    #[arg(long, conflicts_with_all = ["test", "engagement", "whole_drive"])]
+    smoke: bool,
+    /// Arguments of the Python program, such as `--quick`, `--seeds 40`, or `--seed 7` of `--smoke`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
 }
@@ -29,10 +32,14 @@ pub(crate) fn experiment(options: &Options) -> Result<(), String> {
     if options.test {
         return run(command.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
     }
-    let name = match (options.engagement, options.whole_drive) {
-        (true, _) => "engagement.py",
-        (_, true) => "whole_drive.py",
-        _ => "experiment.py",
+    let name = if options.engagement {
+        "engagement.py"
+    } else if options.whole_drive {
+        "whole_drive.py"
+    } else if options.smoke {
+        "smoke.py"
+    } else {
+        "experiment.py"
     };
     command.arg(folder.join(name)).arg("--program").arg(program(None)?);
     if name == "experiment.py" {
