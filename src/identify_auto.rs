@@ -46,6 +46,7 @@ fn table(rows: &[StructureRow], chosen: &IdentifiedModel) -> String {
         IdentifiedModel::Vehicle(_) => "single-track",
     };
     let mut table = Table::new(["structure", "fit on validation data", "errors over the least"]);
+    let mut reasons = Vec::new();
     for row in rows {
         let structure = row.structure.to_string();
         let is_chosen = structure == name;
@@ -56,9 +57,16 @@ fn table(rows: &[StructureRow], chosen: &IdentifiedModel) -> String {
         };
         let errors = row.errors.map_or_else(String::new, |(ratio, error)| {
             let rejected = if row.is_rejected { ", rejected" } else { "" };
-            format!("{ratio:.2} ± {:.2}{rejected}", 2.0 * error)
+            let excluded = if row.excluded.is_some() { ", not chosen" } else { rejected };
+            format!("{ratio:.2} ± {:.2}{excluded}", 2.0 * error)
         });
+        if let (Ok(_), Some(reason)) = (&row.fit, row.excluded) {
+            reasons.push(format!(
+                "{structure} is not chosen: {reason}; --structure {structure} identifies it"
+            ));
+        }
         table = table.row([structure + if is_chosen { " <" } else { "" }, fit, errors]);
     }
-    console::table(&table)
+    reasons.insert(0, console::table(&table));
+    reasons.join("\n")
 }

@@ -16,9 +16,9 @@ use steerwright_sysid::{IdentifyOptions, InputKind};
 pub(crate) struct StructureArguments {
     /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
-    /// acceleration that a steering torque or its normalised command causes. auto is the simplest of the first three
-    /// that the validation data do not reject; with an option of state-space, with figures and of R factors it is
-    /// state-space
+    /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
+    /// validation data reject it, then the bicycle, beside single-track for comparison; with an option of state-space,
+    /// with figures and of R factors it is state-space
     #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
     structure: Name,
     /// Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500

@@ -88,7 +88,11 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(columns: dict[str
 
 
 def test_the_structure_is_chosen_by_the_data(columns: dict[str, np.ndarray]) -> None:
-    found = steerwright.identify({k: v for k, v in columns.items() if "lateral" not in k})
+    yaw_rate_alone = {k: v for k, v in columns.items() if "lateral" not in k}
+    chosen = steerwright.identify(yaw_rate_alone)
+    assert not isinstance(chosen, steerwright.Vehicle), "vehicle.json is not the model that was validated"
+    found = steerwright.identify(yaw_rate_alone, structure="single-track")
     assert isinstance(found, steerwright.Vehicle)
+    assert found.quality.grade == "warn"
     controller = steerwright.design(found)
     assert controller.designed_for.model == "bicycle"

@@ -4,6 +4,7 @@
 //! A structure is rejected where a less simple one has smaller errors of the yaw rate on the validation data,
 //! by more than a share and by more than two standard errors, of the block jackknife over blocks of 3 s. Structures
 //! without a chance are not tried: the speed hardly varies, or the lateral acceleration is that of linear tyres.
+//! The single-track model is tried for comparison only, as long as [`NOT_AS_VALIDATED`] holds.
 
 use crate::Error;
 use crate::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
@@ -23,6 +24,9 @@ const LEAST_SPREAD: f64 = 0.05;
 const LINEAR_MPS2: f64 = 4.0;
 /// Growth of the errors from which a structure is rejected, if it is beyond two standard errors.
 const LARGEST_GROWTH: f64 = 1.05;
+
+/// Why a vehicle is never chosen, and at most a warning where it is identified by its name.
+pub(crate) const NOT_AS_VALIDATED: &str = "vehicle.json leaves out the relaxation of the tyres, the lift of a wheel and a negative delay, which the validated model has";
 
 /// A structure; simpler ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,10 +57,12 @@ pub struct StructureRow {
     /// Fit of yaw rate on the validation samples that all structures have, %, with its standard error; or why there is
     /// no model.
     pub fit: Result<(f64, Option<f64>), String>,
-    /// Errors over those of the best structure, and the standard error of that ratio.
+    /// Errors over those of the best structure that may be chosen, and the standard error of that ratio.
     pub errors: Option<(f64, f64)>,
     /// Whether the validation data reject it.
     pub is_rejected: bool,
+    /// Why it is not chosen whatever the data.
+    pub excluded: Option<&'static str>,
 }
 
 /// An identified model of one of the structures.
@@ -151,6 +157,14 @@ pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<
     choose(log, models, first_error)
 }
 
+/// Why a structure is not chosen whatever the data.
+fn exclusion(structure: Structure) -> Option<&'static str> {
+    match structure {
+        Structure::StateSpace | Structure::Bicycle => None,
+        Structure::SingleTrack => Some(NOT_AS_VALIDATED),
+    }
+}
+
 /// Why a structure cannot be better than a simpler one on this log.
 fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
     let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len() && !v.is_empty()) else {
@@ -172,8 +186,14 @@ fn choose(
     models: Vec<(Structure, Result<IdentifiedModel, String>)>,
     error: Option<Error>,
 ) -> Result<Choice, Error> {
-    let traces: Vec<&Traces> =
-        models.iter().filter_map(|(_, m)| m.as_ref().ok()).map(IdentifiedModel::traces).collect();
+    let mut simulated_structures = Vec::new();
+    let mut traces: Vec<&Traces> = Vec::new();
+    for (structure, model) in &models {
+        if let Ok(model) = model {
+            simulated_structures.push(*structure);
+            traces.push(model.traces());
+        }
+    }
     let common: Vec<usize> =
         (0..log.len()).filter(|&k| traces.iter().all(|t| t.is_validation[k])).collect();
     let of = |signal: &[f64]| -> Vec<f64> { common.iter().map(|&k| signal[k]).collect() };
@@ -183,7 +203,13 @@ fn choose(
         .iter()
         .map(|y| fit_with_error(&[(&measured, y)], log.sample_time_s, BLOCK_S))
         .collect();
-    let best = (0..fits.len()).max_by(|&a, &b| fits[a].fit.total_cmp(&fits[b].fit));
+    let mut best: Option<usize> = None;
+    for (place, structure) in simulated_structures.iter().enumerate() {
+        let is_better = best.is_none_or(|best| fits[place].fit > fits[best].fit);
+        if exclusion(*structure).is_none() && is_better {
+            best = Some(place);
+        }
+    }
     let mut rows = Vec::new();
     let mut place = 0;
     for (structure, model) in &models {
@@ -198,12 +224,15 @@ fn choose(
             errors,
             is_rejected: errors
                 .is_some_and(|(ratio, error)| ratio > LARGEST_GROWTH && ratio - 1.0 > 2.0 * error),
+            excluded: exclusion(*structure),
         });
     }
-    let chosen = models
-        .into_iter()
-        .zip(&rows)
-        .find_map(|((_, model), row)| model.ok().filter(|_| !row.is_rejected));
+    let mut chosen = None;
+    for ((_, model), row) in models.into_iter().zip(&rows) {
+        if chosen.is_none() && !row.is_rejected && row.excluded.is_none() {
+            chosen = model.ok();
+        }
+    }
     match (chosen, error) {
         (Some(model), _) => Ok(Choice { model, rows }),
         (None, Some(error)) => Err(error),

@@ -91,7 +91,9 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     done(folder.path(), "design vehicle.json");
     let pid = read_json(&at("pid.json"));
     assert_eq!(pid["designed_for"]["model"], "bicycle");
-    assert_eq!(pid["designed_for"]["quality"]["grade"], "pass");
+    // What vehicle.json leaves out of the validated model goes with it.
+    assert_eq!(pid["designed_for"]["quality"]["grade"], "warn");
+    assert_eq!(pid["designed_for"]["quality"]["reasons"][0]["code"], "not-validated");
     assert!(pid["evidence"]["robustness"].is_object(), "{}", pid["evidence"]);
 
     // The packed vehicle on the same drive: what is lost by four tyres in place of two axles.

@@ -5,6 +5,7 @@ use crate::Error;
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
+use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::plausible::opposite;
@@ -117,6 +118,11 @@ pub(super) fn quality(
         }
         Some(_) => {}
     }
+    reasons.push(Reason::new(
+        ReasonCode::NotValidated,
+        Grade::Warn,
+        format!("{NOT_AS_VALIDATED}: the fit is that of the validated model"),
+    ));
     if e.spin_margin < LEAST_SPIN_MARGIN {
         let (margin, least) = (100.0 * e.spin_margin, 100.0 * LEAST_SPIN_MARGIN);
         let message = format!(

@@ -42,11 +42,17 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
             segment.yaw_rate_radps.clone(),
         )
     };
+    // A vehicle.json is not the model that was validated: the best of the others is chosen.
     let found = choice(&log);
-    assert!(matches!(found.model, IdentifiedModel::Vehicle(_)));
-    let names: Vec<Structure> =
-        found.rows.iter().filter(|row| row.is_rejected).map(|row| row.structure).collect();
-    assert_eq!(names, [Structure::StateSpace, Structure::Bicycle]);
+    assert!(!matches!(found.model, IdentifiedModel::Vehicle(_)));
+    let [state_space, bicycle, single_track] = &found.rows[..] else { panic!("{:?}", found.rows) };
+    let (ratio, error) = single_track.errors.unwrap();
+    assert!(ratio + 2.0 * error < 1.0, "{ratio} ± {error}");
+    assert!(single_track.excluded.unwrap().contains("relaxation"));
+    assert!(single_track.structure == Structure::SingleTrack && !single_track.is_rejected);
+    assert_eq!((state_space.excluded, bicycle.excluded), (None, None));
+    let best = state_space.errors.unwrap().0.min(bicycle.errors.unwrap().0);
+    assert!((best - 1.0).abs() < 1e-12, "errors are compared with what may be chosen: {best}");
 }
 
 #[test]
