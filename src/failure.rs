@@ -3,6 +3,7 @@
 use crate::console;
 use std::fmt;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// Why a command ended without doing its work, with what the reader can do about it.
@@ -62,6 +63,24 @@ impl Failure {
 }
 
 pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Does the work and returns its exit status. A fault of this program is reported like an error of the input: with
+/// its place, as JSON where that is wanted, and with that status.
+pub(crate) fn status(work: impl FnOnce() -> Result<Outcome, Failure>) -> u8 {
+    // Its place is known to the hook alone.
+    std::panic::set_hook(Box::new(|fault| console::warning(format!("internal fault: {fault}"))));
+    let result = catch_unwind(AssertUnwindSafe(work));
+    drop(std::panic::take_hook());
+    match result {
+        Ok(Ok(outcome)) => outcome.status(),
+        Ok(Err(failure)) => failure.report(),
+        Err(_) => Failure::new(
+            "the program failed at the place of the warning above; no file was completed after that",
+            "report the warning with the command and, if possible, the input; other options or a part of the log may avoid the fault",
+        )
+        .report(),
+    }
+}
 
 /// Prints an error of the arguments, or the requested help.
 pub(crate) fn report_usage(error: &clap::Error) -> u8 {
@@ -172,6 +191,7 @@ fn identification_hint(error: &steerwright_sysid::Error) -> String {
         E::Log(error) => return log_hint(error),
         E::Option { option, .. } => &flag(option),
         E::TooFewSamples { .. } => "--window, --sample-time",
+        E::TooSlow { .. } => "--min-speed, --structure state-space",
         E::SpeedNeeded => "--speed-channel NAME, --structure state-space",
         E::NoSpeed => "--speed-channel NAME, --model-input steering",
         E::WheelbaseNeeded => "--wheelbase, --steering-full-scale",
@@ -239,5 +259,18 @@ impl Outcome {
             Self::Done => 0,
             Self::RequirementNotMet => 1,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_of_the_program_has_the_status_of_bad_input() {
+        let nothing: [f64; 0] = [];
+        assert_eq!(status(|| Ok(Outcome::when(nothing[nothing.len()] > 0.0))), BAD_INPUT);
+        assert_eq!(status(|| Ok(Outcome::Done)), 0);
+        assert_eq!(status(|| Err(Failure::requirement("missed", ""))), 1);
     }
 }

@@ -130,10 +130,7 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
-            match execute(command, &global) {
-                Ok(outcome) => outcome.status(),
-                Err(failure) => failure.report(),
-            }
+            failure::status(|| execute(command, &global))
         }
         Err(error) => failure::report_usage(&error),
     }

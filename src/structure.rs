@@ -42,8 +42,8 @@ pub(crate) struct StructureArguments {
     /// default fit
     #[arg(long, value_name = "fit|compare", value_parser = is_fitted)]
     sideslip: Option<bool>,
-    /// Lowest speed that is used. By default 1 m/s for the bicycle, 3 m/s for the structure single-track, 15 m/s for
-    /// the structure torque
+    /// Lowest speed that is used. By default 15 m/s for the structure torque, otherwise 3 m/s times the root of the
+    /// wheelbase over 2.6 m
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
     /// Rate of the steering angle at which the friction of the structure torque reaches 76 % of its value, in
@@ -183,12 +183,11 @@ impl StructureArguments {
     }
 
     fn bicycle(&self, validation_fraction: f64, max_samples: Option<usize>) -> BicycleOptions {
-        let default = BicycleOptions::default();
         BicycleOptions {
             mass_kg: self.mass,
             wheelbase_m: self.wheelbase,
             front_share: self.front_share.map(|percent| percent / 100.0),
-            least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            least_speed_mps: self.min_speed,
             max_samples,
             validation_fraction,
         }
@@ -206,7 +205,7 @@ impl StructureArguments {
             track_width_m: self.track_width,
             priors: self.priors.clone(),
             fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
-            least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
+            least_speed_mps: self.min_speed,
             max_samples,
             validation_fraction,
         }

@@ -6,6 +6,7 @@ use crate::role::Role;
 use crate::segments::within_speeds;
 use crate::signal::integrate;
 use crate::units::{Quantity, parse_unit};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use steerwright_formats::{ChannelSummary, SourceFile};
@@ -92,14 +93,17 @@ impl DriveLog {
         all
     }
 
-    /// The segments in which the speed, averaged over a second, is `least_mps` or more, with a warning. `None` if that
-    /// is the whole log or nothing of it, or if the log has no speed of all samples.
+    /// The segments in which the speed, averaged over a second, is `least_mps` or more, with a warning about what is left
+    /// out: an empty log if the speed is below that everywhere, and all of a log that has no speed of all samples.
     #[must_use]
-    pub fn above_speed(&self, least_mps: f64) -> Option<Self> {
-        let speed = self.speed.as_ref()?;
+    pub fn above_speed(&self, least_mps: f64) -> Cow<'_, Self> {
+        let Some(speed) = &self.speed else { return Cow::Borrowed(self) };
         let is_speed = |v: &f64| v.is_finite() && *v >= 0.0;
-        if speed.len() != self.len() || !speed.iter().all(is_speed) {
-            return None;
+        let are_signals = [&self.output, speed].into_iter().chain(self.others.values());
+        let is_whole = are_signals.into_iter().all(|signal| signal.len() == self.len());
+        let is_fast = speed.iter().all(|v| *v >= least_mps);
+        if !is_whole || is_fast || !speed.iter().all(is_speed) {
+            return Cow::Borrowed(self);
         }
         let step = self.sample_time_s;
         let mut kept: Vec<(f64, Range<usize>)> = Vec::new();
@@ -112,8 +116,8 @@ impl DriveLog {
             }
         }
         let count: usize = kept.iter().map(|(_, range)| range.len()).sum();
-        if count == 0 || count == self.len() {
-            return None;
+        if count == self.len() {
+            return Cow::Borrowed(self);
         }
         let of = |signal: &[f64]| -> Vec<f64> {
             kept.iter().flat_map(|(_, range)| &signal[range.clone()]).copied().collect()
@@ -131,7 +135,7 @@ impl DriveLog {
             (self.len() - count) as f64 * step,
             self.len() as f64 * step
         ));
-        Some(Self {
+        Cow::Owned(Self {
             segments,
             input: of(&self.input),
             output: of(&self.output),

@@ -29,6 +29,25 @@ def test_errors_have_hints() -> None:
     assert issubclass(steerwright.Error, ValueError)
 
 
+@pytest.mark.parametrize("speed", [0.0, 1.5, -1.8], ids=["standing", "slow", "reversing"])
+@pytest.mark.parametrize("count", [0, 1, 3000])
+def test_a_drive_without_a_fast_part_is_a_model_or_an_error(count: int, speed: float) -> None:
+    time_s = 0.02 * np.arange(count)
+    steering = 0.1 * np.sin(1.3 * time_s) + 0.05 * np.sin(4.1 * time_s)
+    columns = {
+        "time_s": time_s,
+        "steering_angle_rad": steering,
+        "yaw_rate_radps": speed * steering / 0.5,
+        "speed_mps": np.full(count, speed) + 0.5 * np.sin(0.3 * time_s) * np.sign(speed),
+    }
+    try:
+        found = steerwright.identify(columns, steering_ratio=1.0)
+    except steerwright.Error as error:
+        assert error.hint
+    else:
+        assert found.quality.grade in ("pass", "warn", "fail")
+
+
 def test_a_design_on_a_failed_model_is_refused(log: steerwright.Log) -> None:
     rng = np.random.default_rng(1)
     noise = {

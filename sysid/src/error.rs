@@ -21,6 +21,10 @@ pub enum Error {
     #[error("the structure bicycle needs the speed, and the log has no channel of it")]
     SpeedNeeded,
     #[error(
+        "no segment of the log is at {least_mps} m/s or more, which this structure uses; the speed reaches {fastest_mps:.1} m/s"
+    )]
+    TooSlow { least_mps: f64, fastest_mps: f64 },
+    #[error(
         "the log was read for the response of the lateral acceleration, and this structure needs that of the yaw rate"
     )]
     YawRateLogNeeded,
@@ -94,6 +98,9 @@ impl Error {
             Self::Option { option, .. } => format!("use a value of {option} within that range, or leave it out"),
             Self::SpeedNeeded => {
                 "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space".into()
+            }
+            Self::TooSlow { .. } => {
+                "check the unit of the speed; of a vehicle that is as slow as that, state the lowest speed, or identify the structure state-space".into()
             }
             Self::YawRateLogNeeded => {
                 "read the log for the response yaw-rate, or identify the structure torque".into()

@@ -7,13 +7,15 @@
 //! The single-track model is tried for comparison only, as long as [`NOT_AS_VALIDATED`] holds.
 
 use crate::Error;
-use crate::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use crate::bicycle::{self, BicycleOptions, IdentifiedBicycle};
+use crate::data::moving::{least_speed, moving};
 use crate::error::check_yaw_rate;
 use crate::identify::plant::{Identified, Traces};
 use crate::selection::options::IdentifyOptions;
-use crate::single_track::{IdentifiedVehicle, IdentifyVehicleOptions, identify_vehicle};
+use crate::single_track::{self, IdentifiedVehicle, IdentifyVehicleOptions};
 use crate::validation::fit::{FitWithError, fit_with_error};
 use crate::validation::prediction::BLOCK_S;
+use std::borrow::Cow;
 use std::fmt;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
@@ -112,15 +114,16 @@ pub struct StructureOptions {
 /// That of the state space, where no structure gives a model.
 pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<Choice, Error> {
     check_yaw_rate(log)?;
-    let chances = [Structure::Bicycle, Structure::SingleTrack].map(|s| no_chance(log, s));
-    // All see the same samples: what crawls is left out where the speed matters.
-    let moving = if chances.iter().all(Option::is_some) {
-        None
-    } else {
-        let least = options.bicycle.least_speed_mps.max(options.single_track.least_speed_mps);
-        log.above_speed(least)
+    let stated = options.bicycle.least_speed_mps;
+    let least_mps = least_speed(log, stated, options.bicycle.wheelbase_m);
+    // All see the same samples: what crawls is left out, unless nothing else is there.
+    let (log, too_slow) = match moving(log, least_mps) {
+        Ok(moving) => (moving, None),
+        Err(error) => (Cow::Borrowed(log), Some(error.to_string())),
     };
-    let log = moving.as_ref().unwrap_or(log);
+    let log = &*log;
+    let chances = [Structure::Bicycle, Structure::SingleTrack]
+        .map(|structure| too_slow.clone().or_else(|| no_chance(log, structure)));
     let mut first_error = None;
     let mut models: Vec<(Structure, Result<IdentifiedModel, String>)> = Vec::new();
     let plant = crate::identify::identify(log, &options.state_space);
@@ -137,7 +140,8 @@ pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<
         Structure::Bicycle,
         bicycle.map_or_else(
             || {
-                let found = identify_bicycle(log, &options.bicycle).map_err(|e| e.to_string())?;
+                let found = bicycle::identify_moving(log, least_mps, &options.bicycle)
+                    .map_err(|e| e.to_string())?;
                 Ok(IdentifiedModel::Bicycle(Box::new(found)))
             },
             Err,
@@ -147,8 +151,8 @@ pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<
         Structure::SingleTrack,
         single_track.map_or_else(
             || {
-                let found =
-                    identify_vehicle(log, &options.single_track).map_err(|e| e.to_string())?;
+                let found = single_track::identify_moving(log, least_mps, &options.single_track)
+                    .map_err(|e| e.to_string())?;
                 Ok(IdentifiedModel::Vehicle(Box::new(found)))
             },
             Err,

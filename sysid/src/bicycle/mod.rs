@@ -21,6 +21,7 @@ use crate::bicycle::estimate::{Estimate, Problem};
 use crate::bicycle::parameters::DELAY;
 use crate::bicycle::simulate::within;
 use crate::bicycle::simulation::{Simulation, segments};
+use crate::data::moving::{least_speed, moving};
 use crate::data::recording::Recording;
 use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
@@ -53,10 +54,18 @@ pub fn identify_bicycle(
     log: &DriveLog,
     options: &BicycleOptions,
 ) -> Result<IdentifiedBicycle, Error> {
-    options.check()?;
     check_yaw_rate(log)?;
-    let moving = log.above_speed(options.least_speed_mps);
-    let log = moving.as_ref().unwrap_or(log);
+    let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
+    identify_moving(&*moving(log, least_mps)?, least_mps, options)
+}
+
+/// The same of a log that has nothing below the least speed, m/s.
+pub(crate) fn identify_moving(
+    log: &DriveLog,
+    least_mps: f64,
+    options: &BicycleOptions,
+) -> Result<IdentifiedBicycle, Error> {
+    options.check()?;
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation_fraction)
             .thinned(options.max_samples, log.sample_time_s)
@@ -121,6 +130,7 @@ pub fn identify_bicycle(
     let quality = known.quality(&evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
+    used.insert("least_speed_mps".into(), least_mps.to_string());
     let vehicle = parameters::vehicle(
         &found.parameters,
         options,

@@ -1,7 +1,6 @@
 //! How a bicycle is identified.
 
 use crate::Error;
-use crate::bicycle::parameters::BLEND_SPEED;
 use crate::selection::options::MOST_SAMPLES;
 use std::collections::BTreeMap;
 
@@ -21,8 +20,9 @@ pub struct BicycleOptions {
     /// Share of the weight on the front axle, Lr/L, which hardly follows from the yaw rate; 0.5 where
     /// `None`.
     pub front_share: Option<f64>,
-    /// Segments below this speed, m/s, are left out: the tyres of a vehicle that crawls obey other laws.
-    pub least_speed_mps: f64,
+    /// Segments below this speed, m/s, are left out: the tyres of a vehicle that crawls obey other laws. 3 m/s·√(L/2.6 m)
+    /// with the wheelbase L where `None`.
+    pub least_speed_mps: Option<f64>,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
     /// Share of the log, at its end, that is validation data.
@@ -35,7 +35,7 @@ impl Default for BicycleOptions {
             mass_kg: None,
             wheelbase_m: None,
             front_share: None,
-            least_speed_mps: BLEND_SPEED,
+            least_speed_mps: None,
             max_samples: Some(MOST_SAMPLES),
             validation_fraction: 0.5,
         }
@@ -62,7 +62,7 @@ impl BicycleOptions {
         within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("front share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
-        within("lowest speed", self.least_speed_mps, (0.0, 100.0), " m/s")?;
+        within("lowest speed", self.least_speed_mps.unwrap_or_default(), (0.0, 100.0), " m/s")?;
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
     }
 
@@ -73,7 +73,6 @@ impl BicycleOptions {
             ("mass_kg".into(), self.mass().to_string()),
             ("wheelbase_m".into(), wheelbase),
             ("front_share".into(), self.front_share().to_string()),
-            ("least_speed_mps".into(), self.least_speed_mps.to_string()),
             ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
         ])

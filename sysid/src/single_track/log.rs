@@ -1,6 +1,7 @@
 //! From a drive log to `vehicle.json`.
 
 use crate::Error;
+use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, count, of};
 use crate::data::split::Split;
 use crate::identify::plant::Traces;
@@ -44,9 +45,17 @@ pub fn identify_vehicle(
     log: &DriveLog,
     options: &IdentifyVehicleOptions,
 ) -> Result<IdentifiedVehicle, Error> {
+    let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
+    identify_moving(&*moving(log, least_mps)?, least_mps, options)
+}
+
+/// The same of a log that has nothing below the least speed, m/s.
+pub(crate) fn identify_moving(
+    log: &DriveLog,
+    least_mps: f64,
+    options: &IdentifyVehicleOptions,
+) -> Result<IdentifiedVehicle, Error> {
     options.check()?;
-    let moving = log.above_speed(options.least_speed_mps);
-    let log = moving.as_ref().unwrap_or(log);
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation_fraction)
             .thinned(options.max_samples, log.sample_time_s)
@@ -87,6 +96,7 @@ pub fn identify_vehicle(
     let quality = quality(log, &recording, &found, &evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
+    used.insert("least_speed_mps".into(), least_mps.to_string());
     let vehicle = Vehicle {
         quality,
         provenance: Some(Provenance {

@@ -25,8 +25,9 @@ pub struct IdentifyVehicleOptions {
     pub priors: Vec<(String, [f64; 2])>,
     /// Whether lateral velocity or sideslip, where the log has one, is fitted too.
     pub fit_lateral_velocity: bool,
-    /// Segments below this speed, m/s, are left out: slip angles have no meaning at rest.
-    pub least_speed_mps: f64,
+    /// Segments below this speed, m/s, are left out: slip angles have no meaning at rest. 3 m/s·√(L/2.6 m) with the
+    /// wheelbase L where `None`.
+    pub least_speed_mps: Option<f64>,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
     /// Share of the log, at its end, that is validation data.
@@ -41,7 +42,7 @@ impl Default for IdentifyVehicleOptions {
             track_width_m: None,
             priors: Vec::new(),
             fit_lateral_velocity: true,
-            least_speed_mps: 3.0,
+            least_speed_mps: None,
             max_samples: Some(MOST_SAMPLES),
             validation_fraction: 0.5,
         }
@@ -63,7 +64,7 @@ impl IdentifyVehicleOptions {
         };
         within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
-        within("lowest speed", self.least_speed_mps, (0.5, 100.0), " m/s")?;
+        within("lowest speed", self.least_speed_mps.unwrap_or(3.0), (0.5, 100.0), " m/s")?;
         within("track width", self.track_width_m.unwrap_or(1.5), (0.1, 10.0), " m")?;
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
     }
@@ -107,7 +108,6 @@ impl IdentifyVehicleOptions {
             ("wheelbase_m".into(), or(self.wheelbase_m, "identified")),
             ("track_width_m".into(), or(self.track_width_m, "0.58 wheelbases")),
             ("fit_lateral_velocity".into(), self.fit_lateral_velocity.to_string()),
-            ("least_speed_mps".into(), self.least_speed_mps.to_string()),
             ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
         ]);

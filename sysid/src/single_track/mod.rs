@@ -47,6 +47,7 @@ mod vehicle;
 
 pub use drive::{Drive, DriveSegment};
 pub use identify::{ParameterEstimate, SingleTrack, identify_single_track};
+pub(crate) use log::identify_moving;
 pub use log::{IdentifiedVehicle, identify_vehicle};
 pub use log_options::IdentifyVehicleOptions;
 pub use model::{SimulatedSegment, SingleTrackModel};

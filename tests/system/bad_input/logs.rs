@@ -196,3 +196,51 @@ fn logs_with_faults_that_are_corrected() {
         assert!(plant.contains("\"input_delay_s\": 0"), "{line}");
     }
 }
+
+/// The speed of a drive over time, m/s, and whether its model may fail validation.
+fn drive_of_speed(speed: impl Fn(f64) -> f64) -> String {
+    let mut text = format!("{HEADER}\n");
+    for i in 0..6000 {
+        let t = f64::from(i) * 0.01;
+        let steering = 0.15 * (1.3 * t).sin() + 0.1 * (4.1 * t).sin();
+        let v = speed(t);
+        let _ = writeln!(text, "{t:.2},{steering:.6},{:.6},{v:.4}", v * steering / 0.5);
+    }
+    text
+}
+
+#[test]
+fn drives_without_a_fast_part_end_with_a_model_or_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [
+        ("rows", format!("{HEADER}\n")),
+        ("row", format!("{HEADER}\n0,0.01,0.02,15\n")),
+        ("slow", drive_of_speed(|t| 1.25 + 1.25 * (0.4 * t).sin())),
+        ("slowest", drive_of_speed(|t| 0.2 + 0.1 * (0.4 * t).sin())),
+        ("standing", drive_of_speed(|_| 0.0)),
+        ("reversing", drive_of_speed(|_| -1.8)),
+        ("short", drive_of_speed(|t| if t > 59.0 { 15.0 } else { 0.1 })),
+    ] {
+        let log = format!("{name}.csv");
+        std::fs::write(folder.path().join(&log), text).unwrap();
+        for command in [
+            format!("identify {log} --steering-ratio 1 -o {name}.json"),
+            format!("identify {log} --steering-ratio 1 --structure bicycle -o {name}-bicycle.json"),
+            format!(
+                "identify {log} --steering-ratio 1 --structure single-track -o {name}-vehicle.json"
+            ),
+            format!("build {log} --steering-ratio 1 --max-rate 0.4rad/s --out {name}"),
+        ] {
+            let output = steerwright(folder.path(), &words(&command, folder.path()));
+            let text = text_of(&output);
+            let status = output.status.code();
+            assert!(matches!(status, Some(0..=2)), "{command}: {status:?} {text}");
+            assert!(
+                !text.contains("panicked") && !text.contains("internal fault"),
+                "{command}: {text}"
+            );
+            assert!(status != Some(2) || text.contains("hint:"), "{command}: {text}");
+        }
+    }
+    assert!(folder.path().join("slow.json").exists());
+}

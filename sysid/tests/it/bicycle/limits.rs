@@ -47,7 +47,7 @@ fn hopeless_drives_are_errors_or_reported() {
     let still = DriveLog { input: vec![0.01; n], ..good.clone() };
     assert!(identify(&still).unwrap_err().to_string().contains("steering does not move"));
     let short =
-        DriveLog { speed: Some(vec![1.0; 50]), ..recording(T, vec![0.1; 50], vec![0.1; 50]) };
+        DriveLog { speed: Some(vec![10.0; 50]), ..recording(T, vec![0.1; 50], vec![0.1; 50]) };
     assert!(matches!(identify(&short), Err(Error::TooFewSamples { .. })));
     let mut uneven = good.clone();
     uneven.speed.as_mut().unwrap().pop();

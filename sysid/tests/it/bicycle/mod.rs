@@ -201,7 +201,7 @@ fn the_plant_of_the_fmu_follows_the_traces() {
 
 fn follows_the_traces(of: Drive) {
     let log = drive(car(), of);
-    let options = BicycleOptions { least_speed_mps: 0.0, ..BicycleOptions::default() };
+    let options = BicycleOptions { least_speed_mps: Some(0.0), ..BicycleOptions::default() };
     let found = identify_bicycle(&log, &options).unwrap();
     assert_eq!(found.bicycle.vehicle.actuator_delay_s > 0.0, of.delay > 0);
     let e = evidence(&found);
@@ -300,10 +300,10 @@ fn standstill_is_left_out_and_reported() {
     }
     let found = identify_bicycle(&log, &known()).unwrap();
     let e = evidence(&found);
-    assert!(e.warnings.iter().any(|w| w.contains("below 1 m/s in 19.")), "{:?}", e.warnings);
+    assert!(e.warnings.iter().any(|w| w.contains("below 3.1 m/s in 19.")), "{:?}", e.warnings);
     let (length, error) = estimated(e, "effective_wheelbase");
     assert!((length - car().wheelbase()).abs() < 3.0 * error && error < 0.05, "{length} {error}");
-    let all = BicycleOptions { least_speed_mps: 0.0, ..known() };
+    let all = BicycleOptions { least_speed_mps: Some(0.0), ..known() };
     let fit = evidence(&identify_bicycle(&log, &all).unwrap()).estimation_fit;
     assert!(e.estimation_fit > fit + 2.0, "{} {fit}", e.estimation_fit);
 }

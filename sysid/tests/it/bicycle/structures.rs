@@ -4,7 +4,9 @@ use super::{DRIVE, Drive, drive};
 use crate::common::{car, recording};
 use crate::known::limit_drive::LimitDrive;
 use steerwright_drivelog::DriveLog;
-use steerwright_sysid::single_track::SingleTrackModel;
+use steerwright_sysid::Error;
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::single_track::{SingleTrackModel, identify_vehicle};
 use steerwright_sysid::structures::{
     Choice, IdentifiedModel, Structure, StructureOptions, identify_structure,
 };
@@ -63,4 +65,58 @@ fn without_speed_there_is_one_structure() {
     for row in &found.rows[1..] {
         assert_eq!(row.fit, Err("the log has no speed".into()));
     }
+}
+
+/// A drive with other speeds.
+fn at_speeds(speed: impl Fn(usize) -> f64) -> DriveLog {
+    let mut log = drive(car(), Drive { noise: 0.004, ..DRIVE });
+    let speeds: Vec<f64> = (0..log.len()).map(speed).collect();
+    // A kinematic vehicle of 2.6 m.
+    log.output = log.input.iter().zip(&speeds).map(|(angle, v)| v * angle / 2.6).collect();
+    log.speed = Some(speeds);
+    log
+}
+
+#[test]
+fn drives_without_a_fast_part_are_models_or_errors() {
+    let empty = recording(0.04, Vec::new(), Vec::new());
+    let sample = recording(0.04, vec![0.01], vec![0.02]);
+    let with_speed =
+        |log: &DriveLog, v: f64| DriveLog { speed: Some(vec![v; log.len()]), ..log.clone() };
+    let slow = |k: usize| 1.25 * (1.0 + (k as f64 * 0.02).sin());
+    // Above 3 m/s for fewer samples than a segment needs.
+    let nearly_slow = |k: usize| if (500..503).contains(&k) { 60.0 } else { 1.0 };
+    for (name, log) in [
+        ("empty", empty.clone()),
+        ("empty, with speed", with_speed(&empty, 0.0)),
+        ("one sample", sample.clone()),
+        ("one sample, with speed", with_speed(&sample, 10.0)),
+        ("slow", at_speeds(slow)),
+        ("nearly slow", at_speeds(nearly_slow)),
+        ("standing", at_speeds(|_| 0.0)),
+        ("reversing", at_speeds(|_| -1.8)),
+        ("fast at one end", at_speeds(|k| if k < 2980 { 0.5 } else { 20.0 })),
+        ("without an end", at_speeds(|k| if k < 100 { 20.0 } else { f64::NAN })),
+    ] {
+        let options = StructureOptions::default();
+        match identify_structure(&log, &options) {
+            Ok(found) => println!("{name}: {:?}", found.rows),
+            Err(error) => assert!(!error.hint().is_empty(), "{name}: {error}"),
+        }
+        for error in [
+            identify_bicycle(&log, &options.bicycle).err(),
+            identify_vehicle(&log, &options.single_track).err(),
+        ] {
+            println!("{name}: {}", error.map(|e| e.to_string()).unwrap_or_default());
+        }
+    }
+    let crawling = at_speeds(slow);
+    let error = identify_bicycle(&crawling, &BicycleOptions::default()).unwrap_err();
+    assert!(matches!(error, Error::TooSlow { least_mps: 3.0, .. }), "{error}");
+    // A vehicle of a tenth of the length is fast at a third of the speed.
+    let small = DriveLog { output: crawling.output.iter().map(|r| 10.0 * r).collect(), ..crawling };
+    let found = identify_bicycle(&small, &BicycleOptions::default()).unwrap();
+    assert_eq!(found.bicycle.provenance.options["least_speed_mps"], "0.9");
+    let found = choice(&small);
+    assert!(found.rows[1].fit.is_ok(), "{:?}", found.rows);
 }
