@@ -54,6 +54,7 @@ pub fn identify_bicycle(
     log: &DriveLog,
     options: &BicycleOptions,
 ) -> Result<IdentifiedBicycle, Error> {
+    options.check()?;
     check_yaw_rate(log)?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
     identify_moving(&*moving(log, least_mps)?, least_mps, options)

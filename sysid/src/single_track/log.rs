@@ -45,6 +45,7 @@ pub fn identify_vehicle(
     log: &DriveLog,
     options: &IdentifyVehicleOptions,
 ) -> Result<IdentifiedVehicle, Error> {
+    options.check()?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
     identify_moving(&*moving(log, least_mps)?, least_mps, options)
 }
