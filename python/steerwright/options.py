@@ -166,9 +166,10 @@ class IdentifyOptions(TypedDict, total=False):
     structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
     """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
-    the lateral acceleration that a steering torque or its normalised command causes. auto is state-
-    space unless the validation data reject it, then the bicycle, beside single-track for comparison;
-    with an option of state-space, with figures and of R factors it is state-space (default auto)."""
+    the lateral acceleration that a steering torque or its normalised command causes. auto is
+    state-space unless the validation data reject it, then the bicycle, beside single-track for
+    comparison; with an option of state-space, with figures and of R factors it is state-space (default
+    auto)."""
     mass: float
     """Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500."""
     wheelbase: float
@@ -187,8 +188,8 @@ class IdentifyOptions(TypedDict, total=False):
     """Whether the structure single-track fits the logged sideslip or lateral velocity too, or only
     compares it. By default fit."""
     min_speed: Quantity
-    """Lowest speed that is used. By default 1 m/s for the bicycle, 3 m/s for the structure single-track,
-    15 m/s for the structure torque."""
+    """Lowest speed that is used. By default 15 m/s for the structure torque, otherwise 3 m/s times the
+    root of the wheelbase over 2.6 m."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
