@@ -11,6 +11,7 @@ mod evidence;
 mod options;
 mod parameters;
 mod quality;
+mod response;
 mod simulate;
 mod simulation;
 mod uncertainty;
@@ -33,6 +34,7 @@ use steerwright_formats::{
 };
 
 pub use crate::bicycle::options::BicycleOptions;
+pub(crate) use crate::bicycle::response::response_errors;
 pub use crate::bicycle::validate::validate_bicycle;
 
 /// A bicycle with the signals behind its plots.
@@ -118,7 +120,6 @@ pub fn identify_bicycle(
         with_delay: summary,
     };
     let evidence = known.evidence()?;
-    let quality = known.quality(&evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
     let vehicle = parameters::vehicle(
@@ -128,6 +129,7 @@ pub fn identify_bicycle(
         log.steering_ratio,
         evidence.speed.mean_mps,
     );
+    let quality = known.quality(&evidence, &vehicle);
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),
