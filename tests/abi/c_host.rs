@@ -20,7 +20,7 @@ pub(crate) fn host() -> Option<&'static Path> {
             .arg(here.join("host.c"))
             .arg("-o")
             .arg(&program)
-            .arg("-ldl")
+            .args(["-ldl", "-lm"])
             .output();
         match compiled {
             Ok(output) => {
@@ -137,6 +137,38 @@ fn c_reads_what_rust_reads() {
             read.iter().map(|line| &line[line.find("p").unwrap()..]).collect();
         // One without memory repeats itself with its inputs, every 64 steps.
         assert!(distinct.len() > 30, "{}: nothing moves", sample.name());
+    }
+}
+
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn no_unit_divides_by_zero_or_overflows() {
+    let Some(host) = host() else { return };
+    for sample in samples() {
+        for (speed, scale) in
+            [(14.5, 1.0), (14.5, 0.0), (14.5, 40.0), (0.5, 1.0), (0.0, 1.0), (0.0, 0.0)]
+        {
+            let mut arguments = plain(sample, 300);
+            for (i, input) in sample.of(Kind::Real, Causality::Input).enumerate() {
+                // Both a wave and what is held: the slope of a command is zero there.
+                arguments.push(match is_speed(input) {
+                    true => format!("{}={speed}", input.reference),
+                    false => format!("{}~{}", input.reference, scale * amplitude(i)),
+                });
+            }
+            arguments.extend(
+                outputs(sample).filter(|o| o.kind == Kind::Real).map(|o| o.reference.to_string()),
+            );
+            arguments.extend(["reset".into(), "calls".into(), "traps".into()]);
+            let output = run(host, &arguments);
+            // Without a number it was ended by a signal.
+            let name = sample.name();
+            assert!(
+                output.status.code().is_some(),
+                "{name} at {speed} m/s, {scale}: {}",
+                output.status
+            );
+        }
     }
 }
 

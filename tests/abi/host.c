@@ -13,6 +13,8 @@
  *   load=FILE      starts from that state, not from an initialization
  *   cycles=N       first makes, starts, steps and frees N other instances
  *   locale=NAME    calls setlocale(LC_ALL, NAME) first, and tells the decimal point on stderr
+ *   traps          from the first instance on a division by zero, an invalid operation or an overflow
+ *                  ends the process (glibc)
  *   reset          after the run resets the instance and runs again
  *   calls          at last calls all 34 functions once more, and prints each status
  *
@@ -21,9 +23,12 @@
  * if every call of the run gave fmi2OK or fmi2Warning, 1 if not, 2 for bad arguments.
  *
  * The types are those of the official headers (beside this file, in fmi2), and no others:
- *   cc -std=c99 -I tests/abi/fmi2 tests/abi/host.c -o host -ldl
+ *   cc -std=c99 -I tests/abi/fmi2 tests/abi/host.c -o host -ldl -lm
  *   x86_64-w64-mingw32-gcc -std=c99 -I tests/abi/fmi2 tests/abi/host.c -o host.exe
  */
+#ifdef __linux__
+#define _GNU_SOURCE /* feenableexcept */
+#endif
 #include "fmi2Functions.h"
 
 #include <locale.h>
@@ -33,6 +38,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifdef __GLIBC__
+#include <fenv.h>
+#endif
 #ifdef _WIN32
 #include <fcntl.h>
 #include <io.h>
@@ -125,7 +133,7 @@ static size_t word_count;
 static double step_size;
 static long step_count, first_step, cycles;
 static const char *save_file, *load_file, *locale_name;
-static int with_reset, with_calls;
+static int with_reset, with_calls, with_traps;
 
 static int parse_word(const char *text) {
     struct word *word = &words[word_count];
@@ -135,6 +143,7 @@ static int parse_word(const char *text) {
     if (!strncmp(text, "save=", 5)) return save_file = text + 5, 1;
     if (!strncmp(text, "load=", 5)) return load_file = text + 5, 1;
     if (!strncmp(text, "locale=", 7)) return locale_name = text + 7, 1;
+    if (!strcmp(text, "traps")) return with_traps = 1;
     if (!strcmp(text, "reset")) return with_reset = 1;
     if (!strcmp(text, "calls")) return with_calls = 1;
     if (word_count == MOST_WORDS) return 0;
@@ -360,6 +369,9 @@ int main(int count, char **arguments) {
     if (!library || !find_all(library)) return fprintf(stderr, "no library\n"), 2;
     if (strcmp(fmu.GetTypesPlatform(), fmi2TypesPlatform) || strcmp(fmu.GetVersion(), fmi2Version))
         return fprintf(stderr, "another platform or version\n"), 1;
+#ifdef __GLIBC__
+    if (with_traps) feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW);
+#endif
     for (long k = 0; k < cycles && !failed; k++) cycle(arguments);
     c = instantiate(arguments);
     if (!c) return fprintf(stderr, "no instance\n"), 1;

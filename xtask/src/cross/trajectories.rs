@@ -107,7 +107,7 @@ fn compile(platform: Option<Platform>, work: &Path) -> Result<PathBuf, String> {
     compiler.args(["-std=c99", "-O1", "-I"]).arg(source.with_file_name("fmi2")).arg(&source);
     compiler.arg("-o").arg(&host);
     if host.extension().is_none() {
-        compiler.arg("-ldl");
+        compiler.args(["-ldl", "-lm"]);
     }
     run(&mut compiler)?;
     Ok(host)

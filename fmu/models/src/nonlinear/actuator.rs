@@ -6,6 +6,7 @@
 //! motions a piece, each smooth.
 
 use crate::delay::Segment;
+use std::hint::black_box;
 
 /// A smooth motion: `δ(τ) = start + slope·τ + swing·exp(−τ/T)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -56,7 +57,9 @@ impl Actuator {
         let Segment { duration: mut left, value: mut start, slope } = command;
         // Down to the nearer stop, to the farther one, and beyond: the third piece is the last.
         for piece in &mut pieces {
-            let until = |level: f64| (level - start) / slope;
+            // The compiler may divide before it looks whether the time is of use, and hosts trap a division by zero.
+            let divisor = black_box(if slope == 0.0 { 1.0 } else { slope });
+            let until = |level: f64| (level - start) / divisor;
             let (held, time, level) = if start > self.stop || (start == self.stop && slope >= 0.0) {
                 (true, if slope < 0.0 { until(self.stop) } else { left }, self.stop)
             } else if start < -self.stop || (start == -self.stop && slope <= 0.0) {
@@ -91,7 +94,9 @@ impl Actuator {
         if error.abs() > limit {
             let side = error.signum();
             let closing = self.rate - side * command.slope;
-            let time = if closing > 0.0 { (error.abs() - limit) / closing } else { left };
+            // As above: not by zero, of use or not.
+            let divisor = black_box(if closing > 0.0 { closing } else { 1.0 });
+            let time = if closing > 0.0 { (error.abs() - limit) / divisor } else { left };
             let duration = time.min(left);
             let slope = side * self.rate;
             motions[0] = Motion { duration, start: from, slope, swing: 0.0 };
