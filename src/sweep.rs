@@ -11,6 +11,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
+use steerwright_host::process::{lines_of_parent, on_interruption};
 use steerwright_sweep::{
     Cause, FailureSummary, Finished, MetricSummary, Options, Piece, Requirement, Study, Summary,
     Sweep,
@@ -167,7 +168,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
-    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
+    on_interruption(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
         Failure::new(format!("no signal handler: {e}"), "run the command in a separate process")
     })?;
     let start = || isolated(arguments);
@@ -183,7 +184,12 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         isolate: if arguments.isolate { Some(&start) } else { None },
         timeout: Some(timeout),
         // The thread that hangs cannot be waited for.
-        hung: &|run, rows| hung(arguments, run, rows, sweep.runs()).exit(BAD_INPUT),
+        hung: &|run, rows| {
+            if stop.load(Ordering::Relaxed) {
+                interrupted(arguments, rows, sweep.runs()).exit(BAD_INPUT)
+            }
+            hung(arguments, run, rows, sweep.runs()).exit(BAD_INPUT)
+        },
         stop: &stop,
         progress: &|rows| {
             if let Some(progress) = &progress {
@@ -192,7 +198,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         },
     };
     if arguments.serve {
-        sweep.serve(&options, std::io::stdin().lock(), std::io::stdout())?;
+        let lines = lines_of_parent()
+            .map_err(|e| Failure::new(format!("stdin: {e}"), "--isolate starts this process"))?;
+        sweep.serve(&options, lines, std::io::stdout())?;
         return Ok(Outcome::Done);
     }
     let warnings = warnings(&sweep, arguments);
@@ -337,14 +345,27 @@ fn complete(arguments: &Arguments, finished: &Finished, runs: usize) -> Result<(
             "make the shard again; with --isolate a run that ends fatally is a row",
         ));
     }
-    let held = format!("{} holds {rows} of {runs} runs", arguments.out().display());
+    let held = rows_held(arguments, rows, runs);
     Err(match &finished.fatal {
         Some(fatal) => Failure::new(
             format!("{fatal}\nno function of that FMU may be called any more; {held}"),
             "continue with --resume; with --isolate such a run is a row and the sweep continues",
         ),
-        None => Failure::new(format!("interrupted: {held}"), "continue with --resume"),
+        None => interrupted(arguments, rows, runs),
     })
+}
+
+fn interrupted(arguments: &Arguments, rows: usize, runs: usize) -> Failure {
+    if arguments.shard.is_some() {
+        let message = format!("interrupted: the piece has {rows} runs and is not kept");
+        return Failure::new(message, "make the shard again");
+    }
+    let held = rows_held(arguments, rows, runs);
+    Failure::new(format!("interrupted: {held}"), "continue with --resume")
+}
+
+fn rows_held(arguments: &Arguments, rows: usize, runs: usize) -> String {
+    format!("{} holds {rows} of {runs} runs", arguments.out().display())
 }
 
 fn text(finished: &Finished) -> String {

@@ -117,6 +117,7 @@ impl Folder {
         let failed = |e: std::io::Error| Failure::file(&self.path, &e);
         let manifest = Manifest::of(&self.stage, self.command).map_err(failed)?;
         fs::write(self.stage.join(manifest::NAME), manifest.to_json()).map_err(failed)?;
+        sync(&self.stage).map_err(failed)?;
         // Checked once more: someone may have put a file there meanwhile.
         if let Ok(before) = fs::metadata(&self.target) {
             manifest::check(&self.target, self.command, self.force)?;
@@ -270,6 +271,20 @@ fn clean(
     }
 }
 
+/// Has all files of a folder on the disk: a rename may be there before what it renames.
+fn sync(folder: &Path) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            sync(&entry.path())?;
+        } else {
+            // Windows flushes what is open for writing only.
+            File::options().append(true).open(entry.path())?.sync_all()?;
+        }
+    }
+    Ok(())
+}
+
 /// Puts a new folder in its place; an old one takes the new one's.
 fn swap(stage: &Path, target: &Path) -> std::io::Result<()> {
     if !target.exists() {
@@ -302,7 +317,7 @@ fn swap(stage: &Path, target: &Path) -> std::io::Result<()> {
 /// Removes unfinished results when the process is interrupted.
 fn on_interruption(rest: Arc<Mutex<Option<Rest>>>, lock: PathBuf, path: PathBuf) {
     // A process has one handler; without it the next run removes what is left.
-    let _ = ctrlc::set_handler(move || {
+    let _ = steerwright_host::process::on_interruption(move || {
         let rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(unfinished) = rest.as_ref() else {
             let message = format!("interrupted: {} is complete", path.display());

@@ -264,20 +264,43 @@ fn folder_of(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The start of the names of new files.
+const NEW: &str = ".steerwright-new-";
+
+/// Removes the new files of killed runs, whose locks are free.
+fn remove_left(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let is_new = entry.file_name().as_encoded_bytes().starts_with(NEW.as_bytes());
+        if is_new
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+            && let Ok(file) = fs::File::options().write(true).open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A new file under a random name, moved to its place by one rename.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".steerwright-");
+    builder.prefix(NEW);
     // Reduced by the umask, as for any file that a program creates.
     #[cfg(unix)]
     let builder = {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666))
     };
+    remove_left(folder);
     let mut file = builder.tempfile_in(folder)?;
+    // Without locks no other run takes the file for left.
+    let _ = file.as_file().try_lock();
     file.write_all(bytes)?;
+    // A rename may be on the disk before what it renames.
+    file.as_file().sync_all()?;
     if let Ok(before) = fs::metadata(path) {
         keep_owner_and_mode(file.as_file(), &before);
     }

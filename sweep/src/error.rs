@@ -33,6 +33,8 @@ pub enum Error {
     FirstStep { at: Place, source: Box<steerwright_host::Error> },
     #[error("{}: cannot be resumed: {problem}", path.display())]
     Resume { path: PathBuf, problem: String },
+    #[error("{}: another run is writing this file", path.display())]
+    Taken { path: PathBuf },
     #[error("{}: holds the first {rows} of {runs} runs of this study", path.display())]
     Unfinished { path: PathBuf, rows: usize, runs: usize },
     #[error("{}: is no piece of this study: {problem}", path.display())]
@@ -69,6 +71,7 @@ impl Error {
             }
             Self::Missing { .. } => "make the shard that has these runs, and merge all pieces",
             Self::Twice { .. } => "merge each run once: pieces of one number of shards, each once",
+            Self::Taken { .. } => "wait for it to end, or name another file",
             Self::Unfinished { .. } => "continue with --resume, or replace it with --force",
             Self::NoSuchRun { .. } => "name runs that the study has",
             Self::Process { .. } => "see its messages above; or run without --isolate",

@@ -14,10 +14,11 @@ use crate::results::{row, row_of_line};
 use crate::rig::Rig;
 use crate::watch::{Watch, held};
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
+use steerwright_host::process::Subprocess;
 
 const READY: &str = "steerwright sweep ready ";
 const ROW: &str = "steerwright sweep row ";
@@ -32,7 +33,7 @@ pub(crate) struct Worker<'a> {
 
 struct Running {
     /// Shared with the watch, which may end it.
-    child: Arc<Mutex<Child>>,
+    process: Arc<Mutex<Subprocess>>,
     to: ChildStdin,
     from: BufReader<ChildStdout>,
 }
@@ -50,21 +51,32 @@ impl<'a> Worker<'a> {
         options: &Options<'_>,
         watched: Option<(&Watch, usize)>,
     ) -> Result<Made, Error> {
-        let mut running = match self.running.take() {
-            Some(running) => running,
-            None => Running::start((self.start)(), &sweep.id)?,
-        };
-        if running.request(run).is_none() {
-            // It has ended since its last answer.
-            running.end();
-            running = Running::start((self.start)(), &sweep.id)?;
-            let _ = running.request(run);
-        }
-        let begun = Instant::now();
-        if let Some((watch, thread)) = watched {
-            watch.begin(thread, run, Some(Arc::clone(&running.child)));
-        }
         let stopped = Made { row: None, fatal: None };
+        let watch = |process: &Arc<Mutex<Subprocess>>| {
+            if let Some((watch, thread)) = watched {
+                watch.begin(thread, run, Some(Arc::clone(process)));
+            }
+        };
+        let start = || match Running::start((self.start)(), &sweep.id, watch) {
+            // One that has to stop may be gone before it is ready.
+            Err(_) if options.stop.load(Ordering::Relaxed) => Ok(None),
+            started => started.map(Some),
+        };
+        let kept = match self.running.take() {
+            Some(mut running) => running.request(run).map(|()| running),
+            None => None,
+        };
+        let mut running = match kept {
+            Some(running) => running,
+            // There is none, or it has ended since its last answer.
+            None => {
+                let Some(mut running) = start()? else { return Ok(stopped) };
+                let _ = running.request(run);
+                running
+            }
+        };
+        let begun = Instant::now();
+        watch(&running.process);
         match running.answer() {
             Some(line) if line.starts_with(STOPPED) => Ok(stopped),
             Some(line) => {
@@ -92,18 +104,21 @@ impl<'a> Worker<'a> {
 }
 
 impl Running {
-    fn start(mut command: Command, id: &str) -> Result<Self, Error> {
+    /// `watch` is given the process as soon as it runs.
+    fn start(
+        mut command: Command,
+        id: &str,
+        watch: impl FnOnce(&Arc<Mutex<Subprocess>>),
+    ) -> Result<Self, Error> {
         let failed = |reason: String| Error::Process { reason };
-        let mut child = command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|e| failed(e.to_string()))?;
-        let (Some(to), Some(from)) = (child.stdin.take(), child.stdout.take()) else {
+        let mut process =
+            Subprocess::start(command.stdout(Stdio::piped())).map_err(|e| failed(e.to_string()))?;
+        let (Some(to), Some(from)) = (process.take_input(), process.child().stdout.take()) else {
             return Err(failed("it has no pipes".to_owned()));
         };
-        let child = Arc::new(Mutex::new(child));
-        let mut running = Self { child, to, from: BufReader::new(from) };
+        let process = Arc::new(Mutex::new(process));
+        watch(&process);
+        let mut running = Self { process, to, from: BufReader::new(from) };
         match running.answer() {
             Some(line) if line.strip_prefix(READY).map(str::trim_end) == Some(id) => Ok(running),
             // It waits for runs: dropped, it is ended.
@@ -133,16 +148,8 @@ impl Running {
 
     /// Waits for its end, and returns its status.
     fn end(&mut self) -> String {
-        held(&self.child).wait().map_or_else(|e| e.to_string(), |status| status.to_string())
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // The end of its input is the end of its work; one that does not listen is not waited for.
-        let mut child = held(&self.child);
-        let _ = child.kill();
-        let _ = child.wait();
+        let ended = held(&self.process).child().wait();
+        ended.map_or_else(|e| e.to_string(), |status| status.to_string())
     }
 }
 
@@ -152,7 +159,7 @@ impl Sweep {
     pub fn serve(
         &self,
         options: &Options<'_>,
-        input: impl BufRead,
+        input: impl IntoIterator<Item = String>,
         mut output: impl Write,
     ) -> Result<(), Error> {
         let mut rig = Rig::new(&self.plan, self.source.archives());
@@ -161,8 +168,7 @@ impl Sweep {
             writeln!(output, "{}", text.trim_end()).and_then(|()| output.flush()).map_err(closed)
         };
         answer(&format!("{READY}{}", self.id))?;
-        for line in input.lines() {
-            let line = line.map_err(closed)?;
+        for line in input {
             let Some(run) = line.trim().parse().ok().filter(|run| *run < self.runs()) else {
                 return Err(Error::Process { reason: format!("{line:?} is no run") });
             };

@@ -32,7 +32,7 @@ pub struct Options<'a> {
     /// The longest that a run may take; one that takes longer is a row with an error.
     pub timeout: Option<Duration>,
     /// Called with a run, and the number of rows in the file, where an FMU in this process does not
-    /// return: it cannot be interrupted, so the process has to be ended.
+    /// return, within the time or after a stop: it cannot be interrupted, so the process has to be ended.
     pub hung: &'a (dyn Fn(usize, usize) + Sync),
     /// Set, from any thread, to end as soon as possible.
     pub stop: &'a AtomicBool,

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::make::Options;
 use crate::metric::Outcome;
 use crate::prepare::Sweep;
-use crate::results::{Results, read};
+use crate::results::{Results, read, remove_left};
 use crate::run::Finished;
 use crate::summary::Summary;
 use std::fs::{self, File};
@@ -27,6 +27,27 @@ pub struct Piece {
     pub was_there: bool,
     /// What the runs made, unless the piece was there or is empty. Where rows are missing, there is no file.
     pub finished: Option<Finished>,
+}
+
+/// The end of the name of a piece that is being made here: locks need not hold between machines that share a folder.
+fn part_ending() -> String {
+    let linux = fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let machine = linux.or_else(|| std::env::var("COMPUTERNAME").ok()).unwrap_or_default();
+    format!("{}.part", machine.trim())
+}
+
+/// Removes what killed processes of this machine left unfinished.
+fn remove_left_parts(folder: &Path) {
+    let ending = format!(".{}", part_ending());
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let is_part =
+            name.to_str().is_some_and(|n| n.starts_with(".runs-") && n.ends_with(&ending));
+        if is_part && entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            remove_left(&entry.path());
+        }
+    }
 }
 
 /// A file of rows, and the runs that they are of.
@@ -81,8 +102,9 @@ impl Sweep {
             return Ok(Piece { file: Some(path), runs, was_there: true, finished: None });
         }
         fs::create_dir_all(folder).map_err(io)?;
+        remove_left_parts(folder);
         // Of this process alone: another one may make the same piece.
-        let part = folder.join(format!(".{name}.{}.part", std::process::id()));
+        let part = folder.join(format!(".{name}.{}.{}", std::process::id(), part_ending()));
         let finished = self.run(&Options {
             results: &part,
             runs: Some(runs.clone()),
@@ -138,6 +160,7 @@ impl Sweep {
             let rows = bytes.iter().position(|b| *b == b'\n').map_or(bytes.len(), |at| at + 1);
             results.append(&bytes[rows..])?;
         }
+        results.finish()?;
         let outcomes: Vec<Outcome> = held.into_iter().flat_map(|piece| piece.outcomes).collect();
         let summary = Summary::of(self, 0, &outcomes);
         Ok(Finished { resumed: 0, rows: outcomes.len(), threads: 1, fatal: None, summary })

@@ -28,6 +28,60 @@ fn stdout() -> std::io::Result<File> {
     Ok(File::from(std::io::stdout().as_handle().try_clone_to_owned()?))
 }
 
+/// A file for this process alone to write and for all to read: of two runs the second is refused. What is no plain
+/// file has no end that two could share.
+#[cfg(unix)]
+fn claim(path: &Path) -> Result<File, Error> {
+    use std::fs::TryLockError;
+    use std::io::ErrorKind;
+    use std::os::unix::fs::MetadataExt;
+    let io = |source| Error::Io { path: path.to_path_buf(), source };
+    loop {
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(false).open(path);
+        let file = file.map_err(io)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(Error::Taken { path: path.to_path_buf() }),
+            // A file system without locks.
+            Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => return Ok(file),
+            Err(TryLockError::Error(e)) => return Err(io(e)),
+        }
+        // Another process may have removed or renamed it between the two calls.
+        let here = file.metadata().map_err(io)?;
+        if std::fs::metadata(path).is_ok_and(|m| (m.dev(), m.ino()) == (here.dev(), here.ino())) {
+            return Ok(file);
+        }
+    }
+}
+
+#[cfg(windows)]
+fn claim(path: &Path) -> Result<File, Error> {
+    use std::os::windows::fs::OpenOptionsExt;
+    const SHARE_READ: u32 = 1;
+    const SHARING_VIOLATION: i32 = 32;
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).share_mode(SHARE_READ);
+    options.open(path).map_err(|source| match source.raw_os_error() {
+        Some(SHARING_VIOLATION) => Error::Taken { path: path.to_path_buf() },
+        _ => Error::Io { path: path.to_path_buf(), source },
+    })
+}
+
+/// Removes a file that a killed process left, unless a process has it claimed.
+pub(crate) fn remove_left(path: &Path) {
+    #[cfg(unix)]
+    let is_left = File::options().write(true).open(path).is_ok_and(|file| {
+        // Removed while it is held, so that it is not another run's.
+        file.try_lock().is_ok() && std::fs::remove_file(path).is_ok()
+    });
+    // Which Windows refuses while a process has it open.
+    #[cfg(windows)]
+    let is_left = std::fs::remove_file(path).is_ok();
+    // What cannot be removed stays.
+    let _ = is_left;
+}
+
 /// A results file, open at its end.
 #[derive(Debug)]
 pub(crate) struct Results {
@@ -41,22 +95,25 @@ impl Results {
     pub(crate) fn create(sweep: &Sweep, path: &Path, overwrite: bool) -> Result<Self, Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
         // A FIFO is not looked into: it would wait for a writer.
-        let is_file = path != Path::new("-") && std::fs::metadata(path).is_ok_and(|m| m.is_file());
-        if !overwrite
-            && is_file
-            && let Ok(file) = File::open(path)
-        {
-            let (rows, _, _) = read(sweep, 0, file, path).unwrap_or_default();
-            if !rows.is_empty() && rows.len() < sweep.runs() {
-                let (rows, runs) = (rows.len(), sweep.runs());
-                return Err(Error::Unfinished { path: path.to_path_buf(), rows, runs });
+        let mut file = if path == Path::new("-") {
+            stdout().map_err(io)?
+        } else if std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+            File::create(path).map_err(io)?
+        } else {
+            if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
+                std::fs::create_dir_all(folder).map_err(io)?;
             }
-        }
-        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(io)?;
-        }
-        let file = if path == Path::new("-") { stdout() } else { File::create(path) };
-        let mut file = file.map_err(io)?;
+            let mut file = claim(path)?;
+            if !overwrite {
+                let (rows, _, _) = read(sweep, 0, &mut file, path).unwrap_or_default();
+                if !rows.is_empty() && rows.len() < sweep.runs() {
+                    let (rows, runs) = (rows.len(), sweep.runs());
+                    return Err(Error::Unfinished { path: path.to_path_buf(), rows, runs });
+                }
+            }
+            file.set_len(0).and_then(|()| file.rewind()).map_err(io)?;
+            file
+        };
         file.write_all(&line(&header(&sweep.plan))).map_err(io)?;
         Ok(Self { file, path: path.to_path_buf() })
     }
@@ -72,7 +129,7 @@ impl Results {
         if path == Path::new("-") || !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
             return Ok((Self::create(sweep, path, true)?, Vec::new()));
         }
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        let mut file = claim(path)?;
         let (rows, end, has_header) = read(sweep, runs.start, &mut file, path)?;
         file.set_len(end).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
@@ -80,6 +137,16 @@ impl Results {
             file.write_all(&line(&header(&sweep.plan))).map_err(io)?;
         }
         Ok((Self { file, path: path.to_path_buf() }, rows))
+    }
+
+    /// Has the rows on the disk.
+    pub(crate) fn finish(&mut self) -> Result<(), Error> {
+        match self.file.metadata() {
+            Ok(metadata) if metadata.is_file() => {
+                self.file.sync_all().map_err(|source| Error::Io { path: self.path.clone(), source })
+            }
+            _ => Ok(()),
+        }
     }
 
     pub(crate) fn append(&mut self, row: &[u8]) -> Result<(), Error> {

@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
+use std::time::Instant;
 
 /// What a call did.
 #[derive(Debug)]
@@ -73,12 +74,16 @@ impl Sweep {
             let mut waiting = BTreeMap::new();
             let mut running = threads;
             let mut result = Ok(());
+            let mut stopped = None;
             while running > 0 {
+                if options.stop.load(Ordering::Relaxed) {
+                    stopped = stopped.or_else(|| Some(Instant::now()));
+                }
                 let message = match receiver.recv_timeout(watch.look()) {
                     Ok(message) => message,
                     Err(mpsc::RecvTimeoutError::Disconnected) => break,
                     Err(mpsc::RecvTimeoutError::Timeout) => {
-                        if let Some(run) = watch.hung() {
+                        if let Some(run) = watch.hung(stopped) {
                             ending.store(true, Ordering::Relaxed);
                             (options.hung)(run, outcomes.len());
                         }
@@ -110,6 +115,7 @@ impl Sweep {
             result
         });
         written?;
+        results.finish()?;
         self.earlier_trajectories(options, runs.start..runs.start + resumed)?;
         let summary = Summary::of(self, runs.start, &outcomes);
         Ok(Finished { resumed, rows: outcomes.len(), threads, fatal, summary })

@@ -4,15 +4,18 @@
 //! never returns cannot be ended in the same process: it is reported, once, to the sweep's caller.
 //! In a process of its own ([`crate::isolate`]) it ends with the process, and is a row as others.
 
-use std::process::Child;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use steerwright_host::process::Subprocess;
 
 /// How many times as long as it may take a run is waited for, before what it calls is taken for hung.
 const HUNG_AFTER: u32 = 2;
 
+/// How long a run is waited for that is to stop at its next step.
+const STOPPED_AFTER: Duration = Duration::from_secs(1);
+
 /// The longest between two looks.
-const LONGEST_LOOK: Duration = Duration::from_secs(1);
+const LONGEST_LOOK: Duration = Duration::from_millis(100);
 
 /// The run that a thread makes.
 #[derive(Debug, Default)]
@@ -20,7 +23,7 @@ struct Busy {
     run: usize,
     since: Option<Instant>,
     /// The process that does it, if it is another.
-    child: Option<Arc<Mutex<Child>>>,
+    process: Option<Arc<Mutex<Subprocess>>>,
 }
 
 #[derive(Debug)]
@@ -39,10 +42,10 @@ impl Watch {
         self.limit.map_or(LONGEST_LOOK, |limit| (limit / 2).min(LONGEST_LOOK))
     }
 
-    /// Records that a thread begins a run, here or in a child.
-    pub(crate) fn begin(&self, thread: usize, run: usize, child: Option<Arc<Mutex<Child>>>) {
+    /// Records that a thread begins a run, here or in another process.
+    pub(crate) fn begin(&self, thread: usize, run: usize, process: Option<Arc<Mutex<Subprocess>>>) {
         if let Some(busy) = self.threads.get(thread) {
-            *held(busy) = Busy { run, since: Some(Instant::now()), child };
+            *held(busy) = Busy { run, since: Some(Instant::now()), process };
         }
     }
 
@@ -52,19 +55,22 @@ impl Watch {
         }
     }
 
-    /// Ends processes that take too long, and returns a run that hangs in this one.
-    pub(crate) fn hung(&self) -> Option<usize> {
-        let longest = self.limit? * HUNG_AFTER;
-        let late = |busy: &Busy| busy.since.is_some_and(|since| since.elapsed() > longest);
+    /// Ends processes that take too long, and returns a run that hangs in this one. After a stop a process ends at
+    /// once, since its run has no row, and a run in this one soon.
+    pub(crate) fn hung(&self, stopped: Option<Instant>) -> Option<usize> {
+        let longest = self.limit.map_or(Duration::MAX, |limit| limit * HUNG_AFTER);
+        let late = |busy: &Busy| {
+            let too_long = busy.since.is_some_and(|since| since.elapsed() > longest);
+            let wait = if busy.process.is_some() { Duration::ZERO } else { STOPPED_AFTER };
+            too_long || busy.since.is_some() && stopped.is_some_and(|s| s.elapsed() >= wait)
+        };
         let mut hung = None;
         for thread in &self.threads {
             let busy = held(thread);
-            match &busy.child {
+            match &busy.process {
                 _ if !late(&busy) => {}
-                Some(child) => {
-                    // Whoever waits for its answer sees its end; one that is gone is no error.
-                    let _ = held(child).kill();
-                }
+                // Whoever waits for its answer sees its end.
+                Some(process) => held(process).kill(),
                 None => hung = hung.or(Some(busy.run)),
             }
         }

@@ -30,6 +30,8 @@ mod nonlinear_vehicle;
 mod outputs;
 mod path_files;
 mod pose_loop;
+#[cfg(unix)]
+mod processes;
 mod sideslip;
 mod ssp;
 mod stages;

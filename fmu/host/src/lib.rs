@@ -4,10 +4,11 @@
 //! - [`Instance`] is one instance: get and set by name or value reference, step, save and restore.
 //! - [`System`] wires instances and runs them, coupled by Gauss–Seidel or Jacobi, into a
 //!   [`Recording`]. [`System::plan`] compiles it for many runs, made by [`Cosimulation`].
+//! - [`process`] runs FMUs in processes that end with their parent.
 //! - [`SystemPackage`] opens a `.ssp`: FMUs, and the file that wires them into a [`System`].
 //!
 //! Units are those of the FMUs' variables; times are in s. This crate has no vehicle-specific code.
-//! `unsafe` is limited to the C boundary: `library`, `log` and `instance`.
+//! `unsafe` is limited to the C boundary: `library`, `log`, `instance` and the signals of `process`.
 
 mod archive;
 mod c_types;
@@ -17,6 +18,8 @@ mod library;
 mod log;
 mod model;
 mod names;
+pub mod process;
+mod scratch;
 mod ssp;
 mod system;
 mod units;
@@ -30,6 +33,7 @@ pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
 /// Types of the description of a [`Model`].
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
+pub use scratch::Scratch;
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
 pub use system::{
     Assigned, Composition, Connection, Cosimulation, Coupling, Grid, InputTable, Key, Linear,

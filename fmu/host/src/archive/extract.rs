@@ -9,11 +9,11 @@ use std::fs;
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
 use zip::CompressionMethod;
 use zip::read::ZipFile;
 
 use crate::Error;
+use crate::scratch::Scratch;
 
 /// Limits on an archive. The defaults are far above any practical FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,17 +64,14 @@ pub(crate) fn open(path: &Path) -> Result<(fs::File, String), Error> {
     Ok((fs::File::open(path).map_err(io)?, name))
 }
 
-/// Extracts the archive `name` from `reader` into a temporary folder with that prefix.
+/// Extracts the archive `name` from `reader` into a temporary folder.
 pub(crate) fn extract<R: Read + Seek>(
     reader: R,
     name: &str,
-    prefix: &str,
     limits: &Limits,
-) -> Result<TempDir, Error> {
-    let folder = tempfile::Builder::new()
-        .prefix(prefix)
-        .tempdir()
-        .map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
+) -> Result<Scratch, Error> {
+    let folder =
+        Scratch::new().map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
     extract_into(reader, name, folder.path(), limits)?;
     Ok(folder)
 }

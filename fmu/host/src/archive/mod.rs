@@ -19,6 +19,7 @@ pub use platform::{binary_name, platform_folders};
 use crate::Error;
 use crate::library::Library;
 use crate::model::Model;
+use crate::scratch::Scratch;
 
 /// An opened FMU.
 pub struct Archive {
@@ -31,7 +32,7 @@ pub struct Archive {
 
 /// The temporary folder of an archive; deleted when the archive and its last instance are dropped.
 pub(crate) struct Extracted {
-    folder: tempfile::TempDir,
+    folder: Scratch,
 }
 
 impl Archive {
@@ -52,7 +53,7 @@ impl Archive {
     }
 
     fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
-        let folder = extract::extract(reader, name, "fmu-", limits)?;
+        let folder = extract::extract(reader, name, limits)?;
         let xml = folder.path().join("modelDescription.xml");
         if !xml.is_file() {
             return Err(Error::NoModelDescription { archive: name.to_owned() });

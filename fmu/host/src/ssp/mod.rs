@@ -50,7 +50,7 @@ impl SystemPackage {
 
     fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
         // The FMUs have folders of their own, so this one may go when they are open.
-        let folder = extract::extract(reader, name, "ssp-", limits)?;
+        let folder = extract::extract(reader, name, limits)?;
         if !folder.path().join(STRUCTURE).is_file() {
             return Err(Error::NoSystemStructure { package: name.to_owned() });
         }

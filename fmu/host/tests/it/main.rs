@@ -3,6 +3,7 @@
 
 mod archive;
 mod instance;
+mod process;
 mod ssp;
 mod ssp_units;
 mod support;

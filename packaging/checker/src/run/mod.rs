@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
+use steerwright_host::Scratch;
+use steerwright_host::process::{Subprocess, end_with_parent};
 
 /// The command of the child process: `program arguments… option JOURNAL FMU`.
 #[derive(Debug, Clone)]
@@ -57,8 +59,7 @@ pub fn supervise(
         return Ok(vec![Finding::new("run-skipped", Location::archive(), why)]);
     }
     let failed = |source| Error::Child { path: command.program.clone(), source };
-    // The child's own temporary files are in this folder too, so they are deleted after a crash.
-    let folder = tempfile::Builder::new().prefix("fmu-check-").tempdir().map_err(failed)?;
+    let folder = Scratch::new().map_err(failed)?;
     let journal = folder.path().join("journal");
     let mut process = std::process::Command::new(&command.program);
     process
@@ -66,17 +67,11 @@ pub fn supervise(
         .arg(&command.option)
         .arg(&journal)
         .arg(fmu)
-        .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::null());
-    for variable in ["TMPDIR", "TMP", "TEMP"] {
-        process.env(variable, folder.path());
-    }
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut process, 0);
-    let mut child = process.spawn().map_err(failed)?;
-    let output = Output::of(&mut child);
-    let ended = wait(&mut child, time_limit).map_err(failed)?;
+    let mut process = Subprocess::start(&mut process).map_err(failed)?;
+    let output = Output::of(process.child());
+    let ended = wait(&mut process, time_limit).map_err(failed)?;
     let (mut findings, end) = journal::read(&journal).map_err(failed)?;
     let during = end.started.as_deref().unwrap_or("the start of the process");
     let mut report = |rule, message: String| {
@@ -108,38 +103,21 @@ fn why_skipped(report: &Report) -> Option<String> {
 }
 
 /// Waits for the end of a process; kills it after a time and returns `None`.
-fn wait(child: &mut Child, time: Duration) -> std::io::Result<Option<ExitStatus>> {
+fn wait(process: &mut Subprocess, time: Duration) -> std::io::Result<Option<ExitStatus>> {
     let start = Instant::now();
     let mut pause = Duration::from_millis(1);
     loop {
-        if let Some(status) = child.try_wait()? {
+        let ended = process.child().try_wait()?;
+        if ended.is_some() || start.elapsed() > time {
             // Processes that the FMU started end too.
-            kill_group(child);
-            return Ok(Some(status));
-        }
-        if start.elapsed() > time {
-            kill_group(child);
-            // An error means that it has just ended by itself.
-            let _ = child.kill();
-            child.wait()?;
-            return Ok(None);
+            process.kill();
+            process.child().wait()?;
+            return Ok(ended);
         }
         std::thread::sleep(pause);
         pause = (pause * 2).min(Duration::from_millis(50));
     }
 }
-
-#[cfg(unix)]
-fn kill_group(child: &Child) {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        // An error means that the group is empty.
-        let _ = kill_process_group(group, Signal::KILL);
-    }
-}
-
-#[cfg(not(unix))]
-fn kill_group(_: &Child) {}
 
 #[cfg(unix)]
 fn describe(status: ExitStatus) -> String {
@@ -202,6 +180,7 @@ pub fn child(fmu: &Path, journal: &Path) -> Result<(), Error> {
         let _ = setrlimit(Resource::Core, limit(0));
     }
     let io = |source| Error::Io { path: journal.into(), source };
+    end_with_parent().map_err(io)?;
     let mut journal = Journal::create(journal).map_err(io)?;
     exercise::all(fmu, &mut journal);
     journal.done();

@@ -4,15 +4,22 @@
  * KIND 1: static gain, y = gain u + offset, at every read
  * KIND 2: sampled gain, y = gain u + offset as of the end of the last step, at every read before
  * BROKEN: fmi2GetVersion says 1.0
+ * HANGING: no step ends
  *
  * Value references: 0 u, 1 y, 2 gain, 3 offset (Real); 4 misbehaviour, 5 steps, 10 living states of
  * the library, 11 living instances of the library (Integer); 6 enabled, 7 y > 0 (Boolean);
  * 8 label, 12 resource location (String).
  */
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#ifndef _WIN32
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+#endif
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)
 #else
@@ -45,6 +52,20 @@ typedef struct {
 } Instance;
 
 static int living_states, living_instances;
+
+/* For good, at full load. A file in the folder HANGS_IN, with the number of the process as its name, is locked. */
+static void hang(void) {
+#ifndef _WIN32
+    const char *folder = getenv("HANGS_IN");
+    char before[1024], path[1024];
+    if (folder) {
+        snprintf(before, sizeof before, "%s/../%ld", folder, (long)getpid());
+        snprintf(path, sizeof path, "%s/%ld", folder, (long)getpid());
+        if (flock(open(before, O_CREAT | O_WRONLY, 0600), LOCK_EX) == 0) rename(before, path);
+    }
+#endif
+    for (volatile int forever = 1; forever;) {}
+}
 
 static Status say(Instance *c, Status status, const char *text) {
     c->callbacks.logger(c->callbacks.environment, c->name, status, "logStatusError", "%s", text);
@@ -239,6 +260,9 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
     Instance *c = component;
     State *s = &c->s;
     NEED(c, s->phase == C && !s->fatal);
+#ifdef HANGING
+    hang();
+#endif
     NEED(c, h > 0 && t - s->time < 1e-3 * h && s->time - t < 1e-3 * h);
     switch (s->misbehaviour) {
         case 1: say(c, DISCARD, "the step is too long"); s->phase = F; return DISCARD;
@@ -250,6 +274,7 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
         case 9: abort();
         /* Hangs, if not for ever. */
         case 10: for (time_t end = time(NULL) + 5; s->steps == 0 && time(NULL) < end;) {} break;
+        case 11: hang(); break;
         case 8: for (int i = 0; i < 3000; i++) say(c, OK, "chatter"); break;
     }
     s->x += h * s->gain * s->u * s->enabled;

@@ -19,17 +19,20 @@ pub(crate) enum Behaviour {
     Incomplete,
     /// Says that it is FMI 1.0.
     Version1,
+    /// An integrator of which no step ends.
+    Hanging,
 }
 
 /// The compiled library's bytes, or `None`, said on stdout, where there is no C compiler.
 pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
-    static BUILT: [OnceLock<Option<Vec<u8>>>; 5] = [const { OnceLock::new() }; 5];
+    static BUILT: [OnceLock<Option<Vec<u8>>>; 6] = [const { OnceLock::new() }; 6];
     let flags: &[&str] = match behaviour {
         Behaviour::Integrator => &["-DKIND=0"],
         Behaviour::Gain => &["-DKIND=1"],
         Behaviour::Sampled => &["-DKIND=2"],
         Behaviour::Incomplete => &["-DKIND=0", "-DINCOMPLETE"],
         Behaviour::Version1 => &["-DKIND=0", "-DBROKEN"],
+        Behaviour::Hanging => &["-DKIND=0", "-DHANGING"],
     };
     BUILT[behaviour as usize].get_or_init(|| compile(flags)).as_deref()
 }

@@ -1,0 +1,151 @@
+//! Processes that run FMUs: each ends with its parent, however that ends.
+//!
+//! The standard input of such a process is a pipe whose other end its parent alone holds. The system closes it when
+//! the parent ends, and a thread of the process, which waits for that, ends the process; also where an FMU
+//! does not return, and without a moment in which the end of the parent goes unnoticed. Temporary files of the process
+//! are in a folder of its parent.
+
+use crate::scratch::Scratch;
+use std::io::{BufRead, Read};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+
+/// A process that ends with this one, and takes what it started with it.
+#[derive(Debug)]
+pub struct Subprocess {
+    child: Child,
+    /// Closed when this value is dropped or this process ends.
+    input: Option<ChildStdin>,
+    _folder: Scratch,
+}
+
+impl Subprocess {
+    /// Starts a program that calls [`end_with_parent`] or [`lines_of_parent`]. `command` has no standard input yet.
+    pub fn start(command: &mut Command) -> std::io::Result<Self> {
+        let folder = Scratch::new()?;
+        for variable in ["TMPDIR", "TMP", "TEMP"] {
+            command.env(variable, folder.path());
+        }
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(command, 0);
+        let mut child = command.stdin(Stdio::piped()).spawn()?;
+        let input = child.stdin.take();
+        Ok(Self { child, input, _folder: folder })
+    }
+
+    /// The process, for its output and its status.
+    pub fn child(&mut self) -> &mut Child {
+        &mut self.child
+    }
+
+    /// Its standard input, for [`lines_of_parent`]; what takes it keeps the process running.
+    pub fn take_input(&mut self) -> Option<ChildStdin> {
+        self.input.take()
+    }
+
+    /// Ends it and what it started. One that has just ended by itself is no error.
+    pub fn kill(&mut self) {
+        #[cfg(unix)]
+        if let Some(group) =
+            i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw)
+        {
+            // An error means that the group is empty.
+            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+        }
+        let _ = self.child.kill();
+    }
+}
+
+impl Drop for Subprocess {
+    fn drop(&mut self) {
+        // Also of one that has ended: what it started is still in its group.
+        self.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Ends this process as soon as its parent ends or closes the pipe that is the standard input.
+pub fn end_with_parent() -> std::io::Result<()> {
+    let mut input = taken_input()?;
+    std::thread::Builder::new().name("parent".into()).spawn(move || {
+        let mut nothing = [0; 64];
+        while input.read(&mut nothing).is_ok_and(|count| count > 0) {}
+        end();
+    })?;
+    Ok(())
+}
+
+/// The lines that the parent writes to the standard input; this process ends as with [`end_with_parent`].
+pub fn lines_of_parent() -> std::io::Result<Receiver<String>> {
+    let input = taken_input()?;
+    let (sender, receiver) = channel();
+    std::thread::Builder::new().name("parent".into()).spawn(move || {
+        let mut lines = std::io::BufReader::new(input).lines();
+        while let Some(Ok(line)) = lines.next() {
+            // Whoever does not listen any more is about to end.
+            let _ = sender.send(line);
+        }
+        end();
+    })?;
+    Ok(receiver)
+}
+
+/// The standard input, out of the reach of FMUs: they find it empty.
+#[cfg(unix)]
+fn taken_input() -> std::io::Result<std::fs::File> {
+    let taken = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stdin(), 3)?;
+    rustix::stdio::dup2_stdin(std::fs::File::open("/dev/null")?)?;
+    Ok(taken.into())
+}
+
+#[cfg(not(unix))]
+fn taken_input() -> std::io::Result<std::io::Stdin> {
+    Ok(std::io::stdin())
+}
+
+/// Ends this process at once; on Unix also what it started.
+fn end() -> ! {
+    #[cfg(unix)]
+    {
+        use rustix::process::{Signal, getpgrp, getpid, kill_current_process_group, kill_process};
+        if getpgrp() == getpid() {
+            let _ = kill_current_process_group(Signal::KILL);
+        }
+        let _ = kill_process(getpid(), Signal::KILL);
+    }
+    // Runs nothing at exit, which could wait for the thread of an FMU.
+    std::process::abort()
+}
+
+/// Has a function called when this process is asked to end: Ctrl-C, and on Unix SIGTERM and SIGHUP; a SIGHUP that is
+/// ignored, as `nohup` has it, stays ignored. A process has one such function.
+pub fn on_interruption(act: impl FnMut() + 'static + Send) -> Result<(), ctrlc::Error> {
+    #[cfg(unix)]
+    let is_ignored = hangup_is_ignored();
+    ctrlc::set_handler(act)?;
+    #[cfg(unix)]
+    if is_ignored {
+        ignore_hangup();
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn hangup_is_ignored() -> bool {
+    let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
+    // SAFETY: without a new action the call only writes the present one to memory of its type, of which all zeros
+    // are a value.
+    let action = unsafe {
+        libc::sigaction(libc::SIGHUP, std::ptr::null(), action.as_mut_ptr());
+        action.assume_init()
+    };
+    action.sa_sigaction == libc::SIG_IGN
+}
+
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn ignore_hangup() {
+    // SAFETY: no function is installed, so nothing of this program runs in a signal handler.
+    unsafe { libc::signal(libc::SIGHUP, libc::SIG_IGN) };
+}
