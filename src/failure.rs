@@ -177,6 +177,7 @@ fn log_hint(error: &steerwright_drivelog::Error) -> String {
         E::NotARoadWheel { .. } => "--steering-ratio 15, --unit",
         E::Standstill { .. } => "--speed-channel NAME, --unit, --window",
         E::TooFewSamples { .. } | E::TooManySamples { .. } => "--window, --sample-time",
+        E::TooManyRows { .. } => "steerwright accumulate, --window",
         E::NoOverlap { .. } => "--window",
         E::SampleTimeTooShort { .. } | E::ClockChanged { .. } => "--sample-time",
         _ => return error.hint(),

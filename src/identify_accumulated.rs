@@ -16,18 +16,16 @@ use steerwright_sysid::{Accumulated, IdentifyOptions};
 pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     let mut factors = Vec::new();
     for path in paths {
-        if path == Path::new("-") {
+        // A pipe is opened once, since what writes to it ends when it is closed.
+        let is_pipe = |path| std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
+        if path == Path::new("-") || is_pipe(path) {
             factors.push(false);
             continue;
         }
-        let mut file = files::open(path)?;
-        // An R factor is a JSON object with its schema at the start. A pipe is not inspected, since bytes
-        // read from it are gone.
+        // An R factor is a JSON object with its schema at the start.
         let mut start = Vec::new();
-        if file.metadata().is_ok_and(|m| m.is_file()) {
-            let read = file.by_ref().take(200).read_to_end(&mut start);
-            read.map_err(|e| Failure::file(path, &e))?;
-        }
+        let read = files::open(path)?.take(200).read_to_end(&mut start);
+        read.map_err(|e| Failure::file(path, &e))?;
         factors.push(String::from_utf8_lossy(&start).contains("\"steerwright/factor/"));
     }
     match (factors.iter().position(|f| *f), factors.iter().position(|f| !f)) {

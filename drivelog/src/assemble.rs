@@ -11,7 +11,7 @@ use crate::series::{LEAST_SAMPLES, Series};
 use std::ops::Range;
 
 /// Most samples of the merged recording, and of the fine grid it is filtered on.
-const MOST_SAMPLES: usize = 20_000_000;
+pub(crate) const MOST_SAMPLES: usize = 20_000_000;
 
 impl DriveLog {
     pub(super) fn fill(&mut self, drives: &[Drive], options: &LogOptions) -> Result<(), Error> {

@@ -1,5 +1,6 @@
 //! The channels of a drive: SI values, missing samples dropped, impossible values rejected.
 
+use crate::assemble::MOST_SAMPLES;
 use crate::error::{Error, Place, counted};
 use crate::expression::Term;
 use crate::faults::{SpikeFilter, average};
@@ -160,9 +161,19 @@ pub(crate) fn read(
             let request = Request { wanted: &all, ..request };
             file.recording.rows(request)?.try_for_each(|rows| rows.map(drop))?;
         }
+        let too_many = || Error::TooManyRows { file: name.clone(), limit: MOST_SAMPLES };
+        // Some formats state it; rows outside a window may be left out.
+        let stated = selected.iter().filter_map(|(group, _)| group.rows).max().unwrap_or_default();
+        if request.window_s.is_none() && stated > MOST_SAMPLES as u64 {
+            return Err(too_many());
+        }
         for rows in file.recording.rows(request)? {
             let rows = rows?;
-            columns[rows.wanted].append(rows.columns);
+            let all = &mut columns[rows.wanted];
+            all.append(rows.columns);
+            if all.lines.len() > MOST_SAMPLES {
+                return Err(too_many());
+            }
         }
         columns.iter_mut().flat_map(|c| &mut c.values).for_each(Vec::shrink_to_fit);
         let mut hash = SampleHash::default();

@@ -165,6 +165,8 @@ pub enum Error {
     Standstill { file: String, column: String, mean_mps: f64 },
     #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
     TooFewRows { file: String, column: String, got: usize, need: usize },
+    #[error("{file}: more than {limit} rows, which are not read into memory at once")]
+    TooManyRows { file: String, limit: usize },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
     #[error("{} s by samples of {} s: more than {limit} samples", short(*.duration_s), short(*.sample_time_s))]
@@ -318,8 +320,11 @@ impl Error {
             Self::TooFewRows { .. } => {
                 "check that the file has rows with a time and a value in this column; a minute of driving or more is needed"
             }
+            Self::TooManyRows { .. } => {
+                "accumulate the log, which takes memory that does not grow with it, and identify what is accumulated; or use a part of the drive"
+            }
             Self::TooManySamples { .. } => {
-                "check the time column and its unit; use a part of the drive, or a longer sample time"
+                "check the time column and its unit; accumulate the log, use a part of the drive, or a longer sample time"
             }
             Self::NoOverlap { .. } => {
                 "the files must be of one drive and count time from one origin; check the time window too"

@@ -2,7 +2,12 @@
 
 use super::gaps::warning;
 use super::{HEADER, csv, good, good_row, rate, read_one, steer};
-use steerwright_drivelog::{Error, LogFile, LogOptions, read_drives, read_log};
+use std::cell::Cell;
+use std::rc::Rc;
+use steerwright_drivelog::{
+    Columns, Error, Group, LogFile, LogOptions, Pieces, Recording, Request, Rows, in_memory,
+    read_drives, read_log, read_recordings,
+};
 
 fn file(name: &str, bytes: &[u8]) -> (String, Vec<u8>) {
     (name.to_owned(), bytes.to_vec())
@@ -95,4 +100,53 @@ fn files_of_one_drive_are_stated_or_requested() {
     let error = read_log(&three[..2], &named).unwrap_err();
     assert!(matches!(error, Error::NoOverlap { .. }), "{error:?}");
     assert!(matches!(read_drives(Vec::new(), vec![Vec::new()], &o), Err(Error::NoFiles)));
+}
+
+/// A recording of that many equal rows, of which it makes as many as are taken.
+struct Long {
+    groups: Vec<Group>,
+    rows: usize,
+    taken: Rc<Cell<usize>>,
+}
+
+impl Recording for Long {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
+        let channels = request.wanted[0].channels.len();
+        Ok(Box::new((0..self.rows / request.most).map(move |_| {
+            self.taken.set(self.taken.get() + request.most);
+            let values = vec![vec![0.0; request.most]; channels];
+            let lines = Rc::new(vec![1; request.most]);
+            Ok(Rows { wanted: 0, columns: Columns { values, lines } })
+        })))
+    }
+}
+
+/// How many rows are taken before the log is refused, and the hint.
+fn refused(stated: Option<u64>) -> (usize, String) {
+    let names = ["time_s", "steering_angle_rad", "yaw_rate_radps"];
+    let columns = names.map(|name| (name.to_owned(), vec![0.0, 1.0])).to_vec();
+    let mut groups = in_memory("long.csv", columns).unwrap().groups().to_vec();
+    groups[0].rows = stated;
+    let taken = Rc::new(Cell::new(0));
+    let long = Long { groups, rows: 44_000_000, taken: Rc::clone(&taken) };
+    let options = LogOptions { steering_ratio: Some(1.0), ..LogOptions::default() };
+    let error = read_recordings(vec![Box::new(long)], &options).unwrap_err();
+    assert!(matches!(error, Error::TooManyRows { .. }), "{error}");
+    (taken.get(), error.hint())
+}
+
+#[test]
+fn a_log_that_is_too_long_is_refused_before_it_fills_the_memory() {
+    let (taken, hint) = refused(Some(44_000_000));
+    assert!(taken == 0 && hint.contains("accumulate"), "{taken} {hint}");
+}
+
+#[test]
+#[ignore = "slow: cargo xtask test"]
+fn a_log_of_unknown_length_is_read_no_further_than_its_limit() {
+    assert!(refused(None).0 < 20_100_000);
 }
