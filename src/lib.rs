@@ -19,6 +19,7 @@ mod export;
 mod failure;
 mod files;
 mod gate;
+mod guard;
 mod identify;
 mod identify_accumulated;
 mod identify_auto;
@@ -130,7 +131,7 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     program::set(program);
     // Before the arguments are parsed, since their errors are printed in the same form.
     console::use_json(arguments.iter().any(|argument| argument == "--json"));
-    match Arguments::try_parse_from(arguments) {
+    match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
             if global.end_with_parent
@@ -139,7 +140,15 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
                 let hint = "leave --end-with-parent out";
                 return Failure::new(format!("standard input: {error}"), hint).report();
             }
-            failure::status(|| execute(command, &global))
+            let runs_fmus = matches!(command, Command::Simulate(_));
+            let work = || failure::status(|| execute(command, &global));
+            if !runs_fmus {
+                work()
+            } else if guard::is_guarded() {
+                guard::guarded(work)
+            } else {
+                guard::run(&arguments)
+            }
         }
         Err(error) => failure::report_usage(&error),
     }
