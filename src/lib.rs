@@ -76,6 +76,9 @@ struct Global {
     /// Report progress at this interval, with --json
     #[arg(long, global = true, hide = true, value_name = "TIME", value_parser = quantity::time)]
     progress_interval: Option<f64>,
+    /// End when the process that holds the other end of standard input does
+    #[arg(long, global = true, hide = true)]
+    end_with_parent: bool,
 }
 
 #[derive(Subcommand)]
@@ -130,6 +133,12 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
+            if global.end_with_parent
+                && let Err(error) = steerwright_host::process::end_with_parent()
+            {
+                let hint = "leave --end-with-parent out";
+                return Failure::new(format!("standard input: {error}"), hint).report();
+            }
             failure::status(|| execute(command, &global))
         }
         Err(error) => failure::report_usage(&error),

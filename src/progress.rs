@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use steerwright_drivelog::ReadAt;
+use steerwright_formats::interruption::{self, Interruption};
 
 /// Shorter work is not reported.
 const SILENT: Duration = Duration::from_secs(2);
@@ -40,18 +41,32 @@ pub(crate) struct Progress {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What is being done in a thread, for whoever shows it in place of the lines on stderr.
-#[derive(Debug, Clone, Default)]
-pub struct Observer(Arc<Mutex<Option<Arc<Shared>>>>);
+/// What is being done in a thread, for whoever shows it in place of the lines on stderr, or interrupts it.
+#[derive(Debug, Clone)]
+pub struct Observer {
+    shared: Arc<Mutex<Option<Arc<Shared>>>>,
+    interruption: Interruption,
+}
+
+impl Default for Observer {
+    fn default() -> Self {
+        Self { shared: Arc::default(), interruption: Interruption::new() }
+    }
+}
 
 impl Observer {
     /// The present work, and how much of how much is done, 0 of 0 if that is unknown; `None` between works.
     #[must_use]
     pub fn state(&self) -> Option<(String, u64, u64)> {
-        let shared = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()?;
+        let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone()?;
         let what = shared.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let [done, all] = [&shared.done, &shared.all].map(|n| n.load(Ordering::Relaxed));
         Some((what, done, all))
+    }
+
+    /// Ends the work soon, where it waits for no file; it has no result then.
+    pub fn interrupt(&self) {
+        self.interruption.set();
     }
 }
 
@@ -63,7 +78,7 @@ thread_local! {
 /// Does work whose progress is observed instead of printed.
 pub(crate) fn observed<T>(observer: &Observer, work: impl FnOnce() -> T) -> T {
     OBSERVER.set(Some(observer.clone()));
-    let done = work();
+    let done = observer.interruption.during(work);
     OBSERVER.set(None);
     done
 }
@@ -108,7 +123,7 @@ impl Progress {
     pub(crate) fn start(what: impl Into<String>) -> Self {
         let shared = Arc::new(Shared { what: Mutex::new(what.into()), ..Shared::default() });
         if let Some(observer) = OBSERVER.with_borrow(Clone::clone) {
-            let mut current = observer.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut current = observer.shared.lock().unwrap_or_else(PoisonError::into_inner);
             *current = Some(Arc::clone(&shared));
             return Self { shared, stop: None, thread: None };
         }
@@ -149,6 +164,7 @@ impl Progress {
 
     /// States the present work.
     pub(crate) fn now(&self, what: impl Into<String>) {
+        interruption::check();
         *self.shared.what.lock().unwrap_or_else(PoisonError::into_inner) = what.into();
         self.shared.all.store(0, Ordering::Relaxed);
         self.shared.done.store(0, Ordering::Relaxed);
@@ -192,6 +208,7 @@ impl<R: ReadAt> ReadAt for Reading<R> {
     }
 
     fn read_at(&self, buffer: &mut [u8], offset: u64) -> std::io::Result<usize> {
+        interruption::check();
         let count = self.reader.read_at(buffer, offset)?;
         self.shared.done.fetch_add(count as u64, Ordering::Relaxed);
         Ok(count)
@@ -200,6 +217,7 @@ impl<R: ReadAt> ReadAt for Reading<R> {
 
 impl<R: Read> Read for Reading<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        interruption::check();
         let count = self.reader.read(buffer)?;
         self.shared.done.fetch_add(count as u64, Ordering::Relaxed);
         Ok(count)

@@ -4,14 +4,18 @@
 //! whatever calls them reads and computes what the command line does. [`options`] describes them.
 
 use crate::identify_accumulated::{check_factor_options, merged};
+use crate::output::{Kind, Outputs};
 use crate::progress::{self, Progress};
 use crate::structure::{Structure, Wanted};
 use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use steerwright_comparison::ModelDocument;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
-use steerwright_formats::{AccumulatedDrives, Document, Pid, SourceFile, Torque};
+use steerwright_formats::{
+    AccumulatedDrives, Bicycle, Document, Path as PathFile, Pid, Plant, Provenance, SourceFile,
+    Torque, Vehicle, sha256_hex,
+};
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
 use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
@@ -22,6 +26,8 @@ use steerwright_sysid::{Accumulated, Identified, Traces};
 
 pub use crate::failure::Failure;
 pub use crate::progress::Observer;
+/// A temporary folder that a killed process does not leave for good.
+pub use steerwright_host::Scratch;
 
 /// Options by their names on the command line without dashes, such as `steering-ratio`, each with its text;
 /// `None` for a switch. An option with several values is there several times.
@@ -297,6 +303,43 @@ pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String
 /// Does work whose progress is observed instead of printed.
 pub fn observed<T>(observer: &Observer, work: impl FnOnce() -> T) -> T {
     progress::observed(observer, work)
+}
+
+/// Writes a document as the commands do: whole or not at all, and over no file but a document of its kind, unless
+/// `force` is set. What it was computed from is never written over.
+///
+/// # Errors
+/// As a command with that output.
+pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
+    #[derive(serde::Deserialize)]
+    struct Tag {
+        schema: String,
+        provenance: Option<Provenance>,
+    }
+    let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
+    let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
+    let kinds = [
+        Kind::of::<Pid>(),
+        Kind::of::<PathFile>(),
+        Kind::of::<Torque>(),
+        Kind::of::<AccumulatedDrives>(),
+        Kind::of::<Plant>(),
+        Kind::of::<Bicycle>(),
+        Kind::of::<Vehicle>(),
+    ];
+    let has =
+        |kind: &Kind| matches!(kind, Kind::Document(schema) if tag.schema.starts_with(schema));
+    let place = kinds.iter().position(has).ok_or_else(unknown)?;
+    // Models replace each other.
+    let kind = if place < 4 { kinds[place] } else { Kind::Model };
+    let is_source = |bytes: &Vec<u8>| {
+        let hash = sha256_hex(bytes);
+        tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)
+    };
+    let is_read = std::fs::metadata(path).is_ok_and(|m| m.is_file())
+        && std::fs::read(path).is_ok_and(|bytes| is_source(&bytes));
+    let inputs = is_read.then_some(path);
+    Outputs::new(force, inputs).file(path, kind)?.write(document.as_bytes())
 }
 
 /// The figures of an identified plant as SVG, by name.

@@ -24,6 +24,7 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
+pub mod interruption;
 mod matrix;
 mod path;
 mod pid;

@@ -9,9 +9,10 @@ mod work;
 use accumulated::Drives;
 use arrays::{Log, Traces};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use steerwright::stages::{self, Source};
 
 #[pymodule]
@@ -20,11 +21,13 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Log>()?;
     module.add_class::<Traces>()?;
     module.add_class::<Drives>()?;
+    module.add_class::<Scratch>()?;
     for function in [
         wrap_pyfunction!(main, module)?,
         wrap_pyfunction!(describe, module)?,
         wrap_pyfunction!(words, module)?,
         wrap_pyfunction!(read, module)?,
+        wrap_pyfunction!(save, module)?,
         wrap_pyfunction!(identify, module)?,
         wrap_pyfunction!(design, module)?,
         wrap_pyfunction!(yaw_step, module)?,
@@ -68,6 +71,34 @@ pub(crate) fn source(
     match tables {
         None => Ok(Source::Files(files.unwrap_or_default())),
         Some(tables) => Ok(Source::Tables(arrays::tables(tables)?)),
+    }
+}
+
+/// Writes a document as the command line does.
+#[pyfunction]
+fn save(py: Python<'_>, path: PathBuf, document: String, force: bool) -> PyResult<()> {
+    work::done(py, None, move || stages::save(&path, &document, force))
+}
+
+/// A temporary folder that a killed process does not leave for good.
+#[pyclass(frozen, module = "steerwright._native")]
+struct Scratch(Mutex<Option<stages::Scratch>>);
+
+#[pymethods]
+impl Scratch {
+    #[new]
+    fn new() -> PyResult<Self> {
+        Ok(Self(Mutex::new(Some(stages::Scratch::new()?))))
+    }
+
+    fn __enter__(&self) -> Option<PathBuf> {
+        let folder = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        folder.as_ref().map(|folder| folder.path().to_path_buf())
+    }
+
+    #[pyo3(signature = (*_raised))]
+    fn __exit__(&self, _raised: &Bound<'_, PyTuple>) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
 }
 

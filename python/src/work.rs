@@ -13,8 +13,7 @@ const TICK: Duration = Duration::from_millis(50);
 /// Stack of the thread, that of a main thread on Linux.
 const STACK: usize = 8 << 20;
 
-/// Does work and returns its result. Ctrl-C returns at once; the thread then ends on its own and its result is
-/// dropped. `progress` is called with the present work, and how much of how much is done.
+/// Does work and returns its result. Ctrl-C returns at once; the thread then ends soon and without a result. `progress` is called with the present work, and how much of how much is done.
 pub(crate) fn done<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<Bound<'_, PyAny>>,
@@ -41,10 +40,14 @@ pub(crate) fn done<T: Send + 'static>(
                 return Err(PyRuntimeError::new_err("a fault of steerwright; please report it"));
             }
             Err(RecvTimeoutError::Timeout) => {
-                py.check_signals()?;
-                if let (Some(progress), Some(state)) = (&progress, observer.state()) {
-                    progress.call1(state)?;
-                }
+                let shown = || {
+                    py.check_signals()?;
+                    match (&progress, observer.state()) {
+                        (Some(progress), Some(state)) => progress.call1(state).map(drop),
+                        _ => Ok(()),
+                    }
+                };
+                shown().inspect_err(|_| observer.interrupt())?;
             }
         }
     }

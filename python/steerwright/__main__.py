@@ -12,8 +12,9 @@ PROGRAM = [sys.executable, "-m", "steerwright"]
 
 def main() -> int:
     """Runs the command line on the arguments of this process; returns the exit status."""
-    # Python's handler would wait for the end of the work.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Python's handler would wait for the end of the work. What is ignored, as in the background, stays so.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _native.main(["steerwright", *sys.argv[1:]], PROGRAM)
 
 

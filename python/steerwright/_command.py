@@ -7,7 +7,6 @@ import json
 import os
 import signal
 import subprocess
-import tempfile
 import threading
 import warnings
 from collections.abc import Iterable, Iterator
@@ -31,7 +30,7 @@ class Outcome(NamedTuple):
 
 def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, quiet: bool = False) -> Outcome:
     """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options; ``quiet`` shows no bar."""
-    words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--"]
+    words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--end-with-parent", "--"]
     arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]
     errors: list[dict[str, Any]] = []
     other: list[str] = []
@@ -79,7 +78,8 @@ def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, qui
 def _started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
         arguments,
-        stdin=subprocess.DEVNULL,
+        # Closed with this process, however it ends.
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         encoding="utf-8",
@@ -88,7 +88,8 @@ def _started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
     try:
         yield process
     except BaseException:
-        process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
+        # Not SIGINT, which is ignored in the background.
+        process.terminate()
         try:
             process.wait(END_S)
         except subprocess.TimeoutExpired:
@@ -96,7 +97,7 @@ def _started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
             process.wait()
         raise
     finally:
-        for stream in (process.stdout, process.stderr):
+        for stream in (process.stdin, process.stdout, process.stderr):
             if stream is not None:
                 stream.close()
 
@@ -104,8 +105,8 @@ def _started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
 @contextlib.contextmanager
 def folder() -> Iterator[FilePath]:
     """A folder that is removed at the end."""
-    with tempfile.TemporaryDirectory(prefix="steerwright-") as name:
-        yield FilePath(name)
+    with _native.Scratch() as scratch:
+        yield scratch
 
 
 def as_files(items: Iterable[Any], where: FilePath) -> list[FilePath]:

@@ -1,4 +1,6 @@
+import os
 from collections.abc import Callable
+from pathlib import Path as FilePath
 from typing import Any, final
 
 import numpy as np
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 __all__ = [
     "Drives",
     "Log",
+    "Scratch",
     "Traces",
     "__version__",
     "describe",
@@ -17,6 +20,7 @@ __all__ = [
     "main",
     "page_of_plant",
     "read",
+    "save",
     "words",
     "yaw_step",
 ]
@@ -112,11 +116,20 @@ class Drives:
     def identify(self, keywords: dict[str, Any], progress: _Progress) -> str:
         """Identifies the plant: its document."""
 
+@final
+class Scratch:
+    """A temporary folder, removed at the end; one of a killed process with the next of a later one."""
+
+    def __new__(cls) -> Scratch: ...
+    def __enter__(self) -> FilePath: ...
+    def __exit__(self, *raised: object) -> None: ...
+
 def main(arguments: list[str], program: list[str]) -> int: ...
 def describe(
     subcommand: str,
 ) -> list[tuple[str, str | None, list[str], bool, str | None, str]]: ...
 def words(subcommand: str, keywords: dict[str, Any]) -> list[str]: ...
+def save(path: str | os.PathLike[str], document: str, force: bool) -> None: ...
 def read(files: list[str] | None, tables: _Tables, keywords: dict[str, Any], progress: _Progress) -> Log: ...
 def identify(log: Log, keywords: dict[str, Any], progress: _Progress) -> tuple[str, Traces | None]: ...
 def design(document: str, file: str, keywords: dict[str, Any], progress: _Progress) -> str: ...

@@ -34,6 +34,9 @@ def tables(file: FilePath) -> Tables | None:
 
 
 def _starts(file: FilePath, start: bytes) -> bool:
+    # Read from a pipe, the first bytes would be gone.
+    if not file.is_file():
+        return False
     if not start:
         return True
     try:

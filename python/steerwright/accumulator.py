@@ -62,9 +62,9 @@ class Accumulator:
         """The document that ``steerwright accumulate`` writes."""
         return self._filled().json()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Writes the R factor, for ``identify`` or another process."""
-        FilePath(path).write_bytes(self.to_json().encode())
+        _native.save(os.fspath(path), self.to_json(), force)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Accumulator:

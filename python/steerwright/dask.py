@@ -7,7 +7,6 @@ in an order that depends on their list alone. So a worker that dies, or a task t
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -157,8 +156,7 @@ def _shard(
     bundle: dict[str, bytes], study: str, shard: str, options: dict[str, Any]
 ) -> tuple[str, bytes] | None:
     """A piece of a study on a worker: its name and content; `None` for one without runs."""
-    with tempfile.TemporaryDirectory(prefix="steerwright-") as name:
-        folder = FilePath(name)
+    with _command.folder() as folder:
         for path, content in bundle.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)

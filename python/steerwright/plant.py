@@ -54,9 +54,10 @@ class Document:
         """The object of a document."""
         return cls(text)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the document."""
-        FilePath(path).write_bytes(self._text.encode())
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Writes the document, whole or not at all. Of files that are there only one of its kind is replaced, others
+        with ``force``; never what the document was computed from."""
+        _native.save(os.fspath(path), self._text, force)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
@@ -38,12 +37,12 @@ def files_and_tables(
     sources = list(source) if isinstance(source, (list, tuple)) else [source]
     files: list[str] = []
     tables: list[tuple[str, dict[str, Any]]] = []
-    with tempfile.TemporaryDirectory(prefix="steerwright-") as folder:
+    with _native.Scratch() as folder:
         for index, one in enumerate(sources):
             if isinstance(one, (str, os.PathLike)):
                 read = _readers.tables(FilePath(one))
                 if read is None:
-                    files.append(os.fspath(_readers.converted(FilePath(one), FilePath(folder))))
+                    files.append(os.fspath(_readers.converted(FilePath(one), folder)))
                 else:
                     tables += read
             else:
@@ -89,6 +88,7 @@ def columns(table: Any) -> dict[str, Any]:
 def _numbers(values: Any) -> Any:
     """One-dimensional float64, contiguous; `None` for what is no number or time."""
     array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
+    masked = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else None
     if array.dtype.kind == "M":
         missing = np.isnat(array)
         array = array.astype("datetime64[ns]").astype(np.int64) * 1e-9
@@ -102,7 +102,8 @@ def _numbers(values: Any) -> Any:
             return None
     if array.dtype.kind not in "fiub" or array.ndim != 1:
         return None
-    return np.ascontiguousarray(array, dtype=np.float64)
+    array = np.ascontiguousarray(array, dtype=np.float64)
+    return array if masked is None else np.where(masked, np.nan, array)
 
 
 def _number(item: Any) -> float:

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use steerwright_formats::interruption::{self, Interruption};
 
 pub(crate) fn each<T: Sync, R: Send>(
     items: &[T],
@@ -14,9 +15,17 @@ pub(crate) fn each<T: Sync, R: Send>(
     let next = AtomicUsize::new(0);
     let part = || -> Vec<_> {
         let taken = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < items.len());
-        std::iter::from_fn(|| taken().map(|i| (i, work(&items[i])))).collect()
+        std::iter::from_fn(|| {
+            taken().map(|i| {
+                interruption::check();
+                (i, work(&items[i]))
+            })
+        })
+        .collect()
     };
+    let interruption = Interruption::current();
     let parts = std::thread::scope(|scope| {
+        let part = || interruption.during(part);
         let running: Vec<_> = (0..threads).map(|_| scope.spawn(part)).collect();
         let parts = running.into_iter().map(|thread| thread.join().map_err(|_| ended_early()));
         parts.collect::<Result<Vec<_>, Error>>()
@@ -31,8 +40,9 @@ pub(crate) fn both<A: Send, B>(
     one: impl FnOnce() -> A + Send,
     other: impl FnOnce() -> B,
 ) -> Result<(A, B), Error> {
+    let interruption = Interruption::current();
     std::thread::scope(|scope| {
-        let one = scope.spawn(one);
+        let one = scope.spawn(move || interruption.during(one));
         let other = other();
         one.join().map(|one| (one, other)).map_err(|_| ended_early())
     })

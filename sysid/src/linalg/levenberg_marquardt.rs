@@ -3,6 +3,8 @@
 //! coordinates and which trials are refused, is the caller's: coordinates may change with every step, and
 //! the rows of derivatives need not be in memory together.
 
+use steerwright_formats::interruption::check;
+
 /// How the damping of the steps changes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Damping {
@@ -43,6 +45,7 @@ pub(crate) fn lower<P, L, E>(
         }
         let Some(linear) = linearise(&point, &mut cost)? else { break };
         for _ in 0..rule.tries {
+            check();
             if let Some((next, now)) = trial(&point, &linear, damping)?
                 && now < cost
             {

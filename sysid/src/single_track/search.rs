@@ -11,6 +11,7 @@ use crate::single_track::parameters::Parameter;
 use crate::single_track::problem::{Point, Problem};
 use crate::single_track::simulate::Run;
 use crate::single_track::step::{Refined, refine};
+use steerwright_formats::interruption::Interruption;
 
 /// Initial estimates that are refined to the end, of those that are tried.
 const KEPT: usize = 3;
@@ -124,9 +125,11 @@ fn spins() -> Error {
 
 /// `work` on each at the same time, without those that have no result; in their order.
 fn each<A: Sync, B: Send>(all: &[A], work: impl Fn(&A) -> Option<B> + Sync) -> Vec<B> {
+    let interruption = Interruption::current();
     std::thread::scope(|scope| {
-        let work = &work;
-        let handles: Vec<_> = all.iter().map(|a| scope.spawn(move || work(a))).collect();
+        let (work, interruption) = (&work, &interruption);
+        let handles: Vec<_> =
+            all.iter().map(|a| scope.spawn(move || interruption.during(|| work(a)))).collect();
         handles.into_iter().filter_map(|h| h.join().ok().flatten()).collect()
     })
 }
