@@ -137,6 +137,14 @@ pub(crate) fn channel_table(all: &[steerwright_formats::ChannelSummary]) -> Tabl
     channels
 }
 
+/// A fit with twice its standard error, about 95 %, or why there is none.
+pub(crate) fn with_error(fit: f64, standard_error: Option<f64>, without: String) -> String {
+    match standard_error {
+        Some(error) => format!("{fit:.2} ± {:.2} %", 2.0 * error),
+        None => format!("{fit:.2} % (no ±: {without})"),
+    }
+}
+
 /// A fit on validation data, if there are any.
 fn fit_text(fit: f64, samples: usize) -> String {
     if samples == 0 { "–".into() } else { format!("{fit:.2} %") }
@@ -145,14 +153,13 @@ fn fit_text(fit: f64, samples: usize) -> String {
 /// Fits, tests, and the information of the log by frequency.
 fn validation(e: &Evidence) -> String {
     let mut text = String::new();
-    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
+    let fit = match e.held_out.as_ref().filter(|_| e.validation_samples > 0) {
+        Some(h) => with_error(e.fit.validation, h.fit_standard_error, h.without_standard_error()),
+        None => fit_text(e.fit.validation, e.validation_samples),
+    };
     let _ = writeln!(
         text,
-        "fit      {} simulated on validation data, {} one step ahead, {:.2} % on estimation data",
-        error.map_or_else(
-            || fit_text(e.fit.validation, e.validation_samples),
-            |error| format!("{:.2} ± {:.2} %", e.fit.validation, 2.0 * error)
-        ),
+        "fit      {fit} simulated on validation data, {} one step ahead, {:.2} % on estimation data",
         fit_text(e.fit.validation_one_step, e.validation_samples),
         e.fit.estimation
     );

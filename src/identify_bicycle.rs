@@ -1,7 +1,7 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion, traces_csv, validation_data};
+use crate::evidence::{channel_table, conclusion, traces_csv, validation_data, with_error};
 use crate::failure::{Failure, Outcome};
 use crate::output::Output;
 use crate::progress::Progress;
@@ -72,12 +72,14 @@ fn evidence(e: &BicycleEvidence, vehicle: &VehicleData, quality: &Quality) -> St
     let channels = console::table(&channel_table(&e.channels));
     let (identified, stated) = (console::table(&identified), console::table(&stated));
     let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
-    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
-    let error = error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error));
+    let fit = match &e.held_out {
+        Some(h) => with_error(e.validation_fit, h.fit_standard_error, h.without_standard_error()),
+        None => format!("{:.2} %", e.validation_fit),
+    };
     let _ = writeln!(
         text,
-        "fit      {:.2}{error} % simulated on validation data, {:.2} % on estimation data",
-        e.validation_fit, e.estimation_fit
+        "fit      {fit} simulated on validation data, {:.2} % on estimation data",
+        e.estimation_fit
     );
     text.extend(e.held_out.as_ref().map(validation_data));
     let d = &e.with_delay;

@@ -1,14 +1,14 @@
 //! `steerwright identify --structure single-track`: the vehicle in a drive log, up to the limit of its grip.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion, traces_csv};
+use crate::evidence::{channel_table, conclusion, traces_csv, with_error};
 use crate::failure::{Failure, Outcome};
 use crate::output::Output;
 use crate::progress::Progress;
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
-    Quality, SimulationFit, Vehicle, VehicleEvidence, VehicleParameter, correlated,
+    Quality, SimulationFit, Vehicle, VehicleEvidence, VehicleParameter, correlated, too_few_blocks,
 };
 use steerwright_sysid::single_track::{
     IdentifiedVehicle, IdentifyVehicleOptions, identify_vehicle,
@@ -133,7 +133,9 @@ fn evidence_text(e: &VehicleEvidence, quality: &Quality) -> String {
 }
 
 fn fit_text(fit: &SimulationFit) -> String {
-    let mut text = format!("{:.2} % of yaw rate", fit.yaw_rate);
+    let error = fit.yaw_rate_standard_error;
+    let mut text =
+        format!("{} of yaw rate", with_error(fit.yaw_rate, error, too_few_blocks(fit.blocks)));
     if let Some(lateral) = fit.lateral_acceleration {
         let _ = write!(text, ", {lateral:.2} % of lateral acceleration");
     }

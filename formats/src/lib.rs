@@ -49,10 +49,10 @@ pub use design::{
 pub use document::{Checker, Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
-    BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence, Excitation,
-    ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information, Intersample,
-    LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation,
-    ResidualTest, ResponsePoint, Spread, SteeringPlay,
+    BLOCK_S, BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence,
+    Excitation, ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information,
+    Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
+    ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
 };
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};

@@ -58,14 +58,18 @@ pub enum ReasonCode {
     NoContinuousModel,
     /// The model differs from the measured frequency response by more than chance.
     ModelError,
-    /// The steady-state gain from steering to yaw rate is too uncertain.
+    /// The gain from steering to yaw rate is too uncertain, at rest or at a frequency that a controller needs.
     UncertainGain,
+    /// The phase from steering to yaw rate is too uncertain at a frequency that a controller needs.
+    UncertainPhase,
     /// The vehicle yaws against the steering at low frequency.
     WrongSign,
     /// The low-frequency gain from steering to yaw rate is that of no road vehicle.
     ImplausibleGain,
     /// A zero in the right half plane is slower than the bandwidth.
     NonMinimumPhase,
+    /// The validation data are too short for a standard error of the fit.
+    ShortValidation,
     /// Little of the validation data can be reproduced by any model: noise is as large as the signal.
     UninformativeValidation,
     /// A channel has samples that no vehicle produces: single spikes or dropouts.

@@ -96,6 +96,23 @@ pub struct StepBand {
 }
 
 impl Uncertainty {
+    /// Standard errors at a frequency in Hz: of the magnitude over the magnitude, and of the phase in rad. Between the
+    /// frequencies of the file they are interpolated by logarithms; `None` outside.
+    #[must_use]
+    pub fn errors_at(&self, frequency_hz: f64) -> Option<[f64; 2]> {
+        let bands = &self.frequency_response;
+        let above = bands.iter().position(|b| b.frequency_hz >= frequency_hz)?;
+        let (low, high) = (bands.get(above.checked_sub(1)?)?, &bands[above]);
+        let share =
+            (frequency_hz / low.frequency_hz).ln() / (high.frequency_hz / low.frequency_hz).ln();
+        let between = |a: f64, b: f64| a.powf(1.0 - share) * b.powf(share);
+        let relative = |b: &FrequencyBand| b.magnitude_standard_error / b.magnitude;
+        Some([
+            between(relative(low), relative(high)),
+            between(low.phase_standard_error_rad, high.phase_standard_error_rad),
+        ])
+    }
+
     /// Checks values and, against a model of order n, shapes.
     pub(crate) fn check(&self, n: usize, c: &mut Checker) {
         let at = |field: &str, i: usize| format!("uncertainty.{field}[{i}].");

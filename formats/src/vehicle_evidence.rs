@@ -53,6 +53,12 @@ pub struct VehicleEvidence {
 pub struct SimulationFit {
     /// Fit of yaw rate, %.
     pub yaw_rate: f64,
+    /// Its standard error, percentage points (block jackknife); absent where the data are too short.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_standard_error: Option<f64>,
+    /// Number of blocks of time behind it.
+    #[serde(default)]
+    pub blocks: usize,
     /// Fit of lateral acceleration, %, where it is measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral_acceleration: Option<f64>,

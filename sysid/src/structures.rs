@@ -14,11 +14,11 @@ use crate::identify::plant::{Identified, Traces};
 use crate::selection::options::IdentifyOptions;
 use crate::single_track::{self, IdentifiedVehicle, IdentifyVehicleOptions};
 use crate::validation::fit::{FitWithError, fit_with_error};
-use crate::validation::prediction::BLOCK_S;
 use std::borrow::Cow;
 use std::fmt;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_formats::BLOCK_S;
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
 const LEAST_SPREAD: f64 = 0.05;
@@ -203,10 +203,8 @@ fn choose(
     let of = |signal: &[f64]| -> Vec<f64> { common.iter().map(|&k| signal[k]).collect() };
     let measured = of(&log.output);
     let simulated: Vec<Vec<f64>> = traces.iter().map(|t| of(&t.simulated_yaw_rate_radps)).collect();
-    let fits: Vec<FitWithError> = simulated
-        .iter()
-        .map(|y| fit_with_error(&[(&measured, y)], log.sample_time_s, BLOCK_S))
-        .collect();
+    let fits: Vec<FitWithError> =
+        simulated.iter().map(|y| fit_with_error(&[(&measured, y)], log.sample_time_s)).collect();
     let mut best: Option<usize> = None;
     for (place, structure) in simulated_structures.iter().enumerate() {
         let is_better = best.is_none_or(|best| fits[place].fit > fits[best].fit);

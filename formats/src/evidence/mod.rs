@@ -12,7 +12,8 @@ pub use frequency::{
     Persistence, ResponsePoint,
 };
 pub use model::{
-    HeldOut, Mode, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, Spread,
+    BLOCK_S, HeldOut, LEAST_BLOCKS, Mode, PoleZeroMap, PredictionFit, ResidualCorrelation,
+    ResidualTest, Spread, too_few_blocks,
 };
 
 /// The evidence for the quality of an identified model.

@@ -43,6 +43,30 @@ pub struct HeldOut {
     pub predictions: Vec<PredictionFit>,
 }
 
+/// Blocks of time that a standard error of a fit needs at least.
+pub const LEAST_BLOCKS: usize = 5;
+/// The length of such a block, s: that of a few manoeuvres, nearly independent of the others.
+pub const BLOCK_S: f64 = 3.0;
+
+/// Why a fit over so many blocks has no standard error.
+#[must_use]
+pub fn too_few_blocks(blocks: usize) -> String {
+    format!(
+        "the validation data are {blocks} × {BLOCK_S} s or shorter, and a standard error of the fit needs {LEAST_BLOCKS} × {BLOCK_S} s"
+    )
+}
+
+impl HeldOut {
+    /// Why the fit has no standard error, where it has none.
+    #[must_use]
+    pub fn without_standard_error(&self) -> String {
+        if self.selection == "windows" {
+            return "windows of accumulated drives have no blocks of time".into();
+        }
+        too_few_blocks(self.blocks)
+    }
+}
+
 /// Fit of k-step predictions: from all inputs, and the outputs up to k samples ago.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -43,7 +43,7 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
              other: what another drive of the same kind would give.",
             h.blocks
         ),
-        None => "The validation data are too short for an uncertainty of the fit.".into(),
+        None => format!("The fit has no ±: {}.", h.without_standard_error()),
     };
     let caption = format!(
         "The less a prediction may see of the yaw rate, the more it is the model's own. {uncertainty}"

@@ -11,6 +11,7 @@ mod evidence;
 mod options;
 mod parameters;
 mod quality;
+mod response;
 mod simulate;
 mod simulation;
 mod uncertainty;
@@ -34,6 +35,7 @@ use steerwright_formats::{
 };
 
 pub use crate::bicycle::options::BicycleOptions;
+pub(crate) use crate::bicycle::response::response_errors;
 pub use crate::bicycle::validate::validate_bicycle;
 
 /// A bicycle with the signals behind its plots.
@@ -128,7 +130,6 @@ pub(crate) fn identify_moving(
         with_delay: summary,
     };
     let evidence = known.evidence()?;
-    let quality = known.quality(&evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
@@ -139,6 +140,7 @@ pub(crate) fn identify_moving(
         log.steering_ratio,
         evidence.speed.mean_mps,
     );
+    let quality = known.quality(&evidence, &vehicle);
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),

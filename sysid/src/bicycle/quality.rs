@@ -3,25 +3,26 @@
 //! data.
 
 use crate::bicycle::evidence::{Known, LEAST_SPREAD, is_determined};
-use crate::bicycle::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::bicycle::response::{response, response_errors};
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::modelled::bandwidth_hz;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
-use crate::validation::quality::{GOOD_FIT, failed, weak_steering, with_error};
+use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
 use crate::validation::rate::slow_log;
 use crate::validation::regression::{Pair, pairs};
-use faer::c64;
+use crate::validation::uncertain_response::uncertain_response;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
-use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
+use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode, VehicleData};
 
 /// Relative standard error of the yaw rate's gain beyond which it is undetermined.
 const LARGEST_ERROR: f64 = 0.15;
 
 impl Known<'_> {
-    pub(super) fn quality(&self, e: &BicycleEvidence) -> Quality {
+    pub(super) fn quality(&self, e: &BicycleEvidence, vehicle: &VehicleData) -> Quality {
         let (mut reasons, mut advice) = (Vec::new(), Vec::new());
         let pairs = pairs(self.log);
         let reversed = opposite(&pairs, self.log.sample_time_s);
@@ -34,8 +35,15 @@ impl Known<'_> {
             None => Vec::new(),
         };
         let steering = standard_deviation(&self.recording.steering);
-        let too_little: Vec<Reason> =
+        let mut too_little: Vec<Reason> =
             weak_steering(steering).into_iter().chain(gain_error).collect();
+        if too_little.is_empty() {
+            let errors = response_errors(vehicle, &e.directions, e.speed.mean_mps);
+            too_little = uncertain_response(&errors);
+            if let Some(h) = &e.held_out {
+                too_little.extend(short_validation(h.fit_standard_error, h.blocks));
+            }
+        }
         let mut explained = !implausible.is_empty();
         if !too_little.is_empty() {
             reasons.extend(too_little);
@@ -47,7 +55,8 @@ impl Known<'_> {
             reasons.push(reason);
             advice.push(cause);
         }
-        let fit = with_error(e.validation_fit, e.held_out.as_ref(), 1);
+        let fit_error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
+        let fit = with_error(e.validation_fit, fit_error, 1);
         if e.validation_fit < GOOD_FIT {
             let message = format!("the fit on validation data is {fit}, below {GOOD_FIT} %");
             let reason = failed(ReasonCode::LowValidationFit, message);
@@ -124,16 +133,11 @@ impl Known<'_> {
         found
     }
 
-    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz: eq 13 with the actuator's lag and delay.
+    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz.
     fn response(&self, speed_mps: f64) -> impl Fn(f64) -> (f64, f64) + use<> {
-        let c = Coefficients::new(&self.estimate.parameters, self.options.front_share());
-        let ([f11, f12, f21, f22], [b1, b2]) = c.at_speed(speed_mps);
-        let delay = c.delay;
+        let (p, front_share) = (self.estimate.parameters, self.options.front_share());
         move |hz| {
-            let s = c64::new(0.0, TAU * hz);
-            let numerator = (s - f11) * b2 + f21 * b1;
-            let g = numerator / ((s - f11) * (s - f22) - f12 * f21) / (s / c.rate + 1.0)
-                * c64::cis(-TAU * hz * delay);
+            let g = response(&p, front_share, speed_mps, hz);
             (g.re, g.im)
         }
     }

@@ -3,7 +3,6 @@
 use crate::bicycle::simulate::SpeedSegment;
 use crate::data::recording::Recording;
 use crate::validation::fit::{FitWithError, fit_with_error};
-use crate::validation::prediction::BLOCK_S;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 
@@ -51,7 +50,7 @@ impl Simulation {
             }
             let pairs: Vec<(&[f64], &[f64])> =
                 ranges.iter().map(|r| (&log.output[r.clone()], &simulated[r.clone()])).collect();
-            let found = fit_with_error(&pairs, log.sample_time_s, BLOCK_S);
+            let found = fit_with_error(&pairs, log.sample_time_s);
             FitWithError { fit: found.fit.max(Self::LOST), ..found }
         };
         let estimation_fit = fit(estimation, &recording.split.estimation).fit;

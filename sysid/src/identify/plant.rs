@@ -13,6 +13,7 @@ use crate::validation::poles::poles_and_zeros;
 use crate::validation::quality::quality;
 use crate::validation::rate::slow_log;
 use crate::validation::sweep::Drive;
+use crate::validation::uncertain_response::ResponseError;
 use faer::Mat;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -171,6 +172,10 @@ impl Outcome<'_> {
             road_wheel_offset_rad: straight,
             yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
             implausible,
+            response_errors: ResponseError::of_plant(
+                self.uncertainty.as_ref(),
+                &evidence.excitation.bands,
+            ),
         };
         let quality = quality(&evidence, &drive, self.options);
         let plant = Plant {

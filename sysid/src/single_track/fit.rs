@@ -4,6 +4,7 @@ use crate::Error;
 use crate::data::statistics::fit_percent;
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::model::{SimulatedSegment, SingleTrackModel};
+use crate::validation::fit::fit_with_error;
 use steerwright_formats::SimulationFit;
 
 /// Fit of a simulation that left all bounds, percent: nothing of the drive is reproduced.
@@ -43,7 +44,14 @@ impl SingleTrackModel {
             let mean = slips.iter().map(|s| of(s).powi(2)).sum::<f64>() / slips.len() as f64;
             Some(mean.sqrt()).filter(|rms| rms.is_finite())
         };
+        let yaw_rate_pairs: Vec<(&[f64], &[f64])> = pairs
+            .iter()
+            .map(|(m, s)| (m.yaw_rate_radps.as_slice(), s.yaw_rate_radps.as_slice()))
+            .collect();
+        let with_error = fit_with_error(&yaw_rate_pairs, drive.sample_time_s);
         Ok(SimulationFit {
+            yaw_rate_standard_error: with_error.standard_error,
+            blocks: with_error.blocks,
             yaw_rate: fit(|m, s| Some([m.yaw_rate_radps.clone(), s.yaw_rate_radps.clone()]))
                 .unwrap_or(LOST),
             lateral_acceleration: fit(|m, s| {

@@ -94,26 +94,24 @@ pub(crate) fn identify_moving(
     // A file holds finite numbers only.
     simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
     let evidence = evidence(log, &recording, &ranges, &found, warnings)?;
-    let quality = quality(log, &recording, &found, &evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
-    let vehicle = Vehicle {
-        quality,
-        provenance: Some(Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            sources: log.sources.clone(),
-            options: used,
-        }),
-        ..found.model.vehicle(&VehicleOptions {
-            name: log.name.clone(),
-            mass_kg: options.mass(),
-            track_width_m: options.track_width_m,
-            steering_ratio: log.steering_ratio,
-            speed_mps: evidence.speed.mean_mps,
-        })
-    };
-    let vehicle = Vehicle { evidence: Some(evidence), ..vehicle };
+    let mut vehicle = found.model.vehicle(&VehicleOptions {
+        name: log.name.clone(),
+        mass_kg: options.mass(),
+        track_width_m: options.track_width_m,
+        steering_ratio: log.steering_ratio,
+        speed_mps: evidence.speed.mean_mps,
+    });
+    let gentle = vehicle.in_gentle_driving();
+    vehicle.quality = quality(log, &recording, &found, &evidence, &gentle);
+    vehicle.provenance = Some(Provenance {
+        version: env!("CARGO_PKG_VERSION").into(),
+        sources: log.sources.clone(),
+        options: used,
+    });
+    vehicle.evidence = Some(evidence);
     vehicle.checked("vehicle.json").map_err(|e| Error::no_model(e.to_string()))?;
     let traces = Traces::new(log, simulated, &ranges[1]);
     Ok(IdentifiedVehicle { vehicle, traces })

@@ -2,6 +2,7 @@
 //! the fit on validation data, faults of the recording, and how near the model is to a spin.
 
 use crate::Error;
+use crate::bicycle::response_errors;
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
@@ -9,11 +10,12 @@ use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::plausible::opposite;
-use crate::validation::quality::{GOOD_FIT, failed, weak_steering};
+use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
 use crate::validation::regression::pairs;
+use crate::validation::uncertain_response::uncertain_response;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
-use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleEvidence};
+use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
 
 /// Means over this time are compared, s.
 const MEAN_S: f64 = 0.5;
@@ -90,10 +92,18 @@ pub(super) fn quality(
     recording: &Recording,
     found: &SingleTrack,
     e: &VehicleEvidence,
+    gentle: &VehicleData,
 ) -> Quality {
     let steering = standard_deviation(&recording.steering);
     let mut reasons: Vec<Reason> = weak_steering(steering).into_iter().collect();
     let mut advice = Vec::new();
+    if reasons.is_empty() {
+        let errors = response_errors(gentle, &e.directions, e.speed.mean_mps);
+        reasons = uncertain_response(&errors);
+        if let Some(fit) = &e.validation {
+            reasons.extend(short_validation(fit.yaw_rate_standard_error, fit.blocks));
+        }
+    }
     if !reasons.is_empty() {
         advice.push(
             "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, and curves up to the limit of grip"
@@ -107,8 +117,10 @@ pub(super) fn quality(
     match &e.validation {
         None => reasons.extend(Quality::not_validated().reasons),
         Some(fit) if fit.yaw_rate < GOOD_FIT => {
-            let message =
-                format!("the fit on validation data is {:.1} %, below {GOOD_FIT} %", fit.yaw_rate);
+            let message = format!(
+                "the fit on validation data is {}, below {GOOD_FIT} %",
+                with_error(fit.yaw_rate, fit.yaw_rate_standard_error, 1)
+            );
             let reason = failed(ReasonCode::LowValidationFit, message);
             reasons.push(reason.compared(fit.yaw_rate, GOOD_FIT, "%"));
             advice.push(
@@ -155,7 +167,8 @@ pub(super) fn quality(
             e.lateral_acceleration_mps2
         ));
     }
-    let fit = e.validation.map_or(e.estimation.yaw_rate, |fit| fit.yaw_rate);
+    let fit = e.validation.unwrap_or(e.estimation);
+    let fit = with_error(fit.yaw_rate, fit.yaw_rate_standard_error, 1);
     let of = if e.validation.is_some() { "validation" } else { "estimation" };
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let range = format!(
@@ -163,12 +176,12 @@ pub(super) fn quality(
         e.speed.min_mps, e.speed.max_mps, e.lateral_acceleration_mps2
     );
     let summary = if reasons.is_empty() {
-        format!("The fit on {of} data is {fit:.1} % {range}: fit to design on there.")
+        format!("The fit on {of} data is {fit} {range}: fit to design on there.")
     } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
         format!("Validation failed: {}.", messages())
     } else {
         format!(
-            "The fit on {of} data is {fit:.1} % {range}. A controller may be designed there with reservations: {}.",
+            "The fit on {of} data is {fit} {range}. A controller may be designed there with reservations: {}.",
             messages()
         )
     };

@@ -1,6 +1,8 @@
 //! How certain a fit is: the block jackknife over segments of time, `se² = (B − 1)/B · Σ_b (θ_b −
 //! θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks of dependent data).
 
+use steerwright_formats::{BLOCK_S, LEAST_BLOCKS};
+
 /// A fit and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitWithError {
@@ -10,25 +12,20 @@ pub(crate) struct FitWithError {
     pub(crate) blocks: usize,
 }
 
-/// Least samples in a block, and least blocks from which scatter is computed.
+/// Least samples in a block.
 const LEAST_SAMPLES: usize = 20;
-const LEAST_BLOCKS: usize = 5;
 const MOST_BLOCKS: usize = 30;
 
-/// Fit of segments of (y, ŷ) with the standard error from blocks of `block_s` seconds or longer.
-pub(crate) fn fit_with_error(
-    segments: &[(&[f64], &[f64])],
-    sample_time_s: f64,
-    block_s: f64,
-) -> FitWithError {
+/// Fit of segments of (y, ŷ) with the standard error from blocks of [`BLOCK_S`] or longer.
+pub(crate) fn fit_with_error(segments: &[(&[f64], &[f64])], sample_time_s: f64) -> FitWithError {
     let count: usize = segments.iter().map(|(y, _)| y.len()).sum();
     let mean = segments.iter().flat_map(|(y, _)| y.iter()).sum::<f64>() / count.max(1) as f64;
-    let least = ((block_s / sample_time_s).ceil() as usize).max(LEAST_SAMPLES);
+    let least = ((BLOCK_S / sample_time_s).ceil() as usize).max(LEAST_SAMPLES);
     let length = least.max(count.div_ceil(MOST_BLOCKS));
     let mut sums: Vec<[f64; 2]> = Vec::new();
     for (y, y_hat) in segments {
-        // Blocks of nearly equal length, none longer than twice the least.
-        let blocks = (y.len() / length).max(1);
+        // Blocks of nearly equal length: a few samples less make no other number of them.
+        let blocks = ((y.len() as f64 / length as f64).round() as usize).max(1);
         for b in 0..blocks {
             let range = b * y.len() / blocks..(b + 1) * y.len() / blocks;
             let mut sum = [0.0; 2];
@@ -77,7 +74,7 @@ mod tests {
                     y_hat.push(slow);
                 }
                 let pairs: Vec<_> = y.chunks(segment).zip(y_hat.chunks(segment)).collect();
-                let got = fit_with_error(&pairs, 0.04, 3.0);
+                let got = fit_with_error(&pairs, 0.04);
                 assert!((got.fit - fit_percent(&y, &y_hat)).abs() < 1e-9);
                 fits.push(got.fit);
                 errors += got.standard_error.unwrap().powi(2) / 150.0;
@@ -92,9 +89,9 @@ mod tests {
     #[test]
     fn too_little_data_has_no_standard_error() {
         let y: Vec<f64> = (0..200).map(f64::from).collect();
-        let got = fit_with_error(&[(&y, &y)], 0.04, 3.0);
+        let got = fit_with_error(&[(&y, &y)], 0.04);
         assert_eq!((got.fit, got.standard_error), (100.0, None));
-        assert_eq!(fit_with_error(&[], 0.04, 3.0).fit, f64::NEG_INFINITY);
-        assert_eq!(fit_with_error(&[(&[1.0; 500], &[1.0; 500])], 0.04, 3.0).standard_error, None);
+        assert_eq!(fit_with_error(&[], 0.04).fit, f64::NEG_INFINITY);
+        assert_eq!(fit_with_error(&[(&[1.0; 500], &[1.0; 500])], 0.04).standard_error, None);
     }
 }

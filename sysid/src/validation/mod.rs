@@ -22,4 +22,5 @@ pub(crate) mod response;
 pub(crate) mod spectra;
 pub(crate) mod spread;
 pub(crate) mod sweep;
+pub(crate) mod uncertain_response;
 pub(crate) mod validate;

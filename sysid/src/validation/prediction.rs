@@ -12,8 +12,6 @@ use steerwright_formats::{HeldOut, PredictionFit};
 
 /// How far ahead predictions are tried, s.
 const AHEAD: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
-/// A block of validation time that is nearly independent of the others, s: a few manoeuvres.
-pub(crate) const BLOCK_S: f64 = 3.0;
 
 /// Validation data with the model's predictions of them, in any units common to all.
 pub(crate) struct Prediction<'a> {
@@ -34,7 +32,7 @@ pub(crate) fn on_validation_data(p: &Prediction<'_>) -> HeldOut {
     let simulated = p.simulated.concat();
     let pairs: Vec<(&[f64], &[f64])> =
         p.output.iter().copied().zip(p.simulated.iter().copied()).collect();
-    let with_error = fit_with_error(&pairs, p.sample_time_s, BLOCK_S);
+    let with_error = fit_with_error(&pairs, p.sample_time_s);
     let row = |steps: Option<usize>, y_hat: &[f64]| PredictionFit {
         steps,
         ahead_s: steps.map(|k| rounded(k as f64 * p.sample_time_s)),

@@ -6,9 +6,10 @@ use crate::validation::model_error_reasons::{
     coherent_model_error, model_errors, suggested_checks, too_far,
 };
 use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
+use crate::validation::uncertain_response::uncertain_response;
 use steerwright_formats::{
-    Evidence, Excitation, ExcitationBand, Grade, HeldOut, Information, InputKind, Quality, Reason,
-    ReasonCode,
+    BLOCK_S, Evidence, Excitation, ExcitationBand, Grade, Information, InputKind, LEAST_BLOCKS,
+    Quality, Reason, ReasonCode, too_few_blocks,
 };
 
 /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
@@ -46,8 +47,15 @@ pub(crate) fn quality(
         reasons.push(reason.compared(e.informative_up_to_hz, LEAST_BAND, "Hz"));
     }
     let weak = !reasons.is_empty();
+    if !weak {
+        reasons.extend(uncertain_response(&drive.response_errors));
+        // Windows of accumulated drives have no blocks of time.
+        if let Some(h) = evidence.held_out.as_ref().filter(|h| h.selection != "windows") {
+            reasons.extend(short_validation(h.fit_standard_error, h.blocks));
+        }
+    }
     let poor = poor_bands(e);
-    if weak || !poor.is_empty() {
+    if !reasons.is_empty() || !poor.is_empty() {
         advice.extend(poor);
         advice.push(what_to_drive(evidence, drive));
     }
@@ -82,13 +90,14 @@ pub(crate) fn quality(
         advice.push(cause);
     }
     let fit = evidence.fit.validation;
+    let fit_error = evidence.held_out.as_ref().and_then(|h| h.fit_standard_error);
     if evidence.validation_samples == 0 {
         let message = "there are no validation data";
         reasons.push(failed(ReasonCode::NotValidated, message));
     } else if let Some(bound) = uninformative(evidence) {
         let message = format!(
             "the fit on validation data is {}, and noise allows at most {bound:.0} % there: these data cannot validate a model",
-            with_error(fit, evidence.held_out.as_ref(), 0)
+            with_error(fit, fit_error, 0)
         );
         // What fits the estimation data is no bad model, only one that was not validated.
         let grade = if evidence.fit.estimation < GOOD_FIT { Grade::Fail } else { Grade::Warn };
@@ -99,7 +108,7 @@ pub(crate) fn quality(
     } else if fit < GOOD_FIT {
         let message = format!(
             "the fit on validation data is {}, below {GOOD_FIT} %",
-            with_error(fit, evidence.held_out.as_ref(), 0)
+            with_error(fit, fit_error, 0)
         );
         let reason = failed(ReasonCode::LowValidationFit, message);
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
@@ -131,7 +140,7 @@ pub(crate) fn quality(
             });
         format!(
             "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
-            with_error(fit, evidence.held_out.as_ref(), 1),
+            with_error(fit, fit_error, 1),
             e.informative_up_to_hz
         )
     } else if weak {
@@ -141,7 +150,7 @@ pub(crate) fn quality(
     } else {
         format!(
             "The fit on validation data is {}. A controller may be designed with reservations: {}.",
-            with_error(fit, evidence.held_out.as_ref(), 1),
+            with_error(fit, fit_error, 1),
             messages()
         )
     };
@@ -172,8 +181,8 @@ fn uninformative(evidence: &Evidence) -> Option<f64> {
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.
-pub(crate) fn with_error(fit: f64, validation: Option<&HeldOut>, digits: usize) -> String {
-    match validation.and_then(|h| h.fit_standard_error) {
+pub(crate) fn with_error(fit: f64, standard_error: Option<f64>, digits: usize) -> String {
+    match standard_error {
         // An uncertainty below the last digit would read as none.
         Some(error) => {
             let shown = (2.0 * error).max(0.1_f64.powi(digits as i32));
@@ -181,6 +190,16 @@ pub(crate) fn with_error(fit: f64, validation: Option<&HeldOut>, digits: usize) 
         }
         None => format!("{fit:.digits$} %"),
     }
+}
+
+/// The reason where the validation data are too short for a standard error of the fit: as little data determine
+/// standard errors of the model no better.
+pub(crate) fn short_validation(standard_error: Option<f64>, blocks: usize) -> Option<Reason> {
+    if standard_error.is_some() {
+        return None;
+    }
+    let reason = Reason::new(ReasonCode::ShortValidation, Grade::Warn, too_few_blocks(blocks));
+    Some(reason.compared(blocks as f64 * BLOCK_S, LEAST_BLOCKS as f64 * BLOCK_S, "s"))
 }
 
 /// Where the log has too little information for a controller, and how much more it would take.

@@ -3,6 +3,7 @@
 //! amplitude A with equal time for each octave puts `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power
 //! into the band from f₁ to f₂.
 
+use crate::validation::uncertain_response::ResponseError;
 use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
 
 /// The properties of the drive that the quality needs in addition to the evidence.
@@ -23,6 +24,8 @@ pub(crate) struct Drive<'a> {
     /// The yaw rate that driving straight would read, rad/s.
     pub(crate) yaw_rate_offset_radps: f64,
     pub(crate) implausible: Vec<(Reason, String)>,
+    /// What is known of the response at the frequencies that count.
+    pub(crate) response_errors: Vec<ResponseError>,
 }
 
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
@@ -131,6 +134,7 @@ mod tests {
             road_wheel_offset_rad: 0.0,
             yaw_rate_offset_radps: 0.0,
             implausible: Vec::new(),
+            response_errors: Vec::new(),
         }
     }
 

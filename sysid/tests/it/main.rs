@@ -18,6 +18,7 @@ mod known_drives;
 mod recovery;
 mod refine;
 mod selection;
+mod short_logs;
 mod sideslip;
 mod single_track;
 mod validate;

@@ -17,7 +17,7 @@ use steerwright_drivelog::{LogOptions, read_log};
 use steerwright_evaluation::measure::median;
 use steerwright_evaluation::{LinearCar, LinearDrive, Random, Steering, on_all_cores};
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use steerwright_sysid::{Identified, IdentifyOptions, identify};
+use steerwright_sysid::{Identified, IdentifyOptions, Intersample, identify};
 use tally::{Tally, header};
 
 /// Prints in how many simulated drives each stated 95 % band holds the truth.
@@ -44,12 +44,31 @@ struct Arguments {
     /// Rows of the logs a second
     #[arg(long, default_value_t = 100.0)]
     rate: f64,
+    /// Length of the drives, s
+    #[arg(long, default_value_t = 120.0)]
+    seconds: f64,
+    /// What is driven
+    #[arg(long, value_enum, default_value_t = Kind::Realistic)]
+    kind: Kind,
+    /// State that the steering is held between its samples
+    #[arg(long)]
+    held: bool,
     /// Print a line for each drive
     #[arg(long)]
     list: bool,
     /// Folder to write the logs to
     #[arg(long, value_name = "DIR")]
     write: Option<std::path::PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// [`LinearDrive::realistic`]
+    Realistic,
+    /// [`LinearDrive::ideal`]
+    Ideal,
+    /// [`LinearDrive::clean_sweep`]
+    Sweep,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -111,9 +130,14 @@ impl Drive {
         let seed = arguments.seed.wrapping_mul(1_000_003).wrapping_add(7919 * k as u64);
         let mut random = Random(seed);
         let car = LinearCar::random(&mut random);
-        let mut drive = LinearDrive::realistic(car, &mut random);
-        drive.driver = k % 2 == 1;
+        let mut drive = match arguments.kind {
+            Kind::Realistic => LinearDrive::realistic(car, &mut random),
+            Kind::Ideal => LinearDrive::ideal(car, &mut random),
+            Kind::Sweep => LinearDrive::clean_sweep(car, &mut random),
+        };
+        drive.driver = k % 2 == 1 && arguments.kind != Kind::Sweep;
         drive.rate_hz = arguments.rate;
+        drive.seconds = arguments.seconds;
         for without in &arguments.without {
             match without {
                 Disturbance::Jitter => drive.speed_spread = 0.0,
@@ -132,6 +156,7 @@ impl Drive {
         let options = LogOptions {
             steering_ratio: Some(1.0),
             sample_time_s: arguments.sample_time,
+            intersample: arguments.held.then_some(Intersample::Zoh),
             ..LogOptions::default()
         };
         let log = read_log(&[(format!("{k}.csv"), csv.into_bytes())], &options)?;
@@ -177,13 +202,30 @@ impl Drive {
         (re * cos + im * sin, im * cos - re * sin)
     }
 
+    /// Response of the identified bicycle at the road wheel.
+    fn bicycle_response(&self, hz: f64) -> (f64, f64) {
+        let found = &self.bicycle.bicycle.vehicle;
+        let car = LinearCar {
+            mass_kg: found.mass_kg,
+            yaw_inertia_kgm2: found.yaw_inertia_kgm2,
+            front_m: found.distance_front_m,
+            rear_m: found.distance_rear_m,
+            front_stiffness: found.cornering_stiffness_front_npr,
+            rear_stiffness: found.cornering_stiffness_rear_npr,
+            servo_s: found.actuator_time_constant_s,
+        };
+        let (re, im) = car.response(self.speed(), hz);
+        let (sin, cos) = (std::f64::consts::TAU * hz * found.actuator_delay_s).sin_cos();
+        (re * cos + im * sin, im * cos - re * sin)
+    }
+
     /// ‖Ĝ − G‖/‖G‖ over the band.
-    fn response_error(&self) -> f64 {
+    fn response_error(&self, response: impl Fn(f64) -> (f64, f64)) -> f64 {
         const POINTS: usize = 39;
         let (mut apart, mut size) = (0.0, 0.0);
         for k in 0..POINTS {
             let hz = BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * k as f64 / (POINTS - 1) as f64;
-            let (found, truth) = (self.response(hz), self.drive.car.response(self.speed(), hz));
+            let (found, truth) = (response(hz), self.drive.car.response(self.speed(), hz));
             apart += (found.0 - truth.0).powi(2) + (found.1 - truth.1).powi(2);
             size += truth.0.powi(2) + truth.1.powi(2);
         }
@@ -195,17 +237,27 @@ impl Drive {
         self.state_space.plant.quality.grade.name()
     }
 
+    /// Stated standard errors of gain, %, and phase, degrees, at [`FREQUENCIES_HZ`].
+    fn stated_errors(&self) -> String {
+        let Some(uncertainty) = &self.state_space.plant.uncertainty else { return "none".into() };
+        let at = |hz| uncertainty.errors_at(hz).unwrap_or([f64::INFINITY; 2]);
+        let errors = FREQUENCIES_HZ.map(at);
+        let [gain, phase] = [0, 1].map(|i| errors.map(|e| e[i]));
+        format!("{:.1?} % {:.1?}°", gain.map(|e| 100.0 * e), phase.map(f64::to_degrees))
+    }
+
     fn line(&self) -> String {
         let plant = &self.state_space.plant;
         format!(
-            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>5.1} error {:>5.2} % {} {}",
+            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>5.1} error {:>5.2} % stated {} {} {}",
             self.drive.speed_mps,
             self.drive.driver,
             plant.order(),
             plant.input_delay_s,
             plant.evidence.method,
             plant.evidence.fit.validation,
-            100.0 * self.response_error(),
+            100.0 * self.response_error(|hz| self.response(hz)),
+            self.stated_errors(),
             self.grade(),
             plant.quality.codes()
         )
@@ -251,6 +303,8 @@ struct Table {
     feedback: usize,
     /// Response error and grade of each drive.
     errors: Vec<(f64, &'static str)>,
+    /// The same of the bicycle.
+    bicycle_errors: Vec<(f64, &'static str)>,
     without_bands: usize,
     refused: usize,
 }
@@ -262,7 +316,10 @@ const OF_BICYCLE: [&str; 4] =
 impl Table {
     fn add(&mut self, drive: &Drive) {
         let plant = &drive.state_space.plant;
-        self.errors.push((drive.response_error(), drive.grade()));
+        self.errors.push((drive.response_error(|hz| drive.response(hz)), drive.grade()));
+        let grade = drive.bicycle.bicycle.quality.grade.name();
+        let error = drive.response_error(|hz| drive.bicycle_response(hz));
+        self.bicycle_errors.push((error, grade));
         self.orders[plant.order().min(9)] += 1;
         self.delays += usize::from(plant.input_delay_s > 0.0);
         self.feedback += usize::from(plant.evidence.feedback.as_ref().is_some_and(|f| !f.pass));
@@ -273,14 +330,7 @@ impl Table {
         };
         let v = drive.speed();
         for (k, hz) in FREQUENCIES_HZ.into_iter().enumerate() {
-            // Stated on a grid of frequencies: the nearest two, by logarithm.
-            let bands = &uncertainty.frequency_response;
-            let above = bands.iter().position(|b| b.frequency_hz >= hz).unwrap_or(0).max(1);
-            let (low, high) = (&bands[above - 1], &bands[above]);
-            let w = (hz / low.frequency_hz).ln() / (high.frequency_hz / low.frequency_hz).ln();
-            let between = |of: [f64; 2]| of[0].powf(1.0 - w) * of[1].powf(w);
-            let relative = between([low, high].map(|b| b.magnitude_standard_error / b.magnitude));
-            let phase = between([low, high].map(|b| b.phase_standard_error_rad));
+            let Some([relative, phase]) = uncertainty.errors_at(hz) else { continue };
             let (found, truth) = (drive.response(hz), drive.drive.car.response(v, hz));
             let gain = found.0.hypot(found.1);
             self.gain[k].ratio(gain, relative * gain, truth.0.hypot(truth.1));
@@ -368,10 +418,12 @@ impl Table {
             self.without_bands,
             self.refused
         );
-        for (grade, wrong, of) in GRADES {
-            let all: Vec<f64> = self.errors.iter().filter(|e| e.1 == grade).map(|e| e.0).collect();
-            let count = all.iter().filter(|e| of.contains(e)).count();
-            println!("{grade} {}, of which with an error {wrong} {count}", all.len());
+        for (name, errors) in [("", &self.errors), ("bicycle: ", &self.bicycle_errors)] {
+            for (grade, wrong, of) in GRADES {
+                let all: Vec<f64> = errors.iter().filter(|e| e.1 == grade).map(|e| e.0).collect();
+                let count = all.iter().filter(|e| of.contains(e)).count();
+                println!("{name}{grade} {}, of which with an error {wrong} {count}", all.len());
+            }
         }
         let orders: Vec<String> = (1..10)
             .filter(|n| self.orders[*n] > 0)
