@@ -1,7 +1,7 @@
 //! Brings drives onto the grid, segment by segment, and reports what was left out.
 
 use crate::drive::Drive;
-use crate::error::{Error, counted};
+use crate::error::{Error, Place, counted};
 use crate::log::{DriveLog, Segment};
 use crate::options::LogOptions;
 use crate::resample::Grid;
@@ -22,6 +22,8 @@ impl DriveLog {
                     let (spans, splits) = segments::without_gaps(drive, spans, options);
                     segments::warn_splits(drive, &splits, &mut self.warnings);
                     kept.splits.extend(splits);
+                    let (spans, reversing) = segments::without_reversing(drive, spans);
+                    kept.add_reversing(drive, &reversing, &mut self.warnings)?;
                     plans.push((drive, Clock::of(drive), spans));
                 }
                 None => self.warnings.push(format!("{}: no window meets this drive", drive.name)),
@@ -133,9 +135,30 @@ struct Kept {
     engaged: Option<usize>,
     /// Sum and number of one drive's speeds.
     speed: (f64, usize),
+    /// Time in which the vehicle reverses, s, and the channel that reports it.
+    reversing: Option<(f64, Box<Place>)>,
 }
 
 impl Kept {
+    fn add_reversing(
+        &mut self,
+        drive: &Drive,
+        runs: &[Span],
+        warnings: &mut Vec<String>,
+    ) -> Result<(), Error> {
+        let (Some(first), Some(speed)) = (runs.first(), drive.channel(Role::Speed)) else {
+            return Ok(());
+        };
+        for run in runs {
+            segments::check_reversing(speed, *run)?;
+        }
+        let seconds: f64 = runs.iter().map(|(from, to)| to - from).sum();
+        warnings.push(segments::reversing_in_words(&drive.name, seconds, first.0));
+        let (all_s, _) = self.reversing.get_or_insert_with(|| (0.0, speed.place_at(first.0)));
+        *all_s += seconds;
+        Ok(())
+    }
+
     /// Reports the parts of a drive that are too short.
     fn warn_short(&mut self, drive: &Drive, step: f64, warnings: &mut Vec<String>) {
         let short = std::mem::take(&mut self.short);
@@ -196,6 +219,10 @@ impl Kept {
         }
         if used >= LEAST_SAMPLES {
             return Ok(());
+        }
+        if let Some((reversing_s, at)) = self.reversing {
+            let forward_s = self.samples as f64 * step;
+            return Err(Error::Reversing { at, reversing_s, forward_s });
         }
         // Gaps that cause it are named.
         let (got, need, sample_time_s) = (self.samples, LEAST_SAMPLES, step);

@@ -161,6 +161,10 @@ pub enum Error {
         "{at}: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is stated"
     )]
     NotARoadWheel { at: Box<Place>, largest_deg: f64 },
+    #[error(
+        "{at}: the vehicle reverses for {reversing_s:.1} s and drives forward for {forward_s:.1} s only"
+    )]
+    Reversing { at: Box<Place>, reversing_s: f64, forward_s: f64 },
     #[error("{file}: column `{column}`: a speed of {mean_mps:.2} m/s on average is a standstill")]
     Standstill { file: String, column: String, mean_mps: f64 },
     #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
@@ -310,6 +314,9 @@ impl Error {
             }
             Self::NotARoadWheel { .. } => {
                 "state the steering ratio (about 15 for a car's steering wheel), or the right unit"
+            }
+            Self::Reversing { .. } => {
+                "models are of forward driving: use a log of it; where the vehicle did drive forward, the speed has the other sign: put a - before its column"
             }
             Self::Standstill { .. } => {
                 "map the channel of the speed, state its unit, or use the part that is driven; without any speed column the dynamics can be identified, but no position"

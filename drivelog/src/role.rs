@@ -293,8 +293,8 @@ impl Role {
             (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
             (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
             (Self::Roll | Self::Sideslip, Quantity::Angle) => Some((-1.6, 1.6, "rad")),
-            // Half a metre a second backwards is sensor noise at standstill.
-            (Self::Speed, _) => Some((-0.5, 150.0, "m/s")),
+            // What is backwards is left out of the drive.
+            (Self::Speed, _) => Some((-150.0, 150.0, "m/s")),
             _ => None,
         }
     }

@@ -118,6 +118,66 @@ pub(crate) fn without_gaps(
     (spans, splits)
 }
 
+/// Half a metre a second backwards is sensor noise at standstill.
+const REVERSING_MPS: f64 = -0.5;
+
+/// The times within a span in which the vehicle reverses: between the last row before and the first row after that do
+/// not. Its dynamics are others there.
+pub(crate) fn reversing(speed: &Series, (from, to): Span) -> Vec<Span> {
+    let mut runs: Vec<Span> = Vec::new();
+    let (time, value) = (&speed.time, &speed.value);
+    for i in (0..value.len()).filter(|&i| value[i] < REVERSING_MPS) {
+        let start = if i > 0 { time[i - 1] } else { f64::NEG_INFINITY };
+        let end = time.get(i + 1).copied().unwrap_or(f64::INFINITY);
+        match runs.last_mut() {
+            Some(run) if start < run.1 => run.1 = end,
+            _ => runs.push((start, end)),
+        }
+    }
+    runs.iter().map(|run| (run.0.max(from), run.1.min(to))).filter(|run| run.0 < run.1).collect()
+}
+
+/// Cuts the times in which the vehicle reverses out of the spans, and returns them.
+pub(crate) fn without_reversing(drive: &Drive, spans: Vec<Span>) -> (Vec<Span>, Vec<Span>) {
+    let Some(speed) = drive.channel(Role::Speed) else { return (spans, Vec::new()) };
+    let (mut kept, mut cut) = (Vec::new(), Vec::new());
+    for (mut from, to) in spans {
+        for run in reversing(speed, (from, to)) {
+            if from < run.0 {
+                kept.push((from, run.0));
+            }
+            from = run.1;
+            cut.push(run);
+        }
+        if from < to {
+            kept.push((from, to));
+        }
+    }
+    (kept, cut)
+}
+
+/// Rejects a speed that jumps to reverse and back, as no vehicle does.
+pub(crate) fn check_reversing(speed: &Series, (from, to): Span) -> Result<(), Error> {
+    const SHORTEST_S: f64 = 0.3;
+    const LARGEST_STEP_MPS: f64 = 3.0;
+    if to - from > SHORTEST_S {
+        return Ok(());
+    }
+    let rows = (0..speed.value.len()).filter(|&i| from < speed.time[i] && speed.time[i] < to);
+    let least = rows.min_by(|&a, &b| speed.value[a].total_cmp(&speed.value[b]));
+    match least.filter(|&i| speed.value[i] < -LARGEST_STEP_MPS) {
+        Some(row) => Err(speed.impossible(row, speed.value[row], (REVERSING_MPS, "m/s"))),
+        None => Ok(()),
+    }
+}
+
+/// What was left out since the vehicle reversed there.
+pub(crate) fn reversing_in_words(name: &str, seconds: f64, first_s: f64) -> String {
+    format!(
+        "{name}: the vehicle reverses for {seconds:.1} s, first at {first_s:.2} s: left out, since its dynamics are others there"
+    )
+}
+
 pub(crate) fn warn_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<String>) {
     const LISTED: usize = 5;
     for split in splits.iter().take(LISTED) {

@@ -73,7 +73,7 @@ impl Series {
 
     /// Rejects a mean speed that is that of a standstill.
     pub(super) fn check_moves(&self, mean_mps: f64) -> Result<(), Error> {
-        if mean_mps < MOVING_MPS {
+        if mean_mps.abs() < MOVING_MPS {
             let (file, column) = (self.file.clone(), self.column.clone());
             return Err(Error::Standstill { file, column, mean_mps });
         }
@@ -111,19 +111,33 @@ impl Series {
                 .find(|&i| outside(factor * self.value[i]) && !self.time[i].is_nan())
             {
                 let value = factor * self.value[i];
-                return Err(Error::Impossible {
-                    at: Place::new(&self.file, self.line[i], &self.column),
-                    role: role.name(),
+                return Err(self.impossible(
+                    i,
                     value,
-                    si,
-                    unit: unit.name,
-                    limit: if value < least { least } else { most },
-                    alternatives: role.alternatives(self.value[i], unit.name),
-                });
+                    (if value < least { least } else { most }, si),
+                ));
             }
         }
         self.value.iter_mut().for_each(|x| *x *= factor);
         Ok(())
+    }
+
+    /// The error of a row whose value, SI, is beyond a limit.
+    pub(crate) fn impossible(
+        &self,
+        row: usize,
+        value: f64,
+        (limit, si): (f64, &'static str),
+    ) -> Error {
+        Error::Impossible {
+            at: Place::new(&self.file, self.line[row], &self.column),
+            role: self.role.name(),
+            value,
+            si,
+            unit: self.unit.name,
+            limit,
+            alternatives: self.role.alternatives(value / self.unit.to_si, self.unit.name),
+        }
     }
 
     /// The channel on a grid: the steering as it drives a model whose input is held.
@@ -263,6 +277,12 @@ impl Series {
                 self.line_after(worst),
             ));
         }
+    }
+
+    /// The row at an instant, or the one after it.
+    pub(crate) fn place_at(&self, instant: f64) -> Box<Place> {
+        let row = self.time.partition_point(|t| *t < instant).min(self.line.len() - 1);
+        Place::new(&self.file, self.line[row], &self.column)
     }
 
     pub(crate) fn summary(&self) -> ChannelSummary {

@@ -137,6 +137,9 @@ fn in_chunks<E: From<Error>>(
             break;
         }
     }
+    if let Some(spans) = &spans {
+        spans.check_forward(&reading.drive)?;
+    }
     reading.check_at_the_end()?;
     let repeated = reading.channels.iter().filter_map(|c| c.repeated);
     warnings.extend(repeated.map(|r| r.warning(&reading.drive.channels[0].file)));

@@ -7,7 +7,7 @@ use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
 use crate::role::Role;
 use crate::segments::{self, Clock, LEAST_SEGMENT, Span};
-use crate::series::Series;
+use crate::series::{LEAST_SAMPLES, Series};
 use std::rc::Rc;
 
 /// Most samples between rows that are read together; more, and a clock or an option is wrong.
@@ -29,13 +29,27 @@ pub(super) struct Spans {
     gate: Option<Gate>,
     gaps: usize,
     short: usize,
+    /// First and last instant of reversing, and the time of it in all, s.
+    reversing: Option<(f64, f64, f64)>,
+    /// Samples sent out.
+    sent: usize,
 }
 
 impl Spans {
     pub(super) fn new(clock: Clock, step: f64, speeds: Option<(f64, f64)>) -> Self {
         let per_step = clock.per_step(step) as usize;
         let gate = speeds.map(|window| Gate::new(window, step));
-        Self { clock, step, per_step, open: None, gate, gaps: 0, short: 0 }
+        Self {
+            clock,
+            step,
+            per_step,
+            open: None,
+            gate,
+            gaps: 0,
+            short: 0,
+            reversing: None,
+            sent: 0,
+        }
     }
 
     /// Sends out what the rows at hand allow, and drops the rows that are done with.
@@ -59,6 +73,13 @@ impl Spans {
         let limit = channels.iter().map(gap).fold(0.0, f64::max);
         let ends = frozen_to.filter(|frozen_to| frozen_to - to > limit);
         self.gaps += splits.len();
+        let (spans, reversing) = segments::without_reversing(drive, spans);
+        for run in reversing {
+            let (_, last, seconds) = self.reversing.get_or_insert((run.0, run.0, 0.0));
+            // Rows that are kept for filters are seen again.
+            *seconds += (run.1 - run.0.max(*last)).max(0.0);
+            *last = last.max(run.1);
+        }
         let continues = |open: &Open, span: &Span| {
             let next =
                 if open.done > 0 { self.step * open.done as f64 + open.start } else { open.from };
@@ -73,7 +94,7 @@ impl Spans {
                 let start = self.clock.grid(drive, *span, self.step).start;
                 self.open = Some(Open { from: start - self.margin(), start, done: 0 });
             }
-            let closed = is_last || ends.is_some() || k + 1 < spans.len();
+            let closed = is_last || ends.is_some() || k + 1 < spans.len() || span.1 < to;
             self.send(drive, span.1, closed, sink)?;
             if closed {
                 self.close(sink)?;
@@ -126,6 +147,7 @@ impl Spans {
         if grid.count == 0 {
             return Ok(());
         }
+        self.sent += grid.count;
         let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
         let steering = on_grid(Role::Steering).unwrap_or_default();
         let yaw_rate = on_grid(Role::YawRate).unwrap_or_default();
@@ -157,10 +179,24 @@ impl Spans {
         }
     }
 
+    /// Rejects a drive of which reversing leaves next to nothing.
+    pub(super) fn check_forward(&self, drive: &Drive) -> Result<(), Error> {
+        match (self.reversing, drive.channel(Role::Speed)) {
+            (Some((_, last, reversing_s)), Some(speed)) if self.sent < LEAST_SAMPLES => {
+                let forward_s = self.sent as f64 * self.step;
+                Err(Error::Reversing { at: speed.place_at(last), reversing_s, forward_s })
+            }
+            _ => Ok(()),
+        }
+    }
+
     pub(super) fn warnings(&self, name: &str) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.gaps > 0 {
             warnings.push(format!("{name}: split at {}", counted(self.gaps, "gap")));
+        }
+        if let Some((first_s, _, seconds)) = self.reversing {
+            warnings.push(segments::reversing_in_words(name, seconds, first_s));
         }
         if self.short > 0 {
             warnings.push(format!(

@@ -151,6 +151,29 @@ fn channels_of_other_rates_and_missing_cells() {
 }
 
 #[test]
+fn reversing_splits_it_where_it_splits_the_whole() {
+    let csv = drive(|k, mut v| {
+        if (1395..1470).contains(&k) || (3000..3900).contains(&k) {
+            v[3] = -2.0;
+        }
+        Some(text(v))
+    });
+    assert_same(&csv, &LogOptions::default(), 3);
+    let (log, _) = whole(&csv, &LogOptions::default());
+    assert!(log.speed.unwrap().iter().all(|v| *v > 0.0));
+    let reported = |w: &String| w.contains("the vehicle reverses for 9.8 s, first at 13.94 s");
+    assert!(log.warnings.iter().any(reported), "{:?}", log.warnings);
+    let backwards = drive(|_, mut v| {
+        v[3] = -v[3];
+        Some(text(v))
+    });
+    let files = [("drive.csv".into(), backwards.into_bytes())];
+    let error = read_log(&files, &LogOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("the vehicle reverses for 60.0 s"), "{error}");
+    assert!(error.hint().contains("forward"), "{}", error.hint());
+}
+
+#[test]
 fn a_speed_window_keeps_the_same_parts() {
     let csv = drive(|_, v| Some(text(v)));
     let options = LogOptions { speed_window: Some((14.0, 17.0)), ..LogOptions::default() };
