@@ -10,14 +10,18 @@
 //! The sixth parameter is [`MaybeUninit`]: it is read only if the format makes the caller pass a string
 //! first. On other targets (Apple's ARM64 passes variadic arguments on the stack, 32-bit ABIs were not
 //! examined), and with other conversions than one `%s`, the bare format is kept.
+//!
+//! The environment is only a key into a table of the living instances and is never followed, since some
+//! FMUs pass another pointer in its place, such as their own component. Such a line belongs to the
+//! instance of the name that it carries; where there is none, or several, it is dropped.
 
 #![allow(unsafe_code)]
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, RwLock};
 
 use crate::c_types::{CallbackFunctions, RawStatus, Status};
 
@@ -87,6 +91,29 @@ impl LogBuffer {
     }
 }
 
+/// A living instance, as the logger finds it.
+struct Living {
+    name: String,
+    log: Arc<LogBuffer>,
+}
+
+/// The living instances of this process. The key, the address of the instance's own [`LogBuffer`], is
+/// unlike every pointer to other memory that an FMU may pass.
+static LIVING: LazyLock<RwLock<HashMap<usize, Living>>> = LazyLock::new(RwLock::default);
+
+/// The log of the instance that a line belongs to.
+fn log_of(environment: usize, instance: &str) -> Option<Arc<LogBuffer>> {
+    let living = LIVING.read().unwrap_or_else(PoisonError::into_inner);
+    if let Some(own) = living.get(&environment) {
+        return Some(Arc::clone(&own.log));
+    }
+    let mut of_name = living.values().filter(|other| other.name == instance);
+    match (of_name.next(), of_name.next()) {
+        (Some(only), None) => Some(Arc::clone(&only.log)),
+        _ => None,
+    }
+}
+
 /// The callbacks of one instance: they stay at their address for as long as it lives, since an FMU
 /// may keep the pointer it was given.
 pub(crate) struct Callbacks {
@@ -94,16 +121,18 @@ pub(crate) struct Callbacks {
     log: Arc<LogBuffer>,
 }
 
-// SAFETY: nothing in it changes after construction; the environment points to the `LogBuffer`
-// next to it, which is `Sync` and lives as long.
+// SAFETY: nothing in it changes after construction; the environment is a key and never followed.
 unsafe impl Send for Callbacks {}
 // SAFETY: as above.
 unsafe impl Sync for Callbacks {}
 
 impl Callbacks {
-    pub(crate) fn new() -> Arc<Self> {
+    /// The callbacks of the instance of that name, living from now on.
+    pub(crate) fn new(name: &str) -> Arc<Self> {
         let log = Arc::new(LogBuffer::default());
         let environment = Arc::as_ptr(&log).cast_mut().cast::<c_void>();
+        let living = Living { name: name.to_owned(), log: Arc::clone(&log) };
+        LIVING.write().unwrap_or_else(PoisonError::into_inner).insert(environment.addr(), living);
         Arc::new(Self {
             functions: CallbackFunctions {
                 logger: Some(logger),
@@ -127,6 +156,13 @@ impl Callbacks {
     }
 }
 
+impl Drop for Callbacks {
+    fn drop(&mut self) {
+        let key = self.functions.component_environment.addr();
+        LIVING.write().unwrap_or_else(PoisonError::into_inner).remove(&key);
+    }
+}
+
 unsafe extern "C" {
     // The C library that Rust's own standard library is linked to: FMUs that allocate by callback
     // expect zeroed memory of malloc's alignment, to be freed without its size.
@@ -143,24 +179,19 @@ const FIRST_VARIADIC_ARRIVES: bool = cfg!(any(
 /// `fmi2CallbackLogger`. Never unwinds: nothing in it panics.
 ///
 /// # Safety
-/// To be called by FMUs only, with the component environment of a living [`Callbacks`], C strings
-/// or NULL, and the variadic arguments that the format requires.
+/// To be called by FMUs only, with C strings or NULL, and the variadic arguments that the format
+/// requires. The environment may be any pointer.
 unsafe extern "C" fn logger(
     environment: *mut c_void,
-    _instance: *const c_char,
+    instance: *const c_char,
     status: RawStatus,
     category: *const c_char,
     message: *const c_char,
     first_variadic: MaybeUninit<*const c_char>,
 ) {
-    if environment.is_null() {
-        return;
-    }
-    // SAFETY: the environment is the `LogBuffer` that `Callbacks::new` put there; the instance
-    // keeps it alive, and it is only ever shared.
-    let log = unsafe { &*environment.cast::<LogBuffer>() };
     // SAFETY: C strings or NULL, by the contract of the logger.
-    let (category, format) = unsafe { (text(category), text(message)) };
+    let (instance, category, format) = unsafe { (text(instance), text(category), text(message)) };
+    let Some(log) = log_of(environment.addr(), &instance) else { return };
     let message = match lone_string_conversion(&format) {
         Some((before, after)) if FIRST_VARIADIC_ARRIVES => {
             // SAFETY: the format's first and only conversion is `%s`, so by the contract of
@@ -236,6 +267,17 @@ mod tests {
 
     /// Calls the logger as C does, through its variadic type.
     fn call(callbacks: &Arc<Callbacks>, format: &CStr, argument: Option<&CStr>) {
+        let environment = callbacks.functions.component_environment;
+        call_with(callbacks, environment, c"plant", format, argument);
+    }
+
+    fn call_with(
+        callbacks: &Arc<Callbacks>,
+        environment: *mut c_void,
+        name: &CStr,
+        format: &CStr,
+        argument: Option<&CStr>,
+    ) {
         type Variadic = unsafe extern "C" fn(
             *mut c_void,
             *const c_char,
@@ -247,8 +289,7 @@ mod tests {
         // SAFETY: both are function pointers; the call is the one the module page reasons about.
         unsafe {
             let logger: Variadic = std::mem::transmute(callbacks.functions.logger.unwrap());
-            let environment = callbacks.functions.component_environment;
-            let (name, category) = (c"plant".as_ptr(), c"logAll".as_ptr());
+            let (name, category) = (name.as_ptr(), c"logAll".as_ptr());
             match argument {
                 Some(a) => logger(environment, name, 1, category, format.as_ptr(), a.as_ptr()),
                 None => logger(environment, name, 1, category, format.as_ptr()),
@@ -258,7 +299,7 @@ mod tests {
 
     #[test]
     fn a_string_argument_is_expanded_and_other_formats_stay_bare() {
-        let callbacks = Callbacks::new();
+        let callbacks = Callbacks::new("plant");
         call(&callbacks, c"%s", Some(c"100 % of %d\n"));
         call(&callbacks, c"at 5 %% of [%s].", Some(c"speed"));
         call(&callbacks, c"no argument, 5 %%", None);
@@ -273,8 +314,28 @@ mod tests {
     }
 
     #[test]
+    fn a_foreign_environment_is_not_followed() {
+        let callbacks = Callbacks::new("foreign plant");
+        let twins = [Callbacks::new("foreign twin"), Callbacks::new("foreign twin")];
+        let other = Box::new([0u8; 64]);
+        let component = (&raw const *other).cast_mut().cast::<c_void>();
+        let number = std::ptr::without_provenance_mut;
+        for environment in [std::ptr::null_mut(), number(1), component, number(usize::MAX)] {
+            call_with(&callbacks, environment, c"foreign plant", c"found", None);
+            // Whose line this is cannot be seen.
+            call_with(&callbacks, environment, c"foreign twin", c"lost", None);
+            call_with(&callbacks, environment, c"foreign to all", c"lost", None);
+        }
+        assert_eq!(callbacks.log().drain().len(), 4);
+        assert!(twins.iter().all(|twin| twin.log().drain().is_empty()));
+        let own = twins[0].functions.component_environment;
+        call_with(&callbacks, own, c"any name", c"mine", None);
+        assert_eq!(twins[0].log().drain().len(), 1);
+    }
+
+    #[test]
     fn the_log_is_bounded_and_keeps_the_latest() {
-        let callbacks = Callbacks::new();
+        let callbacks = Callbacks::new("plant");
         for i in 0..MAX_LOG_LINES + 5 {
             let line = std::ffi::CString::new(format!("line {i}")).unwrap();
             call(&callbacks, c"%s", Some(&line));

@@ -120,7 +120,7 @@ impl Instance {
         }
         let (c_name, c_guid) = (c_string(name, name)?, c_string(name, guid)?);
         let resources = c_string(name, &archive.resources_uri())?;
-        let callbacks = Callbacks::new();
+        let callbacks = Callbacks::new(name);
         // SAFETY: the texts are C strings that outlive the call. The callbacks stay at their
         // address until the instance is freed.
         let component = unsafe {

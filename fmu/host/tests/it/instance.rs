@@ -149,6 +149,23 @@ fn warnings_are_no_errors_and_undefined_answers_are() {
 }
 
 #[test]
+fn lines_with_a_foreign_environment_are_those_of_the_instance_of_their_name() {
+    let Some(archive) = open(Behaviour::Integrator, &xml(("u", ""), ("y", ""))) else { return };
+    let mut other = Instance::new(&archive, "another plant").unwrap();
+    let mut fmu = Instance::new(&archive, "the only plant of that name").unwrap();
+    fmu.setup_experiment(0.0, None, None).unwrap();
+    fmu.enter_initialization_mode().unwrap();
+    fmu.exit_initialization_mode().unwrap();
+    fmu.set("misbehaviour", 15).unwrap();
+    fmu.set("u", 1.0).unwrap();
+    fmu.do_step(0.0, 0.5).unwrap();
+    assert_eq!(fmu.real("y").unwrap(), 0.5);
+    let lines: Vec<String> = fmu.take_log().into_iter().map(|line| line.message).collect();
+    assert_eq!(lines, ["a number", "the component"]);
+    assert!(other.take_log().is_empty());
+}
+
+#[test]
 fn the_log_of_a_chatterbox_is_bounded() {
     let Some((mut fmu, result)) = misbehave(8) else { return };
     result.unwrap();

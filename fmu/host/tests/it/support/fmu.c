@@ -275,6 +275,11 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
         /* Hangs, if not for ever. */
         case 10: for (time_t end = time(NULL) + 5; s->steps == 0 && time(NULL) < end;) {} break;
         case 11: hang(); break;
+        /* Other pointers than the environment that was passed. */
+        case 15:
+            c->callbacks.logger((void *)1, c->name, WARNING, "logStatusError", "%s", "a number");
+            c->callbacks.logger(c, c->name, WARNING, "logStatusError", "%s", "the component");
+            break;
         case 8: for (int i = 0; i < 3000; i++) say(c, OK, "chatter"); break;
     }
     s->x += h * s->gain * s->u * s->enabled;
