@@ -62,6 +62,7 @@
 //! ```
 
 mod description;
+mod encoding;
 mod error;
 mod from_table;
 mod guid;
@@ -77,12 +78,13 @@ pub use description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, ModelExchange, Unknown,
     Variable, VendorAnnotation,
 };
+pub use encoding::{declared_encoding, decoded};
 pub use error::Error;
 pub use from_table::ExposedState;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
 pub use rules::{Finding, List, Place};
-pub use table::{DependsOn, Table, VariableSpec, is_c_identifier};
+pub use table::{DependsOn, Table, VariableSpec, is_c_identifier, is_file_name};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
 pub use vocabulary::{
     Causality, DependencyKind, Initial, Kind, NamingConvention, Value, Variability,

@@ -1,7 +1,7 @@
 //! The standard's rules that a schema cannot express (sections 2.2.1 to 2.2.8).
 
 use crate::description::{ModelDescription, Variable};
-use crate::table::is_c_identifier;
+use crate::table::{is_c_identifier, is_file_name};
 use crate::{Causality, Initial, Kind, Unit, Variability, allows_start, is_legal, needs_start};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -80,9 +80,12 @@ impl Check<'_> {
             self.report("interface", Place::Root, "neither CoSimulation nor ModelExchange".into());
         }
         if let Some(c) = &description.co_simulation {
-            if !is_c_identifier(&c.model_identifier) {
-                let message =
-                    format!("modelIdentifier \"{}\" is not a C identifier", c.model_identifier);
+            let identifier = &c.model_identifier;
+            if !is_file_name(identifier) {
+                let message = format!("modelIdentifier \"{identifier}\" is not the name of a file");
+                self.report("model-identifier-path", Place::CoSimulation, message);
+            } else if !is_c_identifier(identifier) {
+                let message = format!("modelIdentifier \"{identifier}\" is not a C identifier");
                 self.report("model-identifier", Place::CoSimulation, message);
             }
             if c.can_serialize_fmu_state && !c.can_get_and_set_fmu_state {

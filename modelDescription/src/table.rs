@@ -295,6 +295,12 @@ const fn all_known(variables: &[VariableSpec], names: &[&str], initialization: b
     true
 }
 
+/// Whether the text can be the name of a file in a folder: a plain name, without a way to another folder.
+#[must_use]
+pub fn is_file_name(text: &str) -> bool {
+    !matches!(text.trim(), "" | "." | "..") && !text.contains(['/', '\\', ':', '\0'])
+}
+
 /// Whether the text is a letter or underscore followed by letters, digits and underscores.
 #[must_use]
 pub const fn is_c_identifier(text: &str) -> bool {

@@ -21,6 +21,10 @@ pub(crate) const FALSE: Boolean = 0;
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub(crate) const CO_SIMULATION: c_int = 1;
 
+/// `fmi2LastSuccessfulTime` and `fmi2Terminated` of `fmi2StatusKind`.
+pub(crate) const LAST_SUCCESSFUL_TIME: c_int = 2;
+pub(crate) const TERMINATED: c_int = 3;
+
 /// `fmi2CallbackLogger`, declared here with fixed parameters; see [`crate::log`] for why.
 pub(crate) type Logger = unsafe extern "C" fn(
     environment: *mut c_void,

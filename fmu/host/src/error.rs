@@ -38,12 +38,14 @@ pub enum Error {
     DuplicateVariable { archive: String, name: String },
     #[error("{archive}: the FMU has no co-simulation interface")]
     NotCoSimulation { archive: String },
-    #[error("{archive}: modelIdentifier {got:?} is not a C identifier")]
+    #[error("{archive}: modelIdentifier {got:?} is not the name of a file")]
     BadModelIdentifier { archive: String, got: String },
 
     // --- binaries
     #[error("{archive}: no binary for this platform, looked for {}; the archive has {}", looked_for.join(", "), list_or(present, "no binaries at all"))]
     NoBinary { archive: String, looked_for: Vec<String>, present: Vec<String> },
+    #[error("{archive}: {expected} is missing; the archive has {}, which modelIdentifier does not name", present.join(", "))]
+    OtherBinary { archive: String, expected: String, present: Vec<String> },
     #[error("{}: cannot be loaded: {reason}", path.display())]
     Load { path: PathBuf, reason: String },
     #[error("{}: {} missing: {}", path.display(), if missing.len() == 1 { "a function is" } else { "functions are" }, missing.join(", "))]
@@ -60,6 +62,8 @@ pub enum Error {
     OnlyOnce { instance: String, model: String },
     #[error("{instance}: {call} returned {status}{}", lines(log))]
     Call { instance: String, call: &'static str, status: Status, log: Vec<LogLine> },
+    #[error("{instance}: the FMU ended the simulation at t = {time} s (fmi2Terminated)")]
+    Terminated { instance: String, time: f64, log: Vec<LogLine> },
     #[error("{instance}: {call} returned {status} at t = {time} s, step {step} s{}", lines(log))]
     Step {
         instance: String,
@@ -216,7 +220,14 @@ impl Error {
                 "the FMU breaks the FMI 2.0 standard: report it to the vendor"
             }
             Self::NotCoSimulation { .. } => "export the model as FMI 2.0 for Co-Simulation",
+            Self::OtherBinary { .. } => {
+                "the FMU breaks the FMI 2.0 standard (2.3): rename the binary or modelIdentifier"
+            }
             Self::NoBinary { .. } => "export the FMU for this platform, or run it on one it has",
+            Self::Load { reason, .. } if reason.contains(crate::library::LIBPYTHON) => {
+                "install the version of Python that the FMU was made for and load its library \
+                 first, as in LD_PRELOAD=libpython3.11.so.1.0 steerwright simulate ..."
+            }
             Self::Load { .. } => {
                 "a library it needs may be missing, the binary may be of another platform, or the \
                  temporary folder may forbid execution (set TMPDIR)"
@@ -229,6 +240,7 @@ impl Error {
             Self::Call { .. } | Self::Step { .. } => {
                 "see the log lines; without any, instantiate with logging on"
             }
+            Self::Terminated { .. } => "stop the run before, or change the model's parameters",
             Self::Fatal { .. } => "start again in a new process",
             Self::Phase { .. } => "see table 4.2.4 of the FMI 2.0 standard for the order of calls",
             Self::Unsupported { .. } => "do without it, or use an FMU that has this capability",

@@ -13,6 +13,7 @@
 mod archive;
 mod c_types;
 mod error;
+mod experiment;
 mod instance;
 mod library;
 mod log;
@@ -27,6 +28,7 @@ mod units;
 pub use archive::{Archive, Limits, binary_name, platform_folders};
 pub use c_types::Status;
 pub use error::Error;
+pub use experiment::recommended_experiment;
 pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};

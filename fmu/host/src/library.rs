@@ -181,10 +181,49 @@ unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {
     .map(Into::into)
 }
 
+/// The library of Python's C interface, in messages.
+pub(crate) const LIBPYTHON: &str = "libpython";
+
 /// libloading keeps the system's message in the error's source.
 fn reason(error: &libloading::Error) -> String {
-    match std::error::Error::source(error) {
+    let text = match std::error::Error::source(error) {
         Some(source) => format!("{error}: {source}"),
         None => error.to_string(),
+    };
+    match undefined_of_python(&text) {
+        Some(symbol) => {
+            format!("{text}; {symbol} is of {LIBPYTHON}, which the binary does not load itself")
+        }
+        None => text,
+    }
+}
+
+/// The symbol of Python's C interface that a message of the loader names as undefined.
+fn undefined_of_python(message: &str) -> Option<&str> {
+    let (_, after) = message.split_once("symbol")?;
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    after.split(|c| !is_part(c)).find(|word| {
+        // On macOS C names begin with another underscore.
+        let name = word.trim_start_matches('_').strip_prefix("Py");
+        name.and_then(|rest| rest.chars().next()).is_some_and(|c| c == '_' || c.is_uppercase())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symbols_of_python_are_recognized() {
+        for (message, symbol) in [
+            ("/tmp/Pyramid.so: undefined symbol: PyExc_ValueError", Some("PyExc_ValueError")),
+            ("a.so: undefined symbol: _Py_NoneStruct", Some("_Py_NoneStruct")),
+            ("symbol not found in flat namespace '_Py_Initialize'", Some("_Py_Initialize")),
+            ("Pyramid.so: undefined symbol: pyramid", None),
+            ("undefined symbol: Pyramid_of", None),
+            ("PyA.so: no such file", None),
+        ] {
+            assert_eq!(undefined_of_python(message), symbol, "{message}");
+        }
     }
 }

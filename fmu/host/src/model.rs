@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use model_description::{CoSimulation, ModelDescription, Variable, is_c_identifier};
+use model_description::{CoSimulation, ModelDescription, Variable, is_file_name};
 
 use crate::Error;
 use crate::names::near;
@@ -24,9 +24,9 @@ impl Model {
         let Some(co_simulation) = description.co_simulation.clone() else {
             return Err(Error::NotCoSimulation { archive: archive() });
         };
-        // A C identifier has no separators, so the path of the binary stays in its folder.
+        // A name without separators: the path of the binary stays in its folder.
         let identifier = &co_simulation.model_identifier;
-        if !is_c_identifier(identifier) {
+        if !is_file_name(identifier) {
             let got = identifier.clone();
             return Err(Error::BadModelIdentifier { archive: archive(), got });
         }

@@ -109,6 +109,10 @@ fn extract_into<R: Read + Seek>(
         };
         let relative = check(&entry, &entry_name, name, limits, total)?;
         total += entry.size();
+        // The entry `./` is the folder itself.
+        if relative.as_os_str().is_empty() {
+            continue;
+        }
         if !seen.insert(relative.clone()) {
             return Err(Error::DuplicateEntry { archive: archive(), entry: Some(entry_name) });
         }
@@ -162,7 +166,8 @@ fn check<R: Read>(
 
 /// The path of an entry name inside the folder, or why there is none.
 ///
-/// Stricter than needed on purpose: a name like `a/../b` is harmless, but no tool writes it.
+/// Stricter than needed on purpose: a name like `a/../b` is harmless, but no tool writes it. A part `.`
+/// is left out, since zip programs write it.
 pub(crate) fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
     if name.contains('\0') {
         return Err("its name contains a NUL");
@@ -188,9 +193,13 @@ pub(crate) fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
     for part in trimmed.split('/') {
         match part {
             "" => return Err("its path has an empty part"),
-            "." | ".." => return Err("its path leaves the archive's folder (\".\" or \"..\")"),
+            ".." => return Err("its path leaves the archive's folder (\"..\")"),
+            "." => {}
             _ => path.push(part),
         }
+    }
+    if path.as_os_str().is_empty() && trimmed.len() == name.len() {
+        return Err("its name is that of the folder");
     }
     Ok(path)
 }
@@ -245,7 +254,8 @@ mod tests {
         for name in [
             "../evil",
             "a/../../evil",
-            "a/./b",
+            "a/./../b",
+            ".",
             "/etc/passwd",
             "C:/x",
             "c:evil",
@@ -258,6 +268,8 @@ mod tests {
         ] {
             assert!(safe_path(name).is_err(), "{name:?} was accepted");
         }
+        assert_eq!(safe_path("./").unwrap(), PathBuf::new());
+        assert_eq!(safe_path("./a/./b").unwrap(), PathBuf::from("a/b"));
         assert_eq!(safe_path("binaries/linux64/").unwrap(), PathBuf::from("binaries/linux64"));
         assert_eq!(safe_path("resources/ä b..c").unwrap(), PathBuf::from("resources/ä b..c"));
     }

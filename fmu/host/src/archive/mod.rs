@@ -24,6 +24,7 @@ use crate::scratch::Scratch;
 /// An opened FMU.
 pub struct Archive {
     name: String,
+    remarks: Vec<String>,
     model: Arc<Model>,
     /// Before `files`: the library is unloaded before its file is deleted.
     library: Mutex<Option<Arc<Library>>>,
@@ -59,13 +60,25 @@ impl Archive {
             return Err(Error::NoModelDescription { archive: name.to_owned() });
         }
         let bytes = fs::read(&xml).map_err(|source| Error::Io { path: xml, source })?;
-        let text = String::from_utf8(bytes).map_err(|e| Error::NotUtf8 {
-            archive: name.to_owned(),
-            at: e.utf8_error().valid_up_to(),
-        })?;
+        let (text, encoding) = model_description::decoded(bytes)
+            .map_err(|at| Error::NotUtf8 { archive: name.to_owned(), at })?;
         let model = Model::read(&text, name)?;
+        let mut remarks = Vec::new();
+        if let Some(encoding) = encoding {
+            remarks.push(format!(
+                "{name}: modelDescription.xml is in {encoding}, FMI 2.0 requires UTF-8 (2.2)"
+            ));
+        }
+        let identifier = &model.co_simulation().model_identifier;
+        if !model_description::is_c_identifier(identifier) {
+            remarks.push(format!(
+                "{name}: modelIdentifier {identifier:?} is not a C identifier, as FMI 2.0 requires \
+                 (4.3.1)"
+            ));
+        }
         Ok(Self {
             name: name.to_owned(),
+            remarks,
             model: Arc::new(model),
             library: Mutex::new(None),
             files: Arc::new(Extracted { folder }),
@@ -76,6 +89,24 @@ impl Archive {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Breaches of the standard with which the archive was opened all the same.
+    #[must_use]
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// The name of a unit of this archive where no other is stated: that of the model or, where that is
+    /// blank or has dots (`Plants.Car`), which separate a unit from its variables, that of the file.
+    #[must_use]
+    pub fn unit_name(&self) -> String {
+        let model = &self.model.description().model_name;
+        if !model.trim().is_empty() && !model.contains('.') {
+            return model.clone();
+        }
+        let stem = Path::new(&self.name).file_stem().unwrap_or_default().to_string_lossy();
+        stem.replace('.', "_")
     }
 
     /// The content of modelDescription.xml.
@@ -110,13 +141,29 @@ impl Archive {
         let name = binary_name(&self.model.co_simulation().model_identifier);
         let relative = |folder: &&str| format!("binaries/{folder}/{name}");
         let places: Vec<String> = platform_folders().iter().map(relative).collect();
-        places.iter().map(|place| self.folder().join(place)).find(|path| path.is_file()).ok_or_else(
-            || Error::NoBinary {
-                archive: self.name.clone(),
-                looked_for: places.clone(),
-                present: self.platforms(),
-            },
-        )
+        if let Some(place) = places.iter().find(|place| self.folder().join(place).is_file()) {
+            return Ok(self.folder().join(place));
+        }
+        let archive = self.name.clone();
+        for (folder, expected) in platform_folders().iter().zip(&places) {
+            let present = self.libraries(folder);
+            if !present.is_empty() {
+                return Err(Error::OtherBinary { archive, expected: expected.clone(), present });
+            }
+        }
+        Err(Error::NoBinary { archive, looked_for: places, present: self.platforms() })
+    }
+
+    /// The shared libraries in a folder of `binaries/`, whatever their names, sorted.
+    fn libraries(&self, folder: &str) -> Vec<String> {
+        let path = self.folder().join("binaries").join(folder);
+        let Ok(entries) = fs::read_dir(path) else { return Vec::new() };
+        let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let libraries = names.filter(|name| name.ends_with(std::env::consts::DLL_SUFFIX));
+        let mut found: Vec<String> =
+            libraries.map(|name| format!("binaries/{folder}/{name}")).collect();
+        found.sort();
+        found
     }
 
     /// Loads the binary for the running platform, unless it is loaded, and checks that all

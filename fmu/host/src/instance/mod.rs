@@ -223,7 +223,8 @@ impl Instance {
 
     /// Steps from the communication point `time` to `time + step`, both in s.
     ///
-    /// Unless an [`FmuState`] exists, the call states that the FMU is never set back before `time`.
+    /// Unless an [`FmuState`] exists, the call states that the FMU is never set back before `time`. An FMU
+    /// that discards the step because it ends the simulation is [`Error::Terminated`].
     #[inline]
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Error> {
         const CALL: &str = "fmi2DoStep";
@@ -236,15 +237,50 @@ impl Instance {
         });
         match result {
             Err(Error::Call { status, log, .. }) => {
+                let instance = self.name.clone();
                 match status {
-                    Status::Discard => self.phase = Phase::StepFailed,
+                    Status::Discard => {
+                        self.phase = Phase::StepFailed;
+                        if let Some(time) = self.terminated_at(time, step) {
+                            return Err(Error::Terminated { instance, time, log });
+                        }
+                    }
                     Status::Pending => self.cancel_step(),
                     _ => {}
                 }
-                let instance = self.name.clone();
                 Err(Error::Step { instance, call: CALL, time, step, status, log })
             }
             other => other,
+        }
+    }
+
+    /// The time that was reached, where the FMU discarded the step from `time` because it ended the
+    /// simulation (FMI 2.0.5, 4.2.3). Both questions are optional for an FMU: a refusal changes nothing.
+    #[cold]
+    fn terminated_at(&mut self, time: f64, step: f64) -> Option<f64> {
+        let (component, functions) = (self.component.as_ptr(), &self.library.functions);
+        let (mut terminated, mut reached) = (c_types::FALSE, time);
+        // SAFETY: component and functions are valid, and the call is legal after a discarded step.
+        let status = unsafe {
+            (functions.get_boolean_status)(component, c_types::TERMINATED, &raw mut terminated)
+        };
+        match Status::from_raw(status) {
+            Status::Ok | Status::Warning if terminated != c_types::FALSE => {}
+            Status::Fatal => {
+                self.failed("fmi2GetBooleanStatus", Status::Fatal, 0);
+                return None;
+            }
+            _ => return None,
+        }
+        // SAFETY: as above.
+        let status = unsafe {
+            (functions.get_real_status)(component, c_types::LAST_SUCCESSFUL_TIME, &raw mut reached)
+        };
+        match Status::from_raw(status) {
+            Status::Ok | Status::Warning if reached.is_finite() => {
+                Some(reached.clamp(time, time + step))
+            }
+            _ => Some(time),
         }
     }
 

@@ -162,7 +162,7 @@ impl<'p> Cosimulation<'p> {
     }
 
     /// Reads the variables of communication points only, and composes the inputs for the record.
-    fn observe(&mut self, instances: &mut [Instance]) -> Result<(), Error> {
+    pub(super) fn observe(&mut self, instances: &mut [Instance]) -> Result<(), Error> {
         for (instance, member) in instances.iter_mut().zip(&self.plan.members) {
             self.read(instance, &member.others)?;
             compose(&member.inputs, &mut self.values);
@@ -170,7 +170,7 @@ impl<'p> Cosimulation<'p> {
         Ok(())
     }
 
-    fn read_all(&mut self, instances: &mut [Instance]) -> Result<(), Error> {
+    pub(super) fn read_all(&mut self, instances: &mut [Instance]) -> Result<(), Error> {
         for (instance, member) in instances.iter_mut().zip(&self.plan.members) {
             self.read(instance, &member.outputs)?;
         }

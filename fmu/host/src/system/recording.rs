@@ -5,7 +5,7 @@ use std::fmt::Write;
 /// Variables at each communication point, the first included. Booleans are 1 and 0.
 ///
 /// An input's value is that of its source at the time, held by the input from there on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
     /// The variables, `instance.variable`.
     pub names: Vec<String>,

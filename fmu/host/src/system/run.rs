@@ -35,6 +35,26 @@ impl System {
         stop: f64,
         step: f64,
     ) -> Result<Recording, Error> {
+        let mut recording = Recording::default();
+        self.run_into(&mut recording, coupling, start, stop, step)?;
+        Ok(recording)
+    }
+
+    /// As [`System::run`], into a recording that keeps its rows where the run fails or an FMU ends it.
+    /// Where the FMU of a system of one ends it between two communication points, the last row is that
+    /// of the time that the FMU reached.
+    ///
+    /// # Errors
+    /// [`Error`] of the system, its table, or an instance; [`Error::Terminated`] where an FMU ends the
+    /// simulation.
+    pub fn run_into(
+        &mut self,
+        recording: &mut Recording,
+        coupling: Coupling,
+        start: f64,
+        stop: f64,
+        step: f64,
+    ) -> Result<(), Error> {
         let steps = grid(start, stop, step)?;
         let mut grid = Grid { start, stop, step, steps };
         // The last point may lie an ulp past the stated stop time.
@@ -59,7 +79,7 @@ impl System {
         let settled = run.initialize(instances, &[], &mut signals)?;
         let of = |index: usize| &instances[index];
         let unit = |(index, name): &Key| Ok(of(*index).variable(name)?.unit.clone());
-        let mut recording = Recording {
+        *recording = Recording {
             names: recorded.iter().map(|(i, name)| format!("{}.{name}", of(*i).name())).collect(),
             units: recorded.iter().map(unit).collect::<Result<_, Error>>()?,
             times: Vec::new(),
@@ -74,13 +94,28 @@ impl System {
         };
         record(start, run.values());
         for k in 0..steps {
-            run.step(instances, k, &mut signals)?;
-            record(grid.time(k + 1), run.values());
+            match run.step(instances, k, &mut signals) {
+                Ok(()) => record(grid.time(k + 1), run.values()),
+                Err(error) => {
+                    if let Error::Terminated { time, .. } = &error {
+                        if instances.len() == 1 && *time > grid.time(k) + 1e-6 * step {
+                            run.read_all(instances)?;
+                            run.observe(instances)?;
+                            record(*time, run.values());
+                        }
+                        for instance in instances {
+                            // An FMU that has ended may refuse.
+                            let _ = instance.terminate();
+                        }
+                    }
+                    return Err(error);
+                }
+            }
         }
         for instance in instances {
             instance.terminate()?;
         }
-        Ok(recording)
+        Ok(())
     }
 
     /// What to record: the stated variables, or all outputs and free inputs that are no texts.

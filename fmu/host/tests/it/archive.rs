@@ -38,11 +38,27 @@ fn a_sound_archive_opens_and_leaves_nothing_behind() {
 
 #[test]
 fn entries_that_leave_the_folder_are_refused() {
-    for name in ["../evil", "resources/../../evil", "/etc/evil", "C:/evil", "a\\..\\evil", "a/./b"]
+    for name in ["../evil", "resources/../../evil", "/etc/evil", "C:/evil", "a\\..\\evil", "./../b"]
     {
         let error = refused(&with_entry(name));
         assert!(matches!(error, Error::UnsafeEntry { .. }), "{name}: {error}");
     }
+}
+
+#[test]
+fn the_folder_itself_and_a_dot_in_a_path_are_no_attack() {
+    let xml = plain_xml();
+    let folders = zip_of(&[("./", b""), ("resources/./", b""), ("resources/data", b"1")]);
+    assert!(matches!(refused(&folders), Error::NoModelDescription { .. }));
+    let bytes = zip_of(&[
+        ("./", b""),
+        ("./modelDescription.xml", xml.as_bytes()),
+        ("./resources/./data.txt", b"data"),
+    ]);
+    let archive = Archive::from_bytes(&bytes, "x.fmu").unwrap();
+    assert_eq!(std::fs::read(archive.folder().join("resources/data.txt")).unwrap(), b"data");
+    let twice = zip_of(&[("resources/a", b"1"), ("./resources/a", b"2")]);
+    assert!(matches!(refused(&twice), Error::DuplicateEntry { .. }));
 }
 
 #[test]
@@ -176,6 +192,78 @@ fn a_missing_platform_names_those_that_are_there() {
     assert_eq!(archive.platforms(), ["amiga", "beos"]);
     let error = archive.load().unwrap_err().to_string();
     assert!(error.contains("amiga, beos") && error.contains(&binary_path()), "{error}");
+}
+
+#[test]
+fn a_binary_of_another_name_is_named() {
+    let xml = plain_xml();
+    let other = binary_path().replace("Test", "Other");
+    let bytes = zip_of(&[("modelDescription.xml", xml.as_bytes()), (&other, b"x")]);
+    let error = Archive::from_bytes(&bytes, "x.fmu").unwrap().load().unwrap_err().to_string();
+    let missing = format!("{} is missing; the archive has {other}", binary_path());
+    assert!(error.contains(&missing), "{error}");
+}
+
+#[test]
+fn a_model_identifier_that_is_no_c_identifier_names_the_binary_all_the_same() {
+    let Some(binary) = library(Behaviour::Integrator) else { return };
+    let with = |identifier: &str| {
+        let named = format!("modelIdentifier=\"{identifier}\"");
+        plain_xml().replace("modelIdentifier=\"Test\"", &named)
+    };
+    let xml = with("1-Test (v2)");
+    let place = binary_path().replace("Test", "1-Test (v2)");
+    let bytes = zip_of(&[("modelDescription.xml", xml.as_bytes()), (&place, binary)]);
+    let archive = Archive::from_bytes(&bytes, "x.fmu").unwrap();
+    archive.load().unwrap();
+    let [remark] = archive.remarks() else { panic!("{:?}", archive.remarks()) };
+    assert!(remark.contains("x.fmu: modelIdentifier \"1-Test (v2)\" is not a C identifier"));
+    for identifier in ["", " ", "..", "a/b", "a\\b", "C:x"] {
+        let error = refused(&zip_of(&[("modelDescription.xml", with(identifier).as_bytes())]));
+        assert!(matches!(error, Error::BadModelIdentifier { .. }), "{identifier}: {error}");
+    }
+}
+
+#[test]
+fn a_description_in_latin_1_is_read_with_a_remark() {
+    let latin = plain_xml().replace("UTF-8", "ISO-8859-1");
+    let open = |xml: &str| {
+        let bytes: Vec<u8> = xml.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+        Archive::from_bytes(&zip_of(&[("modelDescription.xml", &bytes)]), "x.fmu")
+    };
+    let plain = open(&latin).unwrap();
+    assert!(plain.remarks().is_empty(), "{:?}", plain.remarks());
+    let archive = open(&latin.replace("name=\"gain\"", "name=\"Verstärkung\"")).unwrap();
+    assert!(archive.model().variable("Verstärkung").is_some());
+    let [remark] = archive.remarks() else { panic!("{:?}", archive.remarks()) };
+    assert!(remark.contains("x.fmu: modelDescription.xml is in ISO-8859-1"), "{remark}");
+    let undeclared = plain_xml().replace("name=\"gain\"", "name=\"Verstärkung\"");
+    assert!(matches!(open(&undeclared), Err(Error::NotUtf8 { .. })));
+}
+
+#[test]
+fn a_unit_has_the_name_of_its_model_or_its_file() {
+    let named = |model: &str, file: &str| {
+        let xml = plain_xml().replace("modelName=\"Test\"", &format!("modelName=\"{model}\""));
+        let bytes = zip_of(&[("modelDescription.xml", xml.as_bytes())]);
+        Archive::from_bytes(&bytes, file).unwrap().unit_name()
+    };
+    assert_eq!(named("Car", "x.fmu"), "Car");
+    assert_eq!(named("Plants.Car", "Car.fmu"), "Car");
+    assert_eq!(named("Plants.Car", "Plants.Car.fmu"), "Plants_Car");
+    assert_eq!(named("", "x.FMU"), "x");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_undefined_symbol_of_python_names_its_library() {
+    let Some(python) = library(Behaviour::Python) else { return };
+    let xml = plain_xml();
+    let files = [("modelDescription.xml", xml.as_bytes()), (&*binary_path(), python)];
+    let error = Archive::from_bytes(&zip_of(&files), "x.fmu").unwrap().load().unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("Py_Initialize is of libpython"), "{text}");
+    assert!(error.hint().contains("LD_PRELOAD=libpython"), "{}", error.hint());
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Systems: wiring, initialization, the two masters compared with the recursions they represent.
 
 use crate::support::{Behaviour, instance, open, xml};
-use steerwright_host::{Connection, Coupling, Error, InputTable, Instance, Phase, System};
+use steerwright_host::{
+    Connection, Coupling, Error, InputTable, Instance, Phase, Recording, System,
+};
 
 const H: f64 = 0.01;
 
@@ -69,6 +71,50 @@ fn jacobi_delays_each_connection_by_a_step() {
         expected.push([x + H * s, -1.5 * x + 0.3, 2.0 * r]);
     }
     assert_rows(&recording.rows, &expected);
+}
+
+/// An integrator of 1 that misbehaves from t = 0.5 s on.
+fn misbehaving(misbehaviour: i32) -> Option<System> {
+    let mut system = System::new();
+    system.add(instance(Behaviour::Integrator, "plant", "u", "y")?).unwrap();
+    system.set("plant", "u", 1.0).unwrap();
+    system.set("plant", "misbehaviour", misbehaviour).unwrap();
+    system.record(&["plant.y"]).unwrap();
+    Some(system)
+}
+
+#[test]
+fn an_fmu_may_end_the_simulation_which_keeps_its_rows() {
+    let Some(mut system) = misbehaving(12) else { return };
+    let mut recording = Recording::default();
+    let ended = system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1).unwrap_err();
+    let Error::Terminated { instance: unit, time, .. } = &ended else { panic!("{ended}") };
+    assert_eq!((unit.as_str(), *time), ("plant", 0.525));
+    assert_eq!(system.instances()[0].phase(), Phase::Terminated);
+    let expected = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.525];
+    assert_eq!(recording.times.len(), expected.len());
+    for ((time, row), want) in recording.times.iter().zip(&recording.rows).zip(expected) {
+        assert!((time - want).abs() < 1e-12 && (row[0] - want).abs() < 1e-12, "{recording:?}");
+    }
+    // Beside another FMU the rows end where both are.
+    system.add(instance(Behaviour::Integrator, "other", "v", "w").unwrap()).unwrap();
+    system.run_into(&mut recording, Coupling::GaussSeidel, 0.0, 1.0, 0.1).unwrap_err();
+    assert_eq!(recording.times.last(), Some(&0.5));
+    assert_eq!(system.instances()[1].phase(), Phase::Terminated);
+}
+
+#[test]
+fn a_run_that_fails_keeps_its_rows() {
+    let Some(mut system) = misbehaving(13) else { return };
+    let mut recording = Recording::default();
+    let error = system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1).unwrap_err();
+    assert!(error.to_string().contains("returned error at t = 0.5 s"), "{error}");
+    assert_eq!((recording.times.len(), recording.rows.len()), (6, 6));
+    assert_eq!(recording.times[5], 0.5);
+    // A discarded step that does not end the simulation is a failure too.
+    let Some(mut system) = misbehaving(1) else { return };
+    let error = system.run(Coupling::Jacobi, 0.0, 1.0, 0.1).unwrap_err();
+    assert!(error.to_string().contains("returned discard at t = 0 s"), "{error}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
  * KIND 2: sampled gain, y = gain u + offset as of the end of the last step, at every read before
  * BROKEN: fmi2GetVersion says 1.0
  * HANGING: no step ends
+ * PYTHON: calls a function of a library that it does not link
  *
  * Value references: 0 u, 1 y, 2 gain, 3 offset (Real); 4 misbehaviour, 5 steps, 10 living states of
  * the library, 11 living instances of the library (Integer); 6 enabled, 7 y > 0 (Boolean);
@@ -41,7 +42,7 @@ typedef struct {
 enum { I, M, C, F, X, T, E };
 typedef struct {
     int phase, misbehaviour, steps, enabled, fatal;
-    double u, gain, offset, x, latched, time;
+    double u, gain, offset, x, latched, time, reached;
     char label[64];
 } State;
 typedef struct {
@@ -76,6 +77,10 @@ static Status say(Instance *c, Status status, const char *text) {
 #define PHASE(c) (((Instance *)(c))->s.phase)
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
+#ifdef PYTHON
+void Py_Initialize(void);
+EXPORT void start_python(void) { Py_Initialize(); }
+#endif
 #ifdef BROKEN
 EXPORT const char *fmi2GetVersion(void) { return "1.0"; }
 #else
@@ -275,6 +280,17 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
         /* Hangs, if not for ever. */
         case 10: for (time_t end = time(NULL) + 5; s->steps == 0 && time(NULL) < end;) {} break;
         case 11: hang(); break;
+        /* Ends the simulation within the step from t = 0.5 on. */
+        case 12:
+            if (t > 0.45) {
+                s->reached = t + 0.25 * h;
+                s->x += 0.25 * h * s->gain * s->u;
+                s->phase = F;
+                return DISCARD;
+            }
+            break;
+        /* Breaks at t = 0.5. */
+        case 13: if (t > 0.45) return say(c, ERROR, "broken at last"); break;
         /* Other pointers than the environment that was passed. */
         case 15:
             c->callbacks.logger((void *)1, c->name, WARNING, "logStatusError", "%s", "a number");
@@ -290,9 +306,17 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
 }
 EXPORT Status fmi2CancelStep(Component c) { PHASE(c) = X; return OK; }
 EXPORT Status fmi2GetStatus(Component c, int s, Status *v) { (void)c; (void)s; (void)v; return DISCARD; }
-EXPORT Status fmi2GetRealStatus(Component c, int s, double *v) { (void)c; (void)s; (void)v; return DISCARD; }
+EXPORT Status fmi2GetRealStatus(Component c, int s, double *v) {
+    if (s != 2 || PHASE(c) != F) return DISCARD;
+    *v = ((Instance *)c)->s.reached;
+    return OK;
+}
 EXPORT Status fmi2GetIntegerStatus(Component c, int s, int *v) { (void)c; (void)s; (void)v; return DISCARD; }
-EXPORT Status fmi2GetBooleanStatus(Component c, int s, int *v) { (void)c; (void)s; (void)v; return DISCARD; }
+EXPORT Status fmi2GetBooleanStatus(Component c, int s, int *v) {
+    if (s != 3 || PHASE(c) != F) return DISCARD;
+    *v = ((Instance *)c)->s.reached > 0;
+    return OK;
+}
 #ifndef INCOMPLETE
 EXPORT Status fmi2GetStringStatus(Component c, int s, const char **v) { (void)c; (void)s; (void)v; return DISCARD; }
 #endif

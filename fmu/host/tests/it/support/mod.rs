@@ -21,11 +21,13 @@ pub(crate) enum Behaviour {
     Version1,
     /// An integrator of which no step ends.
     Hanging,
+    /// Calls a function of Python's that it does not link.
+    Python,
 }
 
 /// The compiled library's bytes, or `None`, said on stdout, where there is no C compiler.
 pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
-    static BUILT: [OnceLock<Option<Vec<u8>>>; 6] = [const { OnceLock::new() }; 6];
+    static BUILT: [OnceLock<Option<Vec<u8>>>; 7] = [const { OnceLock::new() }; 7];
     let flags: &[&str] = match behaviour {
         Behaviour::Integrator => &["-DKIND=0"],
         Behaviour::Gain => &["-DKIND=1"],
@@ -33,6 +35,7 @@ pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
         Behaviour::Incomplete => &["-DKIND=0", "-DINCOMPLETE"],
         Behaviour::Version1 => &["-DKIND=0", "-DBROKEN"],
         Behaviour::Hanging => &["-DKIND=0", "-DHANGING"],
+        Behaviour::Python => &["-DKIND=0", "-DPYTHON"],
     };
     BUILT[behaviour as usize].get_or_init(|| compile(flags)).as_deref()
 }
