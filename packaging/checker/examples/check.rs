@@ -1,6 +1,6 @@
 //! A minimal checker: `check FMU…` prints the findings, including those of the running binary.
 //!
-//! `check --run-child JOURNAL FMU` is the command of its child process.
+//! `check --run-child JOURNAL SECONDS FMU` is the command of its child process.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -9,10 +9,11 @@ use steerwright_checker::run::{self, Command};
 
 fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    if let [option, journal, fmu] = arguments.as_slice()
+    if let [option, journal, seconds, fmu] = arguments.as_slice()
         && option == "--run-child"
     {
-        run::child(Path::new(fmu), Path::new(journal))?;
+        let seconds: f64 = seconds.to_string_lossy().parse()?;
+        run::child(Path::new(fmu), Path::new(journal), seconds)?;
         return Ok(ExitCode::SUCCESS);
     }
     let command = Command {

@@ -77,7 +77,12 @@ pub static RULES: &[Rule] = &[
     error("zip-stored-descriptor", "2.3", "write the sizes of stored entries before their data"),
     error("zip-link", "2.3", "replace the link with a copy of the file"),
     error("zip-backslash", "2.3", "separate folders with forward slashes"),
-    error("zip-unsafe-name", "2.3", "use relative paths without . and .. for entries"),
+    error("zip-unsafe-name", "2.3", "use relative paths without .. for entries"),
+    warning(
+        "zip-dot-name",
+        "2.3",
+        "write names without the part \".\": not every importer finds them",
+    ),
     error("zip-duplicate", "2.3", "give each entry a unique name"),
     error("zip-local-header", "2.3", CUT),
     error("zip-entry-damaged", "2.3", CUT),
@@ -88,6 +93,7 @@ pub static RULES: &[Rule] = &[
     warning("zip-non-ascii", "2.3", "use ASCII names, as the standard recommends"),
     // The description's text.
     error("no-description", "2.3", "put modelDescription.xml at the top of the archive"),
+    error("xml-undecodable", "2.2", "write the description again, in UTF-8"),
     error("xml-encoding", "2.2", "use UTF-8 and <?xml version=\"1.0\" encoding=\"UTF-8\"?>"),
     error("xml-refused", "2.2", "export the FMU again: no modeling tool writes such a description"),
     error("xml-malformed", "2.2", "correct the description: it is not well-formed XML"),
@@ -104,7 +110,12 @@ pub static RULES: &[Rule] = &[
     error("interface", "2.2.1", "declare <CoSimulation>"),
     error("interface-twice", "2.2.1", "declare each interface once"),
     error("not-co-simulation", "4.3.1", "export the model for co-simulation too"),
-    error("model-identifier", "4.3.1", "use letters, digits and _, and do not begin with a digit"),
+    error("model-identifier-path", "4.3.1", "use a name, not a path, for the binary"),
+    warning(
+        "model-identifier",
+        "4.3.1",
+        "use letters, digits and _, and do not begin with a digit: it is a prefix in sources",
+    ),
     error("serialize-needs-get-and-set", "4.3.1", "declare canGetAndSetFMUstate too"),
     error("guid-empty", "2.2.1", "use a unique text in the XML and in the binary"),
     note("guid-braces", "2.2.1", "omit the braces: one importer encodes them twice and fails"),
@@ -195,6 +206,7 @@ pub static RULES: &[Rule] = &[
     note("binary-build-path", "2.3", ""),
     // The running binary.
     note("run-skipped", "2.3", ""),
+    note("run-span", "2.2.5", ""),
     error("run-load", "2.3", "the libraries of archive and system must suffice for loading"),
     error("run-version", "2.1.4", "fmi2GetVersion is 2.0, fmi2GetTypesPlatform is default"),
     error("run-instantiate", "2.1.5", RUN),

@@ -31,6 +31,21 @@ fn findings_within(files: &Files, time_limit: Duration) -> Vec<Finding> {
     supervise(&command(), &fmu, &report, time_limit).unwrap()
 }
 
+/// The base with a fault and an experiment of 1,000 steps to 10 s.
+fn faulty_late(fault: &str) -> Files {
+    let mut files = faulty(fault);
+    files.replace(r#"stopTime="1" stepSize="0.125""#, r#"stopTime="10" stepSize="0.01""#);
+    files
+}
+
+/// The time that the note of the span states.
+fn span(findings: &[Finding]) -> &str {
+    let mut spans = findings.iter().filter(|f| f.rule == "run-span").map(|f| f.message.as_str());
+    let span = spans.next().unwrap_or_default();
+    assert_eq!(spans.next(), None);
+    span
+}
+
 fn rules(findings: &[Finding]) -> Vec<&'static str> {
     let mut rules: Vec<_> =
         findings.iter().filter(|f| f.severity > Severity::Note).map(|f| f.rule).collect();
@@ -48,7 +63,11 @@ fn faulty(fault: &str) -> Files {
 #[test]
 fn the_good_binary_passes() {
     let found = findings(&base());
-    assert_eq!(found, []);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(
+        span(&found),
+        "ran from 0 s to 1 s in 8 steps of 0.125 s: the whole DefaultExperiment"
+    );
 }
 
 #[test]
@@ -79,6 +98,92 @@ fn each_fault_of_a_binary_is_found_under_its_rule() {
     }
 }
 
+/// The experiment is run to its stop time, and what happens late in it is reported with its time.
+#[test]
+fn faults_late_in_the_experiment_are_found() {
+    let found = findings(&faulty_late(""));
+    let whole = "ran from 0 s to 10 s in 1000 steps of 0.01 s: the whole DefaultExperiment";
+    assert_eq!((rules(&found), span(&found)), (vec![], whole));
+    for (fault, rule, message) in [
+        ("late", "run-crash", "in fmi2DoStep from t = 6 s"),
+        ("error-late", "run-call", "whole: fmi2DoStep returned error at t = 6 s"),
+        ("nan-late", "run-value", "`y[1]` is NaN at t = 6 s"),
+    ] {
+        let found = findings(&faulty_late(fault));
+        assert_eq!(rules(&found), [rule], "{fault}: {found:#?}");
+        assert!(found.iter().any(|f| f.message.contains(message)), "{fault}: {found:#?}");
+    }
+    let found = findings_within(&faulty_late("hang-late"), Duration::from_secs(3));
+    assert_eq!(rules(&found), ["run-hang"]);
+    assert!(found[0].message.contains("in fmi2DoStep from t = 6 s"), "{found:?}");
+}
+
+#[test]
+fn a_long_experiment_ends_within_the_time_limit_and_its_span_is_stated() {
+    let mut files = base();
+    files.replace(r#"stopTime="1""#, r#"stopTime="1e8""#);
+    let start = Instant::now();
+    let found = findings_within(&files, Duration::from_secs(4));
+    assert!(start.elapsed() < Duration::from_secs(4));
+    assert_eq!(rules(&found), [""; 0], "{found:?}");
+    let cut = "the time limit ends the run, the stop time is after 800000000 steps";
+    assert!(
+        span(&found).starts_with("ran from 0 s to ") && span(&found).ends_with(cut),
+        "{found:?}"
+    );
+    let mut files = base();
+    files.replace(r#" stopTime="1""#, "");
+    let found = findings(&files);
+    let open = "ran from 0 s to 12.5 s in 100 steps of 0.125 s: DefaultExperiment has no stop time";
+    assert_eq!(span(&found), open);
+}
+
+/// The encoding is a breach, the description is read all the same.
+#[test]
+fn an_archive_in_latin_1_is_run() {
+    let mut files = faulty("crash");
+    files.replace("UTF-8", "ISO-8859-1");
+    assert_eq!(rules(&findings(&files)), ["run-crash"]);
+    files.replace("logAll", "logüAll");
+    let xml = files.get("modelDescription.xml");
+    let text = String::from_utf8(xml.clone()).unwrap();
+    *xml = text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+    assert_eq!(rules(&findings(&files)), ["run-crash"]);
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
+    assert_eq!(rules(&report.findings), ["xml-encoding"]);
+}
+
+#[test]
+fn a_dot_in_a_path_is_a_warning_and_the_archive_is_run() {
+    let mut files = faulty("crash");
+    files.add("./", b"");
+    for name in ["modelDescription.xml", "resources/data.txt"] {
+        files.rename(name, &format!("./{name}"));
+    }
+    assert_eq!(rules(&findings(&files)), ["run-crash"]);
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
+    assert_eq!(rules(&report.findings), ["zip-dot-name"], "{:?}", report.findings);
+    assert_eq!((report.errors, report.warnings), (0, 3));
+    files.add("resources/./data.txt", b"another");
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
+    assert!(rules(&report.findings).contains(&"zip-duplicate"), "{:?}", report.findings);
+}
+
+#[test]
+fn an_identifier_that_is_no_c_identifier_is_a_warning_and_the_archive_is_run() {
+    let mut files = faulty("crash");
+    files.replace(r#"modelIdentifier="Base""#, r#"modelIdentifier="1-Base""#);
+    let name = corpus::binary_name();
+    files.rename(&name, &name.replace("Base", "1-Base"));
+    assert_eq!(rules(&findings(&files)), ["run-crash"]);
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
+    assert_eq!((report.errors, report.warnings), (0, 1), "{:?}", report.findings);
+    let mut files = base();
+    files.replace(r#"modelIdentifier="Base""#, r#"modelIdentifier="../Base""#);
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
+    assert!(rules(&report.findings).contains(&"model-identifier-path"), "{:?}", report.findings);
+}
+
 #[test]
 fn findings_name_the_binary_and_no_temporary_folder() {
     let mut files = with_reference("time,x\n0,0\n");
@@ -101,8 +206,9 @@ fn findings_name_the_binary_and_no_temporary_folder() {
 #[test]
 fn a_fault_in_every_run_is_reported_once() {
     let found = findings(&faulty("derivative"));
+    assert_eq!(rules(&found), ["run-value"], "{found:#?}");
     let messages: Vec<_> = found.iter().map(|f| f.message.as_str()).collect();
-    assert_eq!(messages, ["`derivative of y[2] by x` is NaN"]);
+    assert_eq!(messages, ["`derivative of y[2] by x` is NaN", span(&found)]);
 }
 
 /// Differences of single precision and output are notes, not violations.
@@ -114,8 +220,9 @@ fn rounding_and_output_are_notes() {
         ("output", "run-output"),
     ] {
         let found = findings(&faulty(fault));
-        let notes: Vec<_> = found.iter().map(|f| (f.rule, f.severity)).collect();
-        assert_eq!(notes, [(rule, Severity::Note)], "{fault}: {found:#?}");
+        let notes = found.iter().filter(|f| f.rule != "run-span").map(|f| (f.rule, f.severity));
+        assert_eq!(notes.collect::<Vec<_>>(), [(rule, Severity::Note)], "{fault}: {found:#?}");
+        assert!(span(&found).ends_with("the whole DefaultExperiment"), "{fault}: {found:#?}");
     }
 }
 
@@ -123,7 +230,10 @@ fn rounding_and_output_are_notes() {
 #[test]
 fn discarded_steps_are_no_fault() {
     let found = findings(&faulty("discard"));
-    assert_eq!(found, []);
+    assert_eq!(found.len(), 1, "{found:?}");
+    let ended = "ran from 0 s to 0.375 s in 3 steps of 0.125 s: the FMU discards the next step or ends \
+                 the simulation";
+    assert_eq!(span(&found), ended);
 }
 
 #[test]

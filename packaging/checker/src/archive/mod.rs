@@ -25,10 +25,13 @@ impl<'a> Contents<'a> {
     /// Reads the directory and every entry; `None` if the directory is unreadable.
     pub(crate) fn read(bytes: &'a [u8], findings: &mut Findings) -> Option<Self> {
         let limits = Limits::default();
-        let records = directory::read(bytes, &limits, findings)?;
+        let mut records = directory::read(bytes, &limits, findings)?;
         let mut files = BTreeMap::new();
-        let names: Vec<&str> = records.iter().map(|record| record.name.as_str()).collect();
-        names::check(&names, findings);
+        let written: Vec<&str> = records.iter().map(|record| record.name.as_str()).collect();
+        names::check(&written, findings);
+        for record in &mut records {
+            record.name = names::without_dots(&record.name);
+        }
         let mut total = 0_u64;
         for (record, index) in records.iter().zip(0..) {
             let place = || Location::entry(&record.name);
@@ -41,19 +44,19 @@ impl<'a> Contents<'a> {
             }
             match verify(record, bytes) {
                 Err(problem) => findings.add("zip-entry-damaged", place(), problem),
-                Ok(()) if !record.name.ends_with('/') => {
+                Ok(()) if !record.name.is_empty() && !record.name.ends_with('/') => {
                     files.entry(record.name.clone()).or_insert(index);
                 }
                 Ok(()) => {}
             }
         }
-        let present = names.into_iter().map(str::to_owned).collect();
+        let present = records.iter().map(|record| record.name.clone()).collect();
         Some(Self { bytes, records, present, files })
     }
 
     /// The names of all entries, including folders, in the order of the directory.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.records.iter().map(|record| record.name.as_str())
+        self.records.iter().map(|record| record.name.as_str()).filter(|name| !name.is_empty())
     }
 
     /// Whether an entry exists, intact or damaged: a damaged one is already a finding.

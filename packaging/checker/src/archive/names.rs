@@ -10,27 +10,43 @@ pub(super) fn check(names: &[&str], findings: &mut Findings) {
         let place = || Location::entry(name);
         if let Some(problem) = unsafe_name(name) {
             findings.add("zip-unsafe-name", place(), problem);
+        } else if name.split('/').any(|part| part == ".") {
+            findings.add("zip-dot-name", place(), "its path has a part \".\"");
         } else if name.contains('\\') {
             findings.add("zip-backslash", place(), "its name has a backslash");
         }
         if !name.is_ascii() {
             findings.add("zip-non-ascii", place(), "its name has characters outside ASCII");
         }
-        if !seen.insert(name) {
+        let plain = without_dots(name);
+        if plain.is_empty() {
+            continue;
+        }
+        if !seen.insert(plain.clone()) {
             findings.add("zip-duplicate", place(), "a second entry of this name");
-        } else if let Some(other) = folded.insert(name.to_lowercase(), name) {
+        } else if let Some(other) = folded.insert(plain.to_lowercase(), name) {
             let message = format!("differs from {other:?} only in case");
             findings.add("zip-case-collision", place(), message);
         }
     }
     // A file that is also the folder of another entry.
     for &name in names {
-        let mut parents = name.rmatch_indices('/').map(|(at, _)| &name[..at]);
-        if let Some(file) = parents.find(|parent| seen.contains(parent)) {
+        let plain = without_dots(name);
+        let mut parents = plain.rmatch_indices('/').map(|(at, _)| &plain[..at]);
+        if let Some(file) = parents.find(|parent| seen.contains(*parent)) {
             let message = format!("is in {file:?}, which is a file");
             findings.add("zip-duplicate", Location::entry(name), message);
         }
     }
+}
+
+/// A name without its parts `.`, as importers unpack it; that of the archive's own folder is empty.
+pub(super) fn without_dots(name: &str) -> String {
+    let mut parts: Vec<&str> = name.split('/').filter(|part| *part != ".").collect();
+    if parts == [""] {
+        parts.clear();
+    }
+    parts.join("/")
 }
 
 /// Why a name could point outside the folder that an archive is unpacked to.
@@ -52,7 +68,7 @@ fn unsafe_name(name: &str) -> Option<&'static str> {
     for part in path.split(['/', '\\']) {
         match part {
             "" => return Some("its path has an empty part"),
-            "." | ".." => return Some("its path has a part \".\" or \"..\""),
+            ".." => return Some("its path has a part \"..\""),
             _ => {}
         }
     }

@@ -6,13 +6,14 @@ use super::trajectory::{Plan, Trajectory, difference, drive, is_rounding, output
 use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::time::Instant;
 use steerwright_host::{Archive, Error, Instance, InstanceOptions};
 
 /// A GUID that no FMU uses.
 const WRONG_GUID: &str = "ffffffff-0000-4000-8000-00000000dead";
 
 /// Runs the whole test, from loading to unloading.
-pub(super) fn all(fmu: &Path, journal: &mut Journal) {
+pub(super) fn all(fmu: &Path, journal: &mut Journal, deadline: Instant) {
     journal.start("opening the archive");
     let archive = match Archive::open(fmu) {
         Ok(archive) => archive,
@@ -24,7 +25,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     journal.start("loading the binary");
     match archive.load() {
         Ok(()) => {}
-        Err(error @ Error::NoBinary { .. }) => {
+        Err(error @ (Error::NoBinary { .. } | Error::OtherBinary { .. })) => {
             return journal.found("run-skipped", error.to_string());
         }
         Err(error @ Error::WrongVersion { .. }) => {
@@ -40,6 +41,9 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         journal,
         mismatched: BTreeSet::new(),
         differences: Vec::new(),
+        deadline,
+        stop: None,
+        first_steps: None,
     };
     let instantiated = run.simulations();
     run.journal.start("fmi2FreeInstance(NULL)");
@@ -50,6 +54,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     // A failed instantiation is already reported.
     if instantiated {
         reference::replay(&archive, run.journal);
+        let _ = run.experiment();
     }
     journal.start("unloading the binary");
     drop(archive);
@@ -83,6 +88,12 @@ pub(super) struct Run<'a> {
     mismatched: BTreeSet<String>,
     /// Rules and messages of runs that should be equal; reported at the end, unless the FMU is random.
     pub(super) differences: Vec<(&'static str, String)>,
+    /// When the last run has to end.
+    pub(super) deadline: Instant,
+    /// The stop time that the FMU is given, if any.
+    pub(super) stop: Option<f64>,
+    /// The steps of the first run, if it was without a fault.
+    pub(super) first_steps: Option<u32>,
 }
 
 /// A violation after which the instance is not tested further.
@@ -150,10 +161,11 @@ impl Run<'_> {
         self.journal.start("fmi2FreeInstance");
         drop(instance);
         // A run with a discarded step is not compared with others.
-        if let Ok(first) = simulated
-            && self.is_whole(&first)
-        {
-            self.probes(&first);
+        if let Ok(first) = simulated {
+            self.first_steps = u32::try_from(first.len()).ok();
+            if self.is_whole(&first) {
+                self.probes(&first);
+            }
         }
         self.report_differences();
         true
@@ -221,7 +233,7 @@ impl Run<'_> {
 
     pub(super) fn initialize(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2SetupExperiment");
-        self.legal(instance.setup_experiment(self.plan.start, None, None))?;
+        self.legal(instance.setup_experiment(self.plan.start, self.stop, None))?;
         self.call("fmi2EnterInitializationMode", || instance.enter_initialization_mode())?;
         self.settings(instance, |variable| variable.causality == Causality::Input)?;
         self.journal.start("fmi2GetXXX in initialization mode");

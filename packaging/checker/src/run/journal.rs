@@ -5,7 +5,7 @@ use crate::rules::RULES;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 pub(super) const REFERENCE: &str = "extra/io.github.steerwright/reference/reference.json";
@@ -25,9 +25,14 @@ pub(super) struct Journal {
     file: File,
     /// The findings so far; equal ones of a further run are not repeated.
     found: BTreeSet<(&'static str, String)>,
+    /// The place of the present [`Journal::progress`].
+    progress: Option<u64>,
     /// The parents of temporary folders, whose names differ between runs.
     temporary: Vec<String>,
 }
+
+/// The length of a line of progress, longer than its text.
+const PROGRESS_LENGTH: usize = 120;
 
 /// The largest number of findings that are written.
 const MOST: usize = 200;
@@ -43,10 +48,11 @@ impl Journal {
             .filter(|path| !path.is_empty())
             .collect();
         temporary.dedup();
-        Ok(Self { file: File::create(path)?, found: BTreeSet::new(), temporary })
+        Ok(Self { file: File::create(path)?, found: BTreeSet::new(), progress: None, temporary })
     }
 
     fn write(&mut self, line: &Line) {
+        self.progress = None;
         // An error is ignored: the supervisor detects the incomplete journal.
         if let Ok(text) = serde_json::to_string(line) {
             let _ = writeln!(self.file, "{text}");
@@ -56,6 +62,18 @@ impl Journal {
 
     pub(super) fn start(&mut self, what: &str) {
         self.write(&Line::Started(what.into()));
+    }
+
+    /// As [`Journal::start`], in the place of the progress before it: for calls that are too many to keep.
+    pub(super) fn progress(&mut self, what: &str) {
+        let Ok(text) = serde_json::to_string(&Line::Started(what.into())) else { return };
+        let place = match self.progress {
+            Some(place) => self.file.seek(SeekFrom::Start(place)),
+            None => self.file.stream_position(),
+        };
+        self.progress = place.ok();
+        // One write of equal length: what is read is one of the two, whenever the process ends.
+        let _ = self.file.write_all(format!("{text:<PROGRESS_LENGTH$}\n").as_bytes());
     }
 
     pub(super) fn found(&mut self, rule: &'static str, message: impl Into<String>) {

@@ -6,6 +6,7 @@
 
 mod derivatives;
 mod exercise;
+mod experiment;
 mod journal;
 mod probes;
 mod reference;
@@ -24,20 +25,26 @@ use std::time::{Duration, Instant};
 use steerwright_host::Scratch;
 use steerwright_host::process::{Subprocess, end_with_parent};
 
-/// The command of the child process: `program arguments… option JOURNAL FMU`.
+/// The command of the child process: `program arguments… option JOURNAL SECONDS FMU`, in which the seconds
+/// are its time limit.
 #[derive(Debug, Clone)]
 pub struct Command {
     /// The program.
     pub program: PathBuf,
     /// Its first arguments.
     pub arguments: Vec<OsString>,
-    /// The option before the path of the journal.
+    /// The option before the path of the journal and the time limit.
     pub option: OsString,
 }
 
 /// The limit of the child's address space, bytes.
 #[cfg(unix)]
 const MEMORY: u64 = 16 << 30;
+
+/// The share of the time limit within which the child ends its last run.
+const SHARE: f64 = 0.8;
+/// Longer limits are none.
+const LONGEST: Duration = Duration::from_secs(365 * 86_400);
 
 /// Bytes of the output that are reported.
 const OUTPUT_SHOWN: usize = 80;
@@ -66,6 +73,7 @@ pub fn supervise(
         .args(&command.arguments)
         .arg(&command.option)
         .arg(&journal)
+        .arg(time_limit.as_secs_f64().to_string())
         .arg(fmu)
         .stdout(Stdio::piped())
         .stderr(Stdio::null());
@@ -97,6 +105,8 @@ fn why_skipped(report: &Report) -> Option<String> {
         ["zip-", "xml-", "no-", "not-co-simulation", "binary-f", "fmi-version"];
     let broken = report.findings.iter().find(|finding| {
         finding.severity == crate::Severity::Error
+            // The description could be read all the same.
+            && finding.rule != "xml-encoding"
             && PREVENTING.iter().any(|head| finding.rule.starts_with(head))
     });
     broken.map(|finding| format!("the FMU is not run because of {}", finding.rule))
@@ -166,11 +176,13 @@ impl Output {
     }
 }
 
-/// Runs in the child process: tests the FMU and writes the journal.
+/// Runs in the child process: tests the FMU within the time limit, s, and writes the journal.
 ///
 /// # Errors
 /// The journal cannot be written.
-pub fn child(fmu: &Path, journal: &Path) -> Result<(), Error> {
+pub fn child(fmu: &Path, journal: &Path, time_limit: f64) -> Result<(), Error> {
+    let share = Duration::try_from_secs_f64(SHARE * time_limit).unwrap_or(LONGEST);
+    let deadline = Instant::now() + share.min(LONGEST);
     #[cfg(unix)]
     {
         use rustix::process::{Resource, Rlimit, setrlimit};
@@ -182,7 +194,7 @@ pub fn child(fmu: &Path, journal: &Path) -> Result<(), Error> {
     let io = |source| Error::Io { path: journal.into(), source };
     end_with_parent().map_err(io)?;
     let mut journal = Journal::create(journal).map_err(io)?;
-    exercise::all(fmu, &mut journal);
+    exercise::all(fmu, &mut journal, deadline);
     journal.done();
     Ok(())
 }

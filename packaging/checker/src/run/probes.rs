@@ -56,7 +56,7 @@ impl Run<'_> {
         }
         self.journal.start("fmi2DoStep of half the size");
         match instance.do_step(self.plan.time(1), self.plan.step / 2.0) {
-            Err(Error::Step { status: Status::Discard, .. }) => {}
+            Err(Error::Step { status: Status::Discard, .. } | Error::Terminated { .. }) => {}
             Err(error @ Error::Step { .. }) => {
                 self.journal.found("run-step-size", error.to_string());
             }

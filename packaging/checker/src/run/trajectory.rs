@@ -39,10 +39,19 @@ impl Plan {
     }
 }
 
+/// The number of steps to the stop time of `DefaultExperiment`, where it has one.
+pub(super) fn steps_to_stop(description: &ModelDescription, plan: Plan) -> Option<u32> {
+    let stop = description.default_experiment?.stop_time?;
+    let steps = ((stop - plan.start) / plan.step + 1e-9).floor();
+    // In range by the clamp.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    (steps >= 1.0).then(|| steps.min(f64::from(u32::MAX)) as u32)
+}
+
 /// The outputs after each step, up to the first discarded step.
 pub(super) type Trajectory = Vec<Vec<Value>>;
 
-/// Steps from one communication point on and reads all outputs after each step.
+/// Steps from one communication point on and reads all outputs after each step, up to a discarded step.
 pub(super) fn drive(
     instance: &mut Instance,
     plan: Plan,
@@ -54,7 +63,7 @@ pub(super) fn drive(
     for point in from..from + count {
         match instance.do_step(plan.time(point), plan.step) {
             // The standard allows an FMU to reject this step.
-            Err(Error::Step { status: Status::Discard, .. }) => break,
+            Err(Error::Step { status: Status::Discard, .. } | Error::Terminated { .. }) => break,
             other => other?,
         }
         let values = outputs.iter().map(|name| instance.value(name));

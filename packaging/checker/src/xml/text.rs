@@ -33,18 +33,17 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
         report("not-examined", format!("{} bytes, more than {LARGEST}", bytes.len()));
         return None;
     }
-    let mut text = match String::from_utf8(bytes) {
-        Ok(text) => text,
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            report("xml-encoding", format!("it is not UTF-8 from byte {at} on"));
+    declaration(&bytes, &mut report);
+    let mut text = match model_description::decoded(bytes) {
+        Ok((text, _)) => text,
+        Err(at) => {
+            report("xml-undecodable", format!("it is not UTF-8 from byte {at} on"));
             return None;
         }
     };
     if text.starts_with('\u{feff}') {
         text.remove(0);
     }
-    declaration(&text, &mut report);
     if let Some((rule, problem)) = nesting(&text) {
         report(rule, problem);
         return None;
@@ -53,21 +52,14 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
 }
 
 /// Checks that the XML declaration has the encoding UTF-8 (section 2.2).
-fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
-    let declaration = text
-        .strip_prefix("<?xml")
-        .filter(|rest| rest.starts_with([' ', '\t', '\r', '\n']))
-        .and_then(|rest| rest.split_once("?>"));
-    let Some((declaration, _)) = declaration else {
-        let message = "it does not begin with <?xml … encoding=\"UTF-8\"?>";
-        return report("xml-encoding", message.into());
-    };
-    let encoding = declaration.split_once("encoding").and_then(|(_, rest)| {
-        let rest = rest.trim_start().strip_prefix('=')?.trim_start();
-        let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
-        rest[1..].split(quote).next()
-    });
-    match encoding {
+fn declaration(bytes: &[u8], report: &mut impl FnMut(&'static str, String)) {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let rest = text.strip_prefix(b"<?xml").and_then(|rest| rest.first());
+    match model_description::declared_encoding(bytes) {
+        None if rest.is_none_or(|byte| !byte.is_ascii_whitespace()) => {
+            let message = "it does not begin with <?xml … encoding=\"UTF-8\"?>";
+            report("xml-encoding", message.into());
+        }
         None => report("xml-encoding", "its XML declaration has no encoding".into()),
         Some(name) if name.eq_ignore_ascii_case("UTF-8") => {}
         Some(name) => report("xml-encoding", format!("its declared encoding is {name:?}")),

@@ -219,6 +219,15 @@ pub extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _: c_int) -> 
     if i.has("crash") {
         crash();
     }
+    if i.has("late") && time >= 6.0 {
+        crash();
+    }
+    if i.has("hang-late") && time >= 6.0 {
+        loop {}
+    }
+    if i.has("error-late") && time >= 6.0 {
+        return ERROR;
+    }
     if i.has("hang") {
         loop {}
     }

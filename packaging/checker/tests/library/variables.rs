@@ -52,6 +52,7 @@ fn read_real(i: &Instance, reference: u32) -> Option<f64> {
         5 if i.has("global") => s.x + unsafe { GLOBAL },
         4 if i.has("dependency") && s.steps > 0 => s.gain * s.x + s.u,
         2 if i.has("nan") && s.steps > 2 => f64::NAN,
+        4 if i.has("nan-late") && s.time >= 6.0 => f64::NAN,
         2 => s.x,
         3 => s.u,
         4 => s.gain * s.x,

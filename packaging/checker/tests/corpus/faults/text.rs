@@ -98,7 +98,7 @@ pub(super) static FAULTS: &[Fault] = &[
     fault("latin-1", "xml-encoding", Xml(r#"encoding="UTF-8""#, r#"encoding="ISO-8859-1""#)),
     fault(
         "not-utf-8",
-        "xml-encoding",
+        "xml-undecodable",
         InFiles(|f| {
             f.replace("logAll", "log\u{e4}All");
             let xml = f.get("modelDescription.xml");
