@@ -25,20 +25,21 @@ pub(crate) struct Arguments {
     /// Also run the binary of this platform, in a separate process that may crash or hang
     #[arg(long)]
     run: bool,
-    /// Longest duration of a run
+    /// Longest duration of a run; an experiment that takes longer is run as far as it gets
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = quantity::time)]
     time_limit: f64,
     /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
-    /// The process that `--run` starts: exercise the FMU and write the findings to this file
-    #[arg(long, hide = true, value_name = "FILE")]
-    run_child: Option<PathBuf>,
+    /// The process that `--run` starts: exercise the FMU within this time, s, and write the findings to
+    /// this file
+    #[arg(long, hide = true, num_args = 2, value_names = ["FILE", "SECONDS"])]
+    run_child: Option<Vec<PathBuf>>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    if let (Some(file), [fmu]) = (&arguments.run_child, arguments.fmus.as_slice()) {
-        run::child(fmu, file)?;
+    if let (Some([file, seconds]), [fmu]) = (arguments.run_child.as_deref(), &arguments.fmus[..]) {
+        run::child(fmu, file, seconds.to_string_lossy().parse().unwrap_or(arguments.time_limit))?;
         return Ok(Outcome::Done);
     }
     let time = Duration::try_from_secs_f64(arguments.time_limit).ok().filter(|t| !t.is_zero());

@@ -5,10 +5,11 @@ use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console, quantity};
 use serde::Serialize;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 use steerwright_host::{
-    Archive, Connection, Coupling, Error, InputTable, Instance, Status, System, SystemPackage,
-    Value,
+    Archive, Connection, Coupling, DefaultExperiment, Error, InputTable, Instance, Recording,
+    Status, System, SystemPackage, Value, recommended_experiment,
 };
 
 /// Simulate FMUs together; outputs and inputs of equal name are connected, or as an .ssp states
@@ -22,16 +23,20 @@ use steerwright_host::{
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,
-    /// controller; or one .ssp with its connections
-    #[arg(required = true, value_name = "FMU|SSP")]
-    fmus: Vec<PathBuf>,
+    /// controller; or one .ssp with its connections. A unit has the name of its model, of its file where
+    /// that has dots, or NAME
+    #[arg(required = true, value_name = "[NAME=]FMU|SSP")]
+    fmus: Vec<OsString>,
     /// Write the trajectories here as CSV
     #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "result.csv")]
     out: PathBuf,
     /// Communication step; by default the smallest that an FMU recommends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
-    /// Length of the simulation; by default the longest that an FMU recommends
+    /// Start time; by default the earliest that an FMU recommends, or 0
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
+    start: Option<f64>,
+    /// Stop time; by default the latest that an FMU recommends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     stop: Option<f64>,
     /// Order of the FMUs within a step
@@ -61,13 +66,17 @@ struct Done {
     steps: usize,
     step_s: f64,
     last: std::collections::BTreeMap<String, f64>,
+    /// The FMU that ended the simulation before its stop time, and when.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended: Option<String>,
     warnings: Vec<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let inputs = arguments.fmus.iter().chain(&arguments.input);
+    let units: Vec<Unit> = arguments.fmus.iter().map(|text| Unit::new(text)).collect();
+    let inputs = units.iter().map(|unit| &unit.file).chain(&arguments.input);
     let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::Recording)?;
-    let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
+    let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments, &units)?;
     out.check_columns(&system.recorded()?)?;
     // Before the run, since they may explain its failure.
     for remark in &remarks {
@@ -80,20 +89,29 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         MasterName::GaussSeidel => Coupling::GaussSeidel,
         MasterName::Jacobi => Coupling::Jacobi,
     };
-    let progress = Progress::start(format!("simulating {stop} s"));
-    let recording = system.run(master, start, stop, step)?;
+    let progress = Progress::start(format!("simulating {} s", stop - start));
+    let mut recording = Recording::default();
+    let result = system.run_into(&mut recording, master, start, stop, step);
     drop(progress);
     let of_the_run = warnings(&mut system)?;
-    out.write(recording.to_csv().as_bytes())?;
+    if !recording.rows.is_empty() {
+        out.write(recording.to_csv().as_bytes())?;
+    }
+    of_the_run.iter().for_each(console::warning);
+    let ended = match result {
+        Ok(()) => None,
+        Err(error @ Error::Terminated { .. }) => Some(error.to_string()),
+        Err(error) => return Err(failed(error, &recording, &out)),
+    };
 
     let last = recording.rows.last().cloned().unwrap_or_default();
-    of_the_run.iter().for_each(console::warning);
     let done = Done {
         file: arguments.out.clone(),
         connections: connections.iter().map(ToString::to_string).collect(),
         steps: recording.times.len().saturating_sub(1),
         step_s: step,
         last: recording.names.iter().cloned().zip(last.iter().copied()).collect(),
+        ended,
         warnings: remarks.into_iter().chain(of_the_run).collect(),
     };
     let mut table = steerwright_report::Table::new(["variable", "unit", "last value"]);
@@ -107,8 +125,43 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     };
     let text = format!("{wired}\n\n{}\n{} steps of {step} s", console::table(&table), done.steps);
     console::result(&text, &done)?;
+    if let Some(ended) = &done.ended {
+        console::note(ended);
+    }
     console::note(format!("written to {out}"));
     Ok(Outcome::Done)
+}
+
+/// The failure of a run, with what is kept of it.
+fn failed(error: Error, recording: &Recording, out: &impl std::fmt::Display) -> Failure {
+    let Some(last) = recording.times.last() else { return error.into() };
+    let rows = recording.rows.len();
+    let message =
+        format!("the run failed after t = {last} s, its {rows} rows are in {out}: {error}");
+    Failure::new(message, error.hint())
+}
+
+/// A file of the command line, and the name of its unit where one is stated: `NAME=FILE`.
+struct Unit {
+    name: Option<String>,
+    file: PathBuf,
+}
+
+impl Unit {
+    fn new(text: &OsStr) -> Self {
+        let whole = Self { name: None, file: text.into() };
+        match text.to_str().and_then(|text| text.split_once('=')) {
+            // The name of a file or of its folder may have the character.
+            Some((name, file)) if !whole.file.exists() && !name.contains(['/', '\\']) => {
+                Self { name: Some(name.into()), file: file.into() }
+            }
+            _ => whole,
+        }
+    }
+
+    fn is_ssp(&self) -> bool {
+        self.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ssp"))
+    }
 }
 
 struct Setup {
@@ -122,46 +175,60 @@ struct Setup {
 }
 
 /// The system of the FMUs, wired by name, or of the package.
-fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
-    let is_ssp = |file: &PathBuf| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
-    if let [file] = &arguments.fmus[..]
-        && is_ssp(file)
+fn setup(arguments: &Arguments, units: &[Unit]) -> Result<Setup, Failure> {
+    if let [Unit { name: None, file }] = units
+        && units[0].is_ssp()
     {
         let package = SystemPackage::open(file)?;
         let structure = package.structure();
-        let stated = Experiment {
-            start: structure.start_time.unwrap_or(0.0),
-            stop: structure.stop_time,
-            step: structure.step,
+        let stated = DefaultExperiment {
+            start_time: structure.start_time,
+            stop_time: structure.stop_time,
+            step_size: structure.step,
+            tolerance: None,
         };
-        let (start, step, stop) = experiment(arguments, package.archives(), stated)?;
-        let (mut system, remarks) = package.system().map_err(explained)?;
+        let mut remarks = remarks(package.archives());
+        let (start, step, stop) = experiment(arguments, package.archives(), stated, &mut remarks)?;
+        let (mut system, of_package) = package.system().map_err(explained)?;
+        remarks.extend(of_package);
         if let Some(input) = &arguments.input {
             system.feed(InputTable::open(input)?);
         }
         let connections = system.connections().to_vec();
         return Ok(Setup { system, connections, start, step, stop, remarks });
     }
-    if let Some(file) = arguments.fmus.iter().find(|file| is_ssp(file)) {
+    if let Some(unit) = units.iter().find(|unit| unit.is_ssp()) {
+        let problem = match units {
+            [_] => "a package is given the name of a unit",
+            _ => "is combined with other files",
+        };
         return Err(Failure::new(
-            format!("{} is combined with other files", file.display()),
+            format!("{} {problem}", unit.file.display()),
             "use one .ssp alone, or .fmu files",
         ));
     }
-    let archives = arguments
-        .fmus
+    let archives = units
         .iter()
-        .map(|file| Ok(Archive::open(file)?))
+        .map(|unit| Ok(Archive::open(&unit.file)?))
         .collect::<Result<Vec<_>, Failure>>()?;
-    let (start, step, stop) = experiment(arguments, archives.iter(), Experiment::default())?;
-    let mut system = system_of(&archives)?;
+    let mut remarks = remarks(archives.iter());
+    let nothing = DefaultExperiment::default();
+    let (start, step, stop) = experiment(arguments, archives.iter(), nothing, &mut remarks)?;
+    let mut system = system_of(units, &archives)?;
     if let Some(input) = &arguments.input {
         system.feed(InputTable::open(input)?);
     }
     let connections =
         system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS).map_err(explained)?;
-    let remarks = unused_receiver(&system, &connections, &arguments.set);
+    remarks.extend(unused_receiver(&system, &connections, &arguments.set));
     Ok(Setup { system, connections, start, step, stop, remarks })
+}
+
+/// Breaches of the standard with which the archives are run all the same, each once.
+fn remarks<'a>(archives: impl Iterator<Item = &'a Archive>) -> Vec<String> {
+    let mut remarks: Vec<String> = archives.flat_map(|a| a.remarks().iter().cloned()).collect();
+    remarks.dedup();
+    remarks
 }
 
 /// Pose estimators that receive the position of the plant without an indication of fixes.
@@ -188,30 +255,24 @@ fn unused_receiver(system: &System, connections: &[Connection], set: &[String]) 
         .collect()
 }
 
-/// The experiment of a package, s.
-#[derive(Default)]
-struct Experiment {
-    start: f64,
-    stop: Option<f64>,
-    step: Option<f64>,
-}
-
-/// Start, step and stop: of the options, otherwise of the package, otherwise as the archives recommend.
+/// Start, step and stop, s: of the options, otherwise of the package, otherwise as the archives recommend.
 fn experiment<'a>(
     arguments: &Arguments,
     archives: impl Iterator<Item = &'a Archive>,
-    stated: Experiment,
+    stated: DefaultExperiment,
+    remarks: &mut Vec<String>,
 ) -> Result<(f64, f64, f64), Failure> {
-    let recommended: Vec<_> =
-        archives.filter_map(|a| a.model().description().default_experiment).collect();
-    let steps = recommended.iter().filter_map(|e| e.step_size);
-    let stops = recommended.iter().filter_map(|e| e.stop_time);
-    let step = arguments.step.or(stated.step).or_else(|| steps.reduce(f64::min));
-    let stop = arguments.stop.or(stated.stop).or_else(|| stops.reduce(f64::max));
+    let (recommended, differing) = recommended_experiment(archives);
+    let stated_start = arguments.start.or(stated.start_time);
+    let start = stated_start.or(recommended.start_time).unwrap_or(0.0);
+    if stated_start.is_none() {
+        remarks
+            .extend(differing.map(|text| format!("{text}: the run starts at {start} s (--start)")));
+    }
+    let step = arguments.step.or(stated.step_size).or(recommended.step_size);
+    let stop = arguments.stop.or(stated.stop_time).or(recommended.stop_time);
     match (step, stop) {
-        (Some(step), Some(stop)) if step > 0.0 && stop > stated.start => {
-            Ok((stated.start, step, stop))
-        }
+        (Some(step), Some(stop)) if step > 0.0 && stop > start => Ok((start, step, stop)),
         (None, _) => {
             Err(Failure::new("no FMU recommends a step", "state one, such as --step 10ms"))
         }
@@ -220,20 +281,19 @@ fn experiment<'a>(
         }
         (Some(step), Some(stop)) => Err(Failure::new(
             format!(
-                "step {step} s and stop {stop} s: the step must be above 0, the stop after the \
-                 start at {} s",
-                stated.start
+                "start {start} s, step {step} s and stop {stop} s: the step must be above 0, the \
+                 stop after the start"
             ),
-            "change --step or --stop",
+            "change --start, --step or --stop",
         )),
     }
 }
 
-/// One instance of each archive, named after its model.
-fn system_of(archives: &[Archive]) -> Result<System, Failure> {
+/// One instance of each archive, with the name of its unit.
+fn system_of(units: &[Unit], archives: &[Archive]) -> Result<System, Failure> {
     let mut system = System::new();
-    for archive in archives {
-        let name = archive.model().description().model_name.clone();
+    for (unit, archive) in units.iter().zip(archives) {
+        let name = unit.name.clone().unwrap_or_else(|| archive.unit_name());
         system.add(Instance::new(archive, &name)?).map_err(explained)?;
     }
     Ok(system)
@@ -246,7 +306,10 @@ fn explained(error: Error) -> Failure {
             Failure::new(&error, "omit all but one of the FMUs that have this output")
         }
         Error::DuplicateInstance { .. } => {
-            Failure::new(&error, "use one FMU of each model: its name identifies their variables")
+            Failure::new(&error, "name the units, as in front=A.fmu rear=A.fmu")
+        }
+        Error::InstanceName { .. } => {
+            Failure::new(&error, "name the unit without dots, as in car=Plants.Car.fmu")
         }
         error => error.into(),
     }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use steerwright_host::{
     Archive, Connection, Error as HostError, Grid, Instance, Linear, Measurement, System,
-    SystemPackage, Unit,
+    SystemPackage, Unit, recommended_experiment,
 };
 use toml::Spanned;
 
@@ -41,14 +41,14 @@ pub(crate) struct Wired {
 
 pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result<Wired, Error> {
     let (source, files) = open(study)?;
-    let grid = grid(study, &source)?;
+    let (grid, differing) = grid(study, &source)?;
     let mut remarks = Vec::new();
     let mut scaled = HashMap::new();
     let system = match &source {
         Source::Package(package) => {
             let at = study.raw.ssp.as_ref();
             let (mut system, left_out) = package.system().map_err(|e| host(study, at, e))?;
-            remarks = left_out;
+            remarks.extend(left_out);
             explicit(study, &mut system, &mut scaled)?;
             system
         }
@@ -63,6 +63,7 @@ pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result
             system
         }
     };
+    remarks.extend(differing.map(|differing| format!("{differing}; start_s is {}", grid.start)));
     Ok(Wired { source, system, scaled, files, remarks, grid })
 }
 
@@ -106,21 +107,18 @@ fn open(study: &Study) -> Result<(Source, Vec<PathBuf>), Error> {
         let fmu = entry.get_ref();
         let path = study.file(fmu.file.get_ref());
         let archive = Archive::open(&path).map_err(|e| host(study, Some(&fmu.file), e))?;
-        let model_name = || archive.model().description().model_name.clone();
-        archives.push((fmu.name.clone().unwrap_or_else(model_name), archive));
+        let name = fmu.name.clone().unwrap_or_else(|| archive.unit_name());
+        archives.push((name, archive));
         paths.push(path);
     }
     Ok((Source::Files(archives), paths))
 }
 
 /// Start, step and number of steps: of the study, else of the package, else as the FMUs
-/// recommend.
-fn grid(study: &Study, source: &Source) -> Result<Grid, Error> {
-    let recommended: Vec<_> = source
-        .archives()
-        .iter()
-        .filter_map(|archive| archive.model().description().default_experiment)
-        .collect();
+/// recommend, with a remark where their starts differ.
+fn grid(study: &Study, source: &Source) -> Result<(Grid, Option<String>), Error> {
+    let archives = source.archives();
+    let (recommended, differing) = recommended_experiment(archives.iter().copied());
     let (of_package, stop_of_package, step_of_package) = match source {
         Source::Package(package) => {
             let structure = package.structure();
@@ -128,9 +126,8 @@ fn grid(study: &Study, source: &Source) -> Result<Grid, Error> {
         }
         Source::Files(_) => (None, None, None),
     };
-    let smallest = || recommended.iter().filter_map(|e| e.step_size).reduce(f64::min);
-    let longest = || recommended.iter().filter_map(|e| e.stop_time).reduce(f64::max);
-    let start = study.raw.start_s.or(of_package).unwrap_or(0.0);
+    let stated_start = study.raw.start_s.or(of_package);
+    let start = stated_start.or(recommended.start_time).unwrap_or(0.0);
     let step = study.raw.step_s.as_ref().map(|s| *s.get_ref()).or(step_of_package);
     let stop = study.raw.stop_s.as_ref().map(|s| *s.get_ref()).or(stop_of_package);
     let missing = |key: &str, hint| Error::Study {
@@ -138,15 +135,16 @@ fn grid(study: &Study, source: &Source) -> Result<Grid, Error> {
         problem: format!("no {key}, and no FMU recommends one"),
         hint,
     };
-    let step =
-        step.or_else(smallest).ok_or_else(|| missing("step_s", "set it, as in step_s = 0.01"))?;
-    let stop =
-        stop.or_else(longest).ok_or_else(|| missing("stop_s", "set it, as in stop_s = 20.0"))?;
+    let step = step.or(recommended.step_size);
+    let step = step.ok_or_else(|| missing("step_s", "set it, as in step_s = 0.01"))?;
+    let stop = stop.or(recommended.stop_time);
+    let stop = stop.ok_or_else(|| missing("stop_s", "set it, as in stop_s = 20.0"))?;
     let stated = study.raw.step_s.as_ref().or(study.raw.stop_s.as_ref());
     let steps = steerwright_host::grid(start, stop, step).map_err(|e| host(study, stated, e))?;
     let grid = Grid { start, stop, step, steps };
     // The FMUs get the last communication point.
-    Ok(Grid { stop: grid.time(steps), ..grid })
+    let differing = differing.filter(|_| stated_start.is_none());
+    Ok((Grid { stop: grid.time(steps), ..grid }, differing))
 }
 
 /// The connections that the study writes out.

@@ -64,7 +64,7 @@ pub(crate) struct Raw {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Fmu {
     pub(crate) file: Spanned<String>,
-    /// What the study calls it; by default the model's name.
+    /// What the study calls it; by default that of the model or the file.
     pub(crate) name: Option<String>,
     /// Names under which variables are wired: `rename = { delta = "steering_angle" }`.
     #[serde(default)]

@@ -19,6 +19,7 @@ mod first_fmu;
 mod fmus;
 #[cfg(unix)]
 mod folders;
+mod foreign_fmus;
 mod gate;
 mod identify_bicycle;
 mod identify_vehicle;
