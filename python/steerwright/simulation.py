@@ -78,6 +78,8 @@ def simulate(
 ) -> Simulation:
     """Simulates FMUs of any tool together, in the order given; or one ``.ssp`` with its connections.
 
+    ``"NAME=FILE.fmu"`` names a unit.
+
     Outputs and inputs of equal name are connected. ``input`` is a CSV file or a table (a dict of arrays, a data
     frame) with ``time`` and the free inputs, held between rows; ``start_values`` sets parameters and free inputs by
     ``FMU.variable``. The FMUs run in a process of their own: a crash is an :class:`Error`.

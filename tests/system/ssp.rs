@@ -203,7 +203,7 @@ fn a_package_at_odds_with_its_fmus_is_reported_before_its_result() {
     }
     // A stop of 1 s, and a start behind it.
     let text = text_of(&simulate(r#"startTime="0.0""#, r#"startTime="5""#).0);
-    assert!(text.contains("the stop after the start at 5 s"), "{text}");
+    assert!(text.contains("start 5 s, step 0.01 s and stop 1 s"), "{text}");
 }
 
 /// The loop in which path and controller use the estimated pose.

@@ -96,7 +96,7 @@ fn an_fmu_may_end_the_simulation_which_keeps_its_rows() {
     for ((time, row), want) in recording.times.iter().zip(&recording.rows).zip(expected) {
         assert!((time - want).abs() < 1e-12 && (row[0] - want).abs() < 1e-12, "{recording:?}");
     }
-    // Beside another FMU the rows end where both are.
+    // With another FMU the rows end where both are.
     system.add(instance(Behaviour::Integrator, "other", "v", "w").unwrap()).unwrap();
     system.run_into(&mut recording, Coupling::GaussSeidel, 0.0, 1.0, 0.1).unwrap_err();
     assert_eq!(recording.times.last(), Some(&0.5));
