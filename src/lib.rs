@@ -19,6 +19,7 @@ mod export;
 mod failure;
 mod files;
 mod gate;
+mod guard;
 mod identify;
 mod identify_accumulated;
 mod identify_auto;
@@ -127,10 +128,16 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     program::set(program);
     // Before the arguments are parsed, since their errors are printed in the same form.
     console::use_json(arguments.iter().any(|argument| argument == "--json"));
-    match Arguments::try_parse_from(arguments) {
+    match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
-            failure::status(|| execute(command, &global))
+            let runs_fmus = matches!(command, Command::Simulate(_));
+            let work = || failure::status(|| execute(command, &global));
+            match runs_fmus {
+                true if guard::is_guarded() => guard::guarded(work),
+                true => guard::run(&arguments),
+                false => work(),
+            }
         }
         Err(error) => failure::report_usage(&error),
     }

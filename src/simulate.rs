@@ -18,8 +18,8 @@ use steerwright_host::{
 /// y of the plant unless --input has columns for them. It uses such a fix every gnss_period, which a
 /// package (`package --ssp`) sets; the fixes of --input are marked by gnss_fix_count and gnss_std.
 ///
-/// The binaries of the FMUs run in this process: a crash ends it without a message. To try an FMU in a
-/// separate process, run `steerwright check --run` on it.
+/// The binaries of the FMUs run in a process of their own: one that crashes or ends it is an error, without
+/// the rows of the run. `steerwright check --run` names the call in which an FMU does so.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,

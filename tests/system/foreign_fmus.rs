@@ -112,6 +112,23 @@ fn a_run_that_fails_leaves_its_rows_and_names_the_time() {
 }
 
 #[test]
+fn an_fmu_that_ends_the_process_is_no_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(()) = integrator(folder.path(), "Exits.fmu", &[]) else { return };
+    let (status, text) = run(folder.path(), "simulate Exits.fmu --set Test.misbehaviour=14");
+    assert_eq!(status, Some(2), "{text}");
+    assert!(
+        text.contains("error: the process that runs the FMUs ended with exit status: 0"),
+        "{text}"
+    );
+    assert!(!folder.path().join("result.csv").exists());
+    let (status, text) = run(folder.path(), "simulate Exits.fmu --set Test.misbehaviour=9");
+    assert_eq!(status, Some(2), "{text}");
+    let signal = "ended with signal SIGABRT before the command was done";
+    assert!(!cfg!(unix) || text.contains(signal), "{text}");
+}
+
+#[test]
 fn breaches_that_are_tolerated_are_warnings() {
     let folder = tempfile::tempdir().unwrap();
     let latin = [("UTF-8", "ISO-8859-1"), ("name=\"gain\"", "name=\"Verstärkung\"")];
