@@ -416,7 +416,7 @@ class CheckOptions(TypedDict, total=False):
     run: bool
     """Also run the binary of this platform, in a separate process that may crash or hang."""
     time_limit: Quantity
-    """Longest duration of a run (default 60s)."""
+    """Longest duration of a run; a longer experiment is cut (default 60s)."""
     strict: bool
     """Treat warnings as errors."""
 
@@ -798,8 +798,10 @@ class SimulateOptions(TypedDict, total=False):
 
     step: Quantity
     """Communication step; by default the smallest that an FMU recommends."""
+    start: Quantity
+    """Start time; by default the earliest that an FMU recommends, or 0."""
     stop: Quantity
-    """Length of the simulation; by default the longest that an FMU recommends."""
+    """Stop time; by default the latest that an FMU recommends."""
     master: Literal["gauss-seidel", "jacobi"]
     """Order of the FMUs within a step (default gauss-seidel)."""
     set: Union[Mapping[str, Any], Sequence[str], str]

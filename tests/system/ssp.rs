@@ -289,7 +289,7 @@ fn the_help_names_the_process_of_the_binaries() {
     let help = String::from_utf8(done(folder.path(), "simulate --help").stdout).unwrap();
     let words: Vec<&str> = help.split_whitespace().collect();
     let help = words.join(" ");
-    assert!(help.contains("binaries of the FMUs run in this process"), "{help}");
+    assert!(help.contains("binaries of the FMUs run in a process of their own"), "{help}");
     assert!(help.contains("steerwright check --run"), "{help}");
 }
 

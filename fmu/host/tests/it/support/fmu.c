@@ -6,6 +6,7 @@
  * BROKEN: fmi2GetVersion says 1.0
  * PYTHON: calls a function of a library that it does not link
  * HANGING: no step ends
+ * PYTHON: calls a function of a library that it does not link
  *
  * Value references: 0 u, 1 y, 2 gain, 3 offset (Real); 4 misbehaviour, 5 steps, 10 living states of
  * the library, 11 living instances of the library (Integer); 6 enabled, 7 y > 0 (Boolean);
