@@ -27,7 +27,7 @@ use steerwright_sysid::IdentifyOptions;
 /// --out comparison
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json, two or more; one is enough with two controllers
+    /// plant.json, bicycle.json or vehicle.json, two or more; one is enough with two controllers
     #[arg(required = true, value_name = "MODEL.json")]
     models: Vec<PathBuf>,
     /// The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed, outputs x,

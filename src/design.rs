@@ -19,17 +19,18 @@ const POINTS: usize = 600;
 
 const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
 
-/// Design a PID steering controller (eq 14) on a plant or bicycle file
+/// Design a PID steering controller (eq 14) on a plant, bicycle or vehicle file
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json
+    /// plant.json, bicycle.json or vehicle.json
     #[arg(value_name = "PLANT.json")]
     plant: PathBuf,
     /// Write the controller here
     #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]
     out: PathBuf,
     /// Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance over
-    /// speed. Requires a model that holds at other speeds, such as bicycle.json
+    /// speed. Requires a model that holds at other speeds, such as bicycle.json or
+    /// vehicle.json
     #[arg(long, value_name = "RANGE")]
     pub(crate) speeds: Option<SpeedRange>,
     /// Write Bode, Nyquist and step plots (SVG) into this folder

@@ -5,8 +5,8 @@ use crate::failure::Failure;
 use crate::output::Files;
 use std::fmt::Write;
 use steerwright_formats::{
-    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, Quality, ResidualTest,
-    SideslipTerm,
+    BandDeparture, ChannelSummary, Evidence, ExcitationBand, Information, Mode, Plant, Provenance,
+    Quality, ResidualTest, SideslipTerm,
 };
 use steerwright_report::Table;
 use steerwright_sysid::Traces;
@@ -14,7 +14,7 @@ use steerwright_sysid::Traces;
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
-    let channels = console::table(&channel_table(&e.channels));
+    let channels = channels(&e.channels, Some(&plant.provenance));
     let mut orders =
         Table::new(["order", "singular value", "estimation", "validation", "as estimated"]);
     let validation_fit = |fit: f64| fit_text(fit, e.validation_samples);
@@ -28,8 +28,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             if row.stable { "stable".into() } else { "unstable".to_owned() },
         ]);
     }
-    let mut text =
-        format!("{channels}values in rad, rad/s and m/s\n\n{}\n", console::table(&orders));
+    let mut text = format!("{channels}\n{}\n", console::table(&orders));
     let _ = writeln!(
         text,
         "model    order {}, {} ({}) with {} block rows, sample time {} s",
@@ -45,7 +44,10 @@ pub(crate) fn evidence(plant: &Plant) -> String {
     if let Some(d) = &e.delay {
         let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
         let _ = match d.standard_error_s {
-            Some(e) => writeln!(text, "delay    {:.3} ± {:.3} s, {taken}", d.estimate_s, 2.0 * e),
+            Some(e) => {
+                let delay = not_negative(1e3 * d.estimate_s, 2e3 * e, 0, " ms");
+                writeln!(text, "delay    {delay}, {taken}")
+            }
             None => writeln!(text, "delay    none taken: this log does not determine it"),
         };
     }
@@ -53,7 +55,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
         let latency = s.gnss_latency_standard_error_s.map_or_else(
             || s.gnss_latency_s.to_string(),
-            |e| format!("{:.3} ± {:.3}", s.gnss_latency_s, 2.0 * e),
+            |e| not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
         );
         let _ = writeln!(
             text,
@@ -88,8 +90,11 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     for warning in warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
-    let _ = writeln!(text, "quality  {}: {}", console::grade(quality.grade), quality.summary);
-    for reason in &quality.reasons {
+    let grade = console::grade(quality.grade);
+    let codes =
+        if quality.reasons.is_empty() { String::new() } else { format!(" ({})", quality.codes()) };
+    let _ = writeln!(text, "quality  {grade}{codes}: {}", quality.summary);
+    for reason in quality.unstated_reasons() {
         let (grade, code) = (console::grade(reason.grade), reason.code.name());
         let _ = writeln!(text, "         {grade} ({code}): {}", reason.message);
     }
@@ -119,7 +124,16 @@ pub(crate) fn plots(
     Ok(())
 }
 
-pub(crate) fn channel_table(all: &[steerwright_formats::ChannelSummary]) -> Table {
+/// The channels, their units, and when the log starts.
+pub(crate) fn channels(all: &[ChannelSummary], provenance: Option<&Provenance>) -> String {
+    let mut text = console::table(&channel_table(all)) + "values in rad, rad/s and m/s\n";
+    if let Some(start) = provenance.and_then(steerwright_report::start_in_words) {
+        text += &format!("{start}\n");
+    }
+    text
+}
+
+pub(crate) fn channel_table(all: &[ChannelSummary]) -> Table {
     let mut channels =
         Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
     for c in all {
@@ -135,6 +149,21 @@ pub(crate) fn channel_table(all: &[steerwright_formats::ChannelSummary]) -> Tabl
         ]);
     }
     channels
+}
+
+/// A quantity that should not be negative with its error; where the error reaches zero, the upper end alone.
+pub(crate) fn not_negative(value: f64, error: f64, digits: usize, unit: &str) -> String {
+    if value.abs() > error {
+        format!("{value:.digits$} ± {error:.digits$}{unit}")
+    } else {
+        format!("at most {:.digits$}{unit}", value + error)
+    }
+}
+
+/// The band of a quantity by its error, from zero on where it cannot be negative.
+pub(crate) fn band(value: f64, error: f64, is_positive: bool) -> String {
+    let least = if is_positive { 0.0 } else { f64::NEG_INFINITY };
+    format!("{:.5} to {:.5}", (value - error).max(least), value + error)
 }
 
 /// A fit on validation data, if there are any.

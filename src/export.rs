@@ -15,7 +15,7 @@ use steerwright_stacks::{Export, Lateral, Stack, Stated};
 /// determine is listed with the way to obtain it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json; for openpilot also torque.json
+    /// plant.json, bicycle.json or vehicle.json; for openpilot also torque.json
     #[arg(value_name = "MODEL.json")]
     model: PathBuf,
     /// The driving stack
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     /// Largest rate of the steering angle that the actuator reaches, in steering coordinates
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     max_rate: Option<f64>,
-    /// Wheelbase, m; by default that of a bicycle
+    /// Wheelbase, m; by default that of a bicycle or vehicle
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
     #[command(flatten)]
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::Done)
 }
 
-/// The parameters of a plant or a bicycle.
+/// The parameters of a plant, a bicycle or a vehicle.
 fn of_model(arguments: &Arguments) -> Result<Export, Failure> {
     let (model, ..) = arguments.gate.read(&arguments.model)?;
     let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());

@@ -1,13 +1,13 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion, traces_csv, validation_data};
+use crate::evidence::{band, channels, conclusion, not_negative, traces_csv, validation_data};
 use crate::failure::{Failure, Outcome};
 use crate::output::Output;
 use crate::progress::Progress;
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Bicycle, BicycleEvidence, Quality, VehicleData};
+use steerwright_formats::{Bicycle, BicycleEvidence};
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
 pub(crate) fn run(
@@ -33,11 +33,7 @@ pub(crate) fn present(
         traces.write(traces_csv(&found.traces, None).as_bytes())?;
     }
     let bicycle = &found.bicycle;
-    let mut text = bicycle
-        .evidence
-        .as_ref()
-        .map(|e| evidence(e, &bicycle.vehicle, &bicycle.quality))
-        .unwrap_or_default();
+    let mut text = bicycle.evidence.as_ref().map(|e| evidence(e, bicycle)).unwrap_or_default();
     text += &vehicle(&found.bicycle);
     console::result(&text, &found.bicycle)?;
     console::note(format!("written to {out}"));
@@ -54,14 +50,19 @@ fn vehicle(bicycle: &Bicycle) -> String {
     )
 }
 
-fn evidence(e: &BicycleEvidence, vehicle: &VehicleData, quality: &Quality) -> String {
+/// Whether a quantity is one of a size: only the gradient and the offsets have either sign.
+fn is_positive(name: &str) -> bool {
+    name != "understeer_gradient" && !name.contains("offset")
+}
+
+fn evidence(e: &BicycleEvidence, bicycle: &Bicycle) -> String {
     let mut identified =
-        steerwright_report::Table::new(["identified", "value", "± (95 %)", "unit"]);
+        steerwright_report::Table::new(["identified", "value", "95 % band", "unit"]);
     for q in &e.identified {
         identified = identified.row([
             q.name.replace('_', " "),
             format!("{:.5}", q.value),
-            format!("{:.5}", 2.0 * q.standard_error),
+            band(q.value, 2.0 * q.standard_error, is_positive(&q.name)),
             q.unit.clone(),
         ]);
     }
@@ -69,9 +70,9 @@ fn evidence(e: &BicycleEvidence, vehicle: &VehicleData, quality: &Quality) -> St
     for s in &e.stated {
         stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
     }
-    let channels = console::table(&channel_table(&e.channels));
+    let channels = channels(&e.channels, Some(&bicycle.provenance));
     let (identified, stated) = (console::table(&identified), console::table(&stated));
-    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
+    let mut text = format!("{channels}\n{identified}\n{stated}\n");
     let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
     let error = error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error));
     let _ = writeln!(
@@ -83,18 +84,17 @@ fn evidence(e: &BicycleEvidence, vehicle: &VehicleData, quality: &Quality) -> St
     let d = &e.with_delay;
     let _ = writeln!(
         text,
-        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; {}",
-        1e3 * d.input_delay_s,
-        2e3 * d.standard_error_s,
+        "delay    {}, with which {:.2} % and {:.2} %; {}",
+        not_negative(1e3 * d.input_delay_s, 2e3 * d.standard_error_s, 1, " ms"),
         d.validation_fit,
         d.estimation_fit,
-        if vehicle.actuator_delay_s > 0.0 { "in the file" } else { "not in the file" }
+        if bicycle.vehicle.actuator_delay_s > 0.0 { "in the file" } else { "not in the file" }
     );
     let _ = writeln!(
         text,
-        "offsets  {:.3}° of the steering angle, {:.3}°/s of the yaw rate; not in the file either",
+        "offsets  {:.3}° of the steering angle, {:.3}°/s of the yaw rate; in the file as evidence, not part of the model",
         e.steering_offset_rad.to_degrees(),
         e.yaw_rate_offset_radps.to_degrees()
     );
-    text + &conclusion(&e.warnings, quality)
+    text + &conclusion(&e.warnings, &bicycle.quality)
 }

@@ -1,7 +1,7 @@
 //! `steerwright identify --structure torque`: the response to a steering torque in a drive log.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion};
+use crate::evidence::{band, channel_table, conclusion};
 use crate::failure::{Failure, Outcome};
 use crate::output::Output;
 use crate::progress::Progress;
@@ -37,13 +37,17 @@ fn text(torque: &Torque) -> String {
         ("offset", Some(torque.offset_mps2), "m/s2".into()),
         ("delay", Some(torque.delay_s), "s".into()),
     ];
-    let mut table = steerwright_report::Table::new(["identified", "value", "± (95 %)", "unit"]);
+    let mut table = steerwright_report::Table::new(["identified", "value", "95 % band", "unit"]);
     for (name, estimate, unit) in estimates {
         let Some(estimate) = estimate else { continue };
         table = table.row([
             name.into(),
             format!("{:.5}", estimate.value),
-            format!("{:.5}", NORMAL_95 * estimate.standard_error),
+            band(
+                estimate.value,
+                NORMAL_95 * estimate.standard_error,
+                matches!(name, "friction" | "delay"),
+            ),
             unit,
         ]);
     }

@@ -1,15 +1,13 @@
 //! `steerwright identify --structure single-track`: the vehicle in a drive log, up to the limit of its grip.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion, traces_csv};
+use crate::evidence::{channels, conclusion, traces_csv};
 use crate::failure::{Failure, Outcome};
 use crate::output::Output;
 use crate::progress::Progress;
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{
-    Quality, SimulationFit, Vehicle, VehicleEvidence, VehicleParameter, correlated,
-};
+use steerwright_formats::{SimulationFit, Vehicle, VehicleEvidence, VehicleParameter, correlated};
 use steerwright_sysid::single_track::{
     IdentifiedVehicle, IdentifyVehicleOptions, identify_vehicle,
 };
@@ -38,7 +36,7 @@ pub(crate) fn present(
     }
     let vehicle = &found.vehicle;
     let evidence = vehicle.evidence.as_ref();
-    let text = evidence.map(|e| evidence_text(e, &vehicle.quality)).unwrap_or_default();
+    let text = evidence.map(|e| evidence_text(e, vehicle)).unwrap_or_default();
     console::result(&(text + &data(vehicle)), vehicle)?;
     console::note(format!("written to {out}"));
     Ok(Outcome::of(&vehicle.quality))
@@ -78,33 +76,42 @@ fn as_its_error(value: f64, error: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// With two significant digits.
-fn rounded(x: f64) -> String {
-    as_its_error(x, x)
+/// From and to, with the digits that the width leaves two of.
+fn range_text([low, high]: [f64; 2]) -> String {
+    let half = 0.5 * (high - low);
+    format!("{} to {}", as_its_error(low, half), as_its_error(high, half))
 }
 
-fn evidence_text(e: &VehicleEvidence, quality: &Quality) -> String {
-    let columns = ["parameter", "value", "± (95 %)", "prior", "moved by", "from"];
+/// The prior to one standard deviation, within the bounds.
+fn prior_range(p: &VehicleParameter) -> [f64; 2] {
+    let prior = &p.prior;
+    let end = |deviations: f64| {
+        let by = deviations * prior.standard_deviation;
+        let value = if p.is_logarithmic { prior.mean * by.exp() } else { prior.mean + by };
+        value.clamp(prior.min, prior.max)
+    };
+    [end(-1.0), end(1.0)]
+}
+
+fn evidence_text(e: &VehicleEvidence, vehicle: &Vehicle) -> String {
+    let columns = ["parameter", "value", "95 % band", "prior (68 %)", "moved by", "from"];
     let mut table = steerwright_report::Table::new(columns);
     for p in &e.parameters {
         let is_stated = p.prior.standard_deviation == 0.0;
-        let deviation =
-            p.prior.standard_deviation * if p.is_logarithmic { p.prior.mean } else { 1.0 };
         let unless_stated = |text: String| if is_stated { "–".into() } else { text };
         let error = 0.5 * (p.band_95[1] - p.band_95[0]);
         let unit = if p.unit.is_empty() { String::new() } else { format!(", {}", p.unit) };
         table = table.row([
             p.name.replace('_', " ") + &unit,
             if is_stated { format!("{}", p.value) } else { as_its_error(p.value, error) },
-            unless_stated(rounded(error)),
-            unless_stated(format!("{} ± {}", p.prior.mean, rounded(deviation))),
+            unless_stated(range_text(p.band_95)),
+            unless_stated(range_text(prior_range(p))),
             unless_stated(format!("{:+.1}", p.moved_deviations)),
             origin(p).into(),
         ]);
     }
-    let channels = console::table(&channel_table(&e.channels));
-    let mut text =
-        format!("{channels}values in rad, rad/s and m/s\n\n{}\n", console::table(&table));
+    let channels = channels(&e.channels, vehicle.provenance.as_ref());
+    let mut text = format!("{channels}\n{}\n", console::table(&table));
     for (a, b, correlation) in correlated(e) {
         let (a, b) = (a.replace('_', " "), b.replace('_', " "));
         let _ = writeln!(text, "         correlation {correlation:+.2} of {a} and {b}");
@@ -129,7 +136,7 @@ fn evidence_text(e: &VehicleEvidence, quality: &Quality) -> String {
         "spin     not with {:.0} % less friction at the rear axle, on the estimation data",
         100.0 * e.spin_margin
     );
-    text + &conclusion(&e.warnings, quality)
+    text + &conclusion(&e.warnings, &vehicle.quality)
 }
 
 fn fit_text(fit: &SimulationFit) -> String {

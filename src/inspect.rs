@@ -87,15 +87,32 @@ fn select(found: &mut Inspection, names: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The first instant of the log, s; time is counted from there.
+fn start(found: &Inspection) -> f64 {
+    let first = found.groups.iter().filter_map(|group| group.span_s).map(|[first, _]| first);
+    first.reduce(f64::min).unwrap_or(0.0)
+}
+
+fn start_in_words(found: &Inspection) -> String {
+    format!(
+        "Time counts from the first sample, which is at {:.3} s on the log's clock.",
+        start(found)
+    )
+}
+
 fn text(found: &Inspection) -> String {
+    let start = start(found);
     let mut text = String::new();
+    if start != 0.0 {
+        text = start_in_words(found) + "\n\n";
+    }
     for group in &found.groups {
         match (group.name.as_str(), group.kind.as_str()) {
             ("", _) => {}
             (name, "") => text += &format!("{name}\n"),
             (name, kind) => text += &format!("{name} ({kind})\n"),
         }
-        let _ = writeln!(text, "{}\n", clock_in_words(group));
+        let _ = writeln!(text, "{}\n", clock_in_words(group, start));
         let mut table =
             Table::new(["channel", "unit", "values", "smallest", "largest", "looks like"]);
         for channel in &group.channels {
@@ -126,18 +143,20 @@ fn number(x: f64) -> String {
     }
 }
 
-fn clock_in_words(group: &InspectedGroup) -> String {
+fn clock_in_words(group: &InspectedGroup, start: f64) -> String {
     let mut text = format!("{} rows", group.rows);
     if let (Some(rate), Some([from, to])) = (group.rate_hz, group.span_s) {
+        let (from, to) = (from - start, to - start);
         let _ = write!(text, " at {rate} Hz, {from:.3} to {to:.3} s ({:.2} s)", to - from);
     }
     if let Some([from, to]) = group.longest_gap_s {
         let plural = if group.gaps == 1 { "gap" } else { "gaps" };
         let _ = write!(
             text,
-            ", {} {plural}, the longest {:.3} s at {from:.3} s",
+            ", {} {plural}, the longest {:.3} s at {:.3} s",
             group.gaps,
-            to - from
+            to - from,
+            from - start
         );
     }
     if let Some(hint) = &group.no_clock {
@@ -156,19 +175,22 @@ fn page(found: &Inspection) -> String {
         let others = all().filter(|(g, c)| g.clock.as_ref() != Some(&c.name) && drawn(c));
         shown = others.take(PANELS).collect();
     }
+    let start = start(found);
     let panel = |(group, channel): &(&InspectedGroup, &InspectedChannel)| {
         let unit = channel.unit.as_deref().unwrap_or("unit not stated");
         let x = if group.span_s.is_some() { "time, s" } else { "row" };
         // Where a part has several values, its outline is drawn down and up.
+        let origin = if group.span_s.is_some() { start } else { 0.0 };
         let points = channel.outline.iter().flat_map(|&[t, least, most]| {
+            let t = t - origin;
             let second = (most > least).then_some((t, most));
             std::iter::once((t, least)).chain(second)
         });
         let name = label(group, channel);
         let series = Series::new(name.clone(), points.collect(), Style::line(palette::BLUE));
         let caption = match &channel.candidate_for[..] {
-            [] => clock_in_words(group),
-            roles => format!("looks like {}; {}", roles.join(", "), clock_in_words(group)),
+            [] => clock_in_words(group, start),
+            roles => format!("looks like {}; {}", roles.join(", "), clock_in_words(group, start)),
         };
         let mut panel = Panel::new(x, unit).with(series);
         panel.link = "log";
@@ -179,5 +201,6 @@ fn page(found: &Inspection) -> String {
     if !found.losses.is_empty() {
         sections.push(Section::new("Not read", vec![Block::List(found.losses.clone())]));
     }
-    report_html(name, "The channels of the log over time.", &sections)
+    let lead = format!("The channels of the log over time. {}", start_in_words(found));
+    report_html(name, &lead, &sections)
 }

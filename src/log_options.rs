@@ -73,7 +73,7 @@ pub(crate) struct LogArguments {
     /// drive, and all other files are channels of one drive
     #[arg(long = "drive", value_name = "FILE,FILE…", value_parser = drive)]
     pub(crate) drives: Vec<Files>,
-    /// Part of each drive to use, such as 10s..60s; may be repeated
+    /// Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated
     #[arg(long = "window", value_name = "FROM..TO", allow_hyphen_values = true, value_parser = window)]
     pub(crate) windows: Vec<(f64, f64)>,
     /// Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16

@@ -1,12 +1,13 @@
 //! The results of builds in one table, and as JSON.
 
 use crate::console;
-use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
+use crate::pipeline::{Basis, Built, Controller, PAGE, RECORDED_ROAD, STANDARD_ROAD};
 use serde::Serialize;
 use std::fmt::Write;
 use steerwright_formats::{
     DesignEvidence, PidGains, Quality, SourceFile, Specification, StepMetrics,
 };
+use steerwright_report::Table;
 
 #[derive(Serialize)]
 pub(crate) struct Overview<'a> {
@@ -82,9 +83,9 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
 /// One column a drive.
 pub(crate) fn table(all: &[Built]) -> String {
     let headers = std::iter::once(String::new()).chain(all.iter().map(|b| b.plant.name.clone()));
-    let mut table = steerwright_report::Table::new(headers);
+    let mut table = Table::new(headers);
     let mut row = |name: &str, cell: &dyn Fn(&Built) -> String| {
-        table.push(std::iter::once(name.to_owned()).chain(all.iter().map(cell)));
+        push(&mut table, name.to_owned(), all.iter().map(cell).collect());
     };
     row("speed", &|b| format!("{:.2} m/s", b.plant.operating_point.speed_mps));
     row("order", &|b| b.plant.order().to_string());
@@ -98,13 +99,16 @@ pub(crate) fn table(all: &[Built]) -> String {
     let first = required.next();
     let one = first.filter(|first| required.all(|other| other == *first));
     for basis in [Basis::Identified, Basis::Bicycle] {
+        if !all.iter().flat_map(|b| &b.controllers).any(|c| c.basis == basis) {
+            continue;
+        }
         table.push(
             [vec![format!("{} controller", basis.name())], vec![String::new(); all.len()]].concat(),
         );
         let mut row = |name: &str, cell: &dyn Fn(&Controller) -> String| {
             let of =
                 |b: &Built| b.controllers.iter().find(|c| c.basis == basis).map_or_else(none, cell);
-            table.push(std::iter::once(format!("  {name}")).chain(all.iter().map(of)));
+            push(&mut table, format!("  {name}"), all.iter().map(of).collect());
         };
         row("kp", &|c| format!("{:.4}", c.pid.gains.kp));
         row("ki", &|c| format!("{:.4} 1/s", c.pid.gains.ki));
@@ -169,12 +173,21 @@ pub(crate) fn table(all: &[Built]) -> String {
         for remark in &b.remarks {
             let _ = writeln!(text, "  remark: {remark}");
         }
-        let _ = writeln!(text, "  {} files in {}:", b.files.len(), b.out.display());
-        for file in &b.files {
-            let _ = writeln!(text, "    {}", file.name);
-        }
+    }
+    // Last, where it is seen.
+    text.push('\n');
+    for b in all {
+        let (folder, page) = (b.out.display(), b.out.join(PAGE));
+        let _ = writeln!(text, "{} files in {folder}, to read: {}", b.files.len(), page.display());
     }
     text
+}
+
+/// Adds a row, if a drive has a value in it.
+fn push(table: &mut Table, name: String, cells: Vec<String>) {
+    if cells.iter().any(|cell| *cell != none()) {
+        table.push([vec![name], cells].concat());
+    }
 }
 
 fn at_most(required: Option<f64>, unit: &str) -> String {

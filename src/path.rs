@@ -6,7 +6,7 @@ use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
 use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};
-use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
+use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, Vehicle};
 
 /// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
 /// NMEA: GGA, RMC) or from segments (TOML)
@@ -38,8 +38,8 @@ pub(crate) struct Arguments {
     /// Controller that will follow the path: sets feedforward and preview
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
-    /// plant.json or bicycle.json of the vehicle that will follow the path: sets the
-    /// identified sideslip, with its growth in tight turns and its lead in changing turns
+    /// plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
+    /// sideslip, with its growth in tight turns and its lead in changing turns
     #[arg(long, value_name = "FILE.json")]
     plant: Option<PathBuf>,
     /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: course minus yaw;
@@ -120,9 +120,11 @@ fn sideslip(
     };
     let text = files::read_text(file)?;
     let name = file.display().to_string();
-    let kinds = [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA];
+    let kinds =
+        [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA, <Vehicle as Document>::SCHEMA];
     if steerwright_formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
-        return Err(Failure::in_file(file, "no plant", "use a plant.json or bicycle.json".into()));
+        let hint = "use a plant.json, bicycle.json or vehicle.json";
+        return Err(Failure::in_file(file, "no plant", hint.into()));
     }
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));

@@ -133,17 +133,33 @@ pub(crate) fn source_file(
     }
 }
 
+/// The channels of a drive.
+pub(crate) struct Channels {
+    pub(crate) series: Vec<Series>,
+    pub(crate) files: Vec<SourceFile>,
+    /// The first instant of the clocks, s: time is counted from there.
+    pub(crate) start_s: f64,
+}
+
+/// The rows of a group.
+struct RowsOfGroup {
+    group: Group,
+    selected: Selected,
+    columns: Columns,
+    /// Instants on the clock of the log, s.
+    time: Vec<f64>,
+}
+
 /// Reads the channels of `sources`, in that order, and each file once.
 pub(crate) fn read(
     files: Vec<Opened<'_>>,
     sources: &[(Role, Source)],
     options: &LogOptions,
     warnings: &mut Vec<String>,
-) -> Result<(Vec<Series>, Vec<SourceFile>), Error> {
-    let mut channels: Vec<(usize, Series)> = Vec::new();
-    let mut hashes = Vec::new();
+) -> Result<Channels, Error> {
+    let mut opened = Vec::new();
     let mut index = 0;
-    for mut file in files {
+    for file in files {
         let groups: Vec<Group> = file.groups().cloned().collect();
         let mut selected = Vec::new();
         for (group, &place) in groups.into_iter().zip(&file.places) {
@@ -151,10 +167,17 @@ pub(crate) fn read(
             selected.extend(own.map(|own| (group, own)));
             index += 1;
         }
+        opened.push((file, selected));
+    }
+    let stated = if options.windows.is_empty() { None } else { stated_start(&opened, options) };
+    let mut all = Vec::new();
+    let mut hashes = Vec::new();
+    for (mut file, selected) in opened {
         let name = file.recording.groups().first().map(|g| g.file.clone()).unwrap_or_default();
         let wanted: Vec<Wanted> = selected.iter().map(|(_, own)| own.wanted.clone()).collect();
         let mut columns = vec![Columns::default(); wanted.len()];
-        let request = Request { wanted: &wanted, window_s: hull(options), most: PIECE };
+        let window_s = stated.map(|start| hull(options, start));
+        let request = Request { wanted: &wanted, window_s, most: PIECE };
         if wanted.is_empty() {
             // The hash of a file that brings no channel.
             let all = [Wanted { group: 0, channels: Vec::new() }];
@@ -182,36 +205,75 @@ pub(crate) fn read(
                 own.hash(&group, &columns, &mut hash);
             }
             columns.values.resize(own.wanted.channels.len(), Vec::new());
-            let (place, lines) = (group.place(), Rc::clone(&columns.lines));
-            let time = Rc::new(own.time(&columns, 0, options));
+            let time = own.time(&columns, 0, options);
             if let Some((column, _)) = &own.clock {
-                check_clock(&place, column, &time, &lines, f64::NEG_INFINITY)?;
+                check_clock(&group.place(), column, &time, &columns.lines, f64::NEG_INFINITY)?;
             }
-            for &i in &own.sources {
-                let (role, source) = &sources[i];
-                let empty = Series::new(*role, &place, &source.name, source.unit);
-                let (time, line) = (Rc::clone(&time), Rc::clone(&lines));
-                let value = own.take_values(source, &mut columns);
-                let raw = Series { time, value, line, ..empty };
-                channels.push((i, finished(raw, options, warnings)?));
-            }
+            all.push(RowsOfGroup { group, selected: own, columns, time });
         }
         warnings.extend(file.recording.losses());
         hashes.push(source_file(file.recording.as_mut(), &name, hash));
     }
+    let start_s = stated.or_else(|| first_instant(all.iter().map(|rows| &rows.time[..])));
+    let start_s = start_s.unwrap_or(0.0);
+    let mut channels: Vec<(usize, Series)> = Vec::new();
+    for RowsOfGroup { group, selected, mut columns, mut time } in all {
+        count_from(&mut time, start_s);
+        let (time, place) = (Rc::new(time), group.place());
+        for &i in &selected.sources {
+            let (role, source) = &sources[i];
+            let empty = Series::new(*role, &place, &source.name, source.unit);
+            let (time, line) = (Rc::clone(&time), Rc::clone(&columns.lines));
+            let value = selected.take_values(source, &mut columns);
+            let raw = Series { time, value, line, ..empty };
+            channels.push((i, finished(raw, options, warnings)?));
+        }
+    }
     channels.sort_by_key(|(place, _)| *place);
-    Ok((channels.into_iter().map(|(_, series)| series).collect(), hashes))
+    let series = channels.into_iter().map(|(_, series)| series).collect();
+    Ok(Channels { series, files: hashes, start_s })
 }
 
-/// The part of the log that the windows are in, with what their samples depend on.
-fn hull(options: &LogOptions) -> Option<(f64, f64)> {
-    if options.windows.is_empty() || options.time.is_some() {
+/// The earliest of the first instants of clocks.
+pub(crate) fn first_instant<'t>(clocks: impl Iterator<Item = &'t [f64]>) -> Option<f64> {
+    let first = |time: &[f64]| time.iter().copied().find(|t| !t.is_nan());
+    clocks.filter_map(first).reduce(f64::min)
+}
+
+/// Counts instants from `start_s`. Seconds since 1970 have a resolution of 0.2 µs, which shows in the difference.
+pub(crate) fn count_from(time: &mut [f64], start_s: f64) {
+    const LARGE: f64 = 1e6;
+    for t in time {
+        *t -= start_s;
+        if start_s.abs() > LARGE {
+            *t = (*t * 1e6).round() / 1e6;
+        }
+    }
+}
+
+/// The first instant of the clocks, where all files state it ahead of their rows.
+fn stated_start(
+    files: &[(Opened<'_>, Vec<(Group, Selected)>)],
+    options: &LogOptions,
+) -> Option<f64> {
+    if options.time.is_some() {
         return None;
     }
+    let mut start = f64::INFINITY;
+    for (file, selected) in files {
+        for (_, own) in selected {
+            start = start.min(file.recording.first_s(&own.wanted)?);
+        }
+    }
+    start.is_finite().then_some(start)
+}
+
+/// The part of a log from `start_s` on that the windows are in, with what their samples depend on.
+fn hull(options: &LogOptions, start_s: f64) -> (f64, f64) {
     let around = AROUND_WINDOW.max(options.max_gap_s);
     let from = options.windows.iter().map(|w| w.0).fold(f64::INFINITY, f64::min);
     let to = options.windows.iter().map(|w| w.1).fold(f64::NEG_INFINITY, f64::max);
-    Some((from - around, to + around))
+    (start_s + from - around, start_s + to + around)
 }
 
 /// SI values, missing samples dropped, yaw differenced.

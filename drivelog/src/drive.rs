@@ -30,6 +30,8 @@ pub(crate) struct Drive {
     pub(crate) places: Vec<Series>,
     pub(crate) files: Vec<SourceFile>,
     pub(crate) steering_ratio: f64,
+    /// The instant on the log's clock from which time is counted, s: its first sample.
+    pub(crate) start_s: f64,
 }
 
 /// Files whose drives are not stated, by drive.
@@ -101,9 +103,10 @@ impl Drive {
         let places = Role::PLACES.into_iter().filter(|_| of_yaw);
         let roles = roles.chain(others).chain(places);
         let sources = sources(&groups, roles, options, warnings)?;
-        let (all, files) = channels::read(files, &sources, options, warnings)?;
+        let read = channels::read(files, &sources, options, warnings)?;
+        let (files, start_s) = (read.files, read.start_s);
         let (places, mut channels): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|c| c.role.is_place());
+            read.series.into_iter().partition(|c| c.role.is_place());
         for channel in channels.iter().take(2) {
             check_constant(channel)?;
         }
@@ -113,7 +116,7 @@ impl Drive {
             leave_out_frozen(&mut channels);
         }
         warnings.extend(channels.iter().filter_map(Series::frozen_in_words));
-        Ok(Self { name, channels, places, files, steering_ratio: ratio })
+        Ok(Self { name, channels, places, files, steering_ratio: ratio, start_s })
     }
 
     pub(crate) fn channel(&self, role: Role) -> Option<&Series> {

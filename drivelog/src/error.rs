@@ -173,7 +173,7 @@ pub enum Error {
     TooManySamples { duration_s: f64, sample_time_s: f64, limit: usize },
     #[error(
         "the clocks do not overlap: {first} covers {} to {} s, {second} {} to {} s",
-        short(*.first_from), short(*.first_to), short(*.second_from), short(*.second_to)
+        round_ms(*.first_from), round_ms(*.first_to), round_ms(*.second_from), round_ms(*.second_to)
     )]
     NoOverlap {
         first: String,
@@ -327,7 +327,7 @@ impl Error {
                 "check the time column and its unit; accumulate the log, use a part of the drive, or a longer sample time"
             }
             Self::NoOverlap { .. } => {
-                "the files must be of one drive and count time from one origin; check the time window too"
+                "the files must be of one drive and count time from one origin; a window counts from the log's first sample"
             }
             Self::SampleTimeTooShort { least, .. } => {
                 return format!("use {} s or more, or leave the sample time out", short(*least));

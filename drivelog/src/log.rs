@@ -49,7 +49,8 @@ pub struct DriveLog {
 /// Samples of a log that follow each other without a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// The log's time at the first sample, s.
+    /// Time of the first sample, s from the first sample of its drive; the option `log_start_s` states that
+    /// instant on the clock of the log.
     pub time0_s: f64,
     /// Which of the log's samples they are.
     pub range: Range<usize>,
@@ -70,7 +71,7 @@ impl DriveLog {
             .fold(0.0, f64::max)
     }
 
-    /// The log's time at each sample, s.
+    /// Time of each sample, s from the first sample of its drive.
     #[must_use]
     pub fn time_s(&self) -> Vec<f64> {
         let times = |s: &Segment| {

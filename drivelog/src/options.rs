@@ -119,7 +119,7 @@ pub struct LogOptions {
     pub steering_full_scale_rad: Option<f64>,
     /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
     pub steering_ratio: Option<f64>,
-    /// Parts of each drive to use, from and to, s on its clock; none for all of it.
+    /// Parts of each drive to use, from and to, s from its first sample; none for all of it.
     pub windows: Vec<(f64, f64)>,
     /// Speeds to use, from and to, m/s: the segments where the speed, averaged over a second, stays within.
     pub speed_window: Option<(f64, f64)>,

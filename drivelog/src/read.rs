@@ -81,6 +81,10 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
         let names: Vec<&str> = drives.iter().map(|d| d.name.as_str()).collect();
         used.insert("drives".into(), names.join("; "));
     }
+    if drives.iter().any(|d| d.start_s != 0.0) {
+        let starts: Vec<String> = drives.iter().map(|d| d.start_s.to_string()).collect();
+        used.insert("log_start_s".into(), starts.join("; "));
+    }
     let mut log = DriveLog {
         name,
         sample_time_s: 0.0,

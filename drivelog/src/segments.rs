@@ -19,7 +19,7 @@ pub(crate) const LEAST_SEGMENT: usize = 60;
 /// Speed is averaged over this time, s: noise at the window's edge does not break a segment.
 const SPEED_AVERAGE: f64 = 1.0;
 
-/// From and to, s on the drive's clock.
+/// From and to, s from the drive's first sample.
 pub(crate) type Span = (f64, f64);
 
 pub(crate) struct Split {

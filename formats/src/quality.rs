@@ -179,6 +179,11 @@ impl Quality {
         self.reasons.iter().any(|reason| reason.code == code)
     }
 
+    /// The reasons that the summary does not state already.
+    pub fn unstated_reasons(&self) -> impl Iterator<Item = &Reason> {
+        self.reasons.iter().filter(|reason| !self.summary.contains(&reason.message))
+    }
+
     /// The codes of all reasons, separated by commas.
     #[must_use]
     pub fn codes(&self) -> String {

@@ -29,11 +29,7 @@ pub(crate) fn of_keywords(subcommand: &str, keywords: &Bound<'_, PyDict>) -> PyR
         let keyword: String = name.extract()?;
         let name = keyword.replace('_', "-");
         let Some(option) = known.iter().find(|option| option.name == name) else {
-            let names: Vec<String> = known.iter().map(|o| o.name.replace('-', "_")).collect();
-            return Err(PyTypeError::new_err(format!(
-                "no option `{keyword}`; the options are {}",
-                names.join(", ")
-            )));
+            return Err(PyTypeError::new_err(unknown(subcommand, &keyword, &known)));
         };
         let refused = |problem: String| PyTypeError::new_err(format!("{keyword}: {problem}"));
         if value.is_none() {
@@ -55,6 +51,36 @@ pub(crate) fn of_keywords(subcommand: &str, keywords: &Bound<'_, PyDict>) -> PyR
         }
     }
     Ok(all)
+}
+
+/// The message of an option that does not exist: the one of nearest name, or else all.
+fn unknown(subcommand: &str, keyword: &str, known: &[OptionDescription]) -> String {
+    let names: Vec<String> = known.iter().map(|o| o.name.replace('-', "_")).collect();
+    let nearest = names.iter().map(|name| (edits(keyword, name), name)).min();
+    match nearest {
+        // Further apart, the names have nothing to do with each other.
+        Some((edits, name)) if 3 * edits <= name.len().max(keyword.len()) => format!(
+            "no option `{keyword}` of {subcommand}; did you mean `{name}`? \
+             steerwright.options(\"{subcommand}\") prints all"
+        ),
+        _ => format!("no option `{keyword}` of {subcommand}; the options are {}", names.join(", ")),
+    }
+}
+
+/// How many letters are left out, added or replaced between two names (Levenshtein).
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = i;
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
 }
 
 fn shown(value: &Bound<'_, PyAny>) -> String {

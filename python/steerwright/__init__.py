@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         build,
         check,
         compare,
+        export,
         inspect,
         load,
         merge_sweep,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from . import _native
 from ._options import OUTPUTS, in_python
@@ -24,6 +25,9 @@ COMMANDS = {
     "simulate": OUTPUTS | {"input"},
 }
 """Each function, and the options of the command line that it has not."""
+
+CHOICES = {"identify": "structure"}
+"""An option that decides on the type of what a function returns: the others are a class of their own."""
 
 BASES = {"read", "identify", "design"}
 """Those whose options others include."""
@@ -111,15 +115,25 @@ def module() -> str:
                 inherited |= known
         written[command] = names
         bases = bases or ["TypedDict"]
+        choice = CHOICES.get(command)
+        if choice:
+            text += f"\n\nclass ModelOptions({', '.join(bases)}, total=False):\n"
+            text += f'    """The options of `{command}` but for `{choice}`."""\n\n'
+            text += fields(command, [o for o in described if o[0] not in {*inherited, choice}])
+            bases, inherited = ["ModelOptions"], names - {choice}
         text += f"\n\nclass {class_of(command)}({', '.join(bases)}, total=False):\n"
         text += f'    """The options of `{command}`."""\n\n'
-        for name, value, values, repeated, default, help_text in described:
-            if name in inherited:
-                continue
-            text += f"    {name.replace('-', '_')}: {kind_of(command, name, value, values, repeated)}\n"
-            explained = in_python(help_text).replace("\\", "\\\\")
-            explained += f" (default {default})" if default else ""
-            text += wrapped(explained.rstrip("."))
+        text += fields(command, [o for o in described if o[0] not in inherited])
+    return text
+
+
+def fields(command: str, described: list[Any]) -> str:
+    text = ""
+    for name, value, values, repeated, default, help_text in described:
+        text += f"    {name.replace('-', '_')}: {kind_of(command, name, value, values, repeated)}\n"
+        explained = in_python(help_text).replace("\\", "\\\\")
+        explained += f" (default {default})" if default else ""
+        text += wrapped(explained.rstrip("."))
     return text
 
 

@@ -1,6 +1,6 @@
 """Formats that other libraries read, as tables: a format is a function in `READERS`.
 
-The libraries come with ``pip install steerwright[logs]``.
+The libraries come with ``pip install './python[logs]'`` from a clone.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _library(name: str, file: FilePath) -> Any:
         if package == "openpilot":
             hint = "run this where openpilot is on the path of Python"
         else:
-            hint = "pip install steerwright[logs]"
+            hint = "pip install './python[logs]' from a clone"
         raise Error(f"{file}: such files are read by {package}, which is not installed", hint) from error
 
 

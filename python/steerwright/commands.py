@@ -123,7 +123,7 @@ def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
 
 
 @documented("export", {"json", "for"})
-def export(model: Plant | Bicycle | Torque | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
+def export(model: LateralModel | Torque | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
     """The parameters of a driving stack (``autoware``, ``openpilot``, ``ardupilot``, ``px4``) from a model, with standard
     errors, units and conventions; with ``output`` also as the stack's file.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -54,7 +55,12 @@ def sweep(
         slots = max(sum(client.nthreads().values()), 1)
         runs_per_task = int(np.clip(runs // (4 * slots), low, high))
     shards = max(-(-runs // runs_per_task), 1)
-    sent = client.scatter(bundle, broadcast=True, hash=True)
+    with warnings.catch_warnings():
+        # A bundle of more than 10 MB is a large task, once.
+        warnings.simplefilter("ignore", UserWarning)
+        # Scattered data are lost with their workers, and a worker that dies meanwhile fails the call. The scheduler
+        # has what a task needs, and makes it again elsewhere.
+        sent = client.submit(_sent, bundle, retries=retries, pure=False)
     tasks = [
         client.submit(_shard, sent, study.name, f"{k}/{shards}", options, retries=retries, pure=False)
         for k in range(shards)
@@ -136,6 +142,11 @@ def _gathered(
     except BaseException:
         client.cancel(every or tasks)
         raise
+
+
+def _sent(bundle: dict[str, bytes]) -> dict[str, bytes]:
+    """The study and its files, on a worker."""
+    return bundle
 
 
 def _bundle(study: FilePath, files: Sequence[str]) -> dict[str, bytes]:

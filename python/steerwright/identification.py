@@ -4,26 +4,43 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, overload
 
 from . import _native, _progress
 from ._errors import Error, Warning
 from ._native import Log
 from ._options import documented
 from .accumulator import Accumulator
-from .plant import Bicycle, LateralModel, Plant, Torque, kind_of
+from .plant import Bicycle, LateralModel, Plant, Torque, Vehicle, kind_of
 from .reading import Source, read
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from .options import IdentifyOptions
+    from .options import IdentifyOptions, ModelOptions
+
+AnyLog = Union[Log, Accumulator, Source, Sequence[Source]]
+"""A log, what is accumulated of many, or what :func:`read` takes."""
 
 
-@documented("identify")
+@overload
+def identify(log: Accumulator, **options: Unpack[ModelOptions]) -> Plant: ...
+@overload
+def identify(log: AnyLog, *, structure: Literal["state-space"], **options: Unpack[ModelOptions]) -> Plant: ...
+@overload
+def identify(log: AnyLog, *, structure: Literal["bicycle"], **options: Unpack[ModelOptions]) -> Bicycle: ...
+@overload
+def identify(log: AnyLog, *, structure: Literal["single-track"], **options: Unpack[ModelOptions]) -> Vehicle: ...
+@overload
+def identify(log: AnyLog, *, structure: Literal["torque"], **options: Unpack[ModelOptions]) -> Torque: ...
+@overload
 def identify(
-    log: Log | Accumulator | Source | Sequence[Source], **options: Unpack[IdentifyOptions]
-) -> LateralModel | Torque:
+    log: AnyLog, *, structure: Literal["auto"] = "auto", **options: Unpack[ModelOptions]
+) -> LateralModel: ...
+@overload
+def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | Torque: ...
+@documented("identify")
+def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | Torque:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.

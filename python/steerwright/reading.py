@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime, timezone
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Union
 
@@ -73,40 +75,72 @@ def columns(table: Any) -> dict[str, Any]:
         )
     found = {}
     for name, values in named:
-        array = _numbers(values)
-        if array is not None:
-            found[str(name)] = array
+        _add(found, str(name), _array(values))
     if not found:
         raise Error("the table has no column of numbers", "pass named columns of numbers")
     index = getattr(table, "index", None)
-    if index is not None and getattr(index, "name", None) and not callable(index):
-        array = _numbers(index)
-        if array is not None and str(index.name) not in found:
-            found = {str(index.name): array, **found}
+    if index is None or callable(index):
+        return found
+    array = _array(index)
+    name = str(index.name) if getattr(index, "name", None) else "time"
+    # An index without a name is numbers of rows, unless it is of times; a column of times is preferred to it.
+    is_clock = array.dtype.kind in "Mm" and not any(TIME.search(column) for column in found)
+    if name not in found and (getattr(index, "name", None) or is_clock):
+        clock: dict[str, Any] = {}
+        _add(clock, name, array)
+        found = {**clock, **found}
     return found
 
 
-def _numbers(values: Any) -> Any:
-    """One-dimensional float64, contiguous; `None` for what is no number or time."""
-    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
-    if array.dtype.kind == "M":
+TIME = re.compile(r"(?i)time|stamp|^t(_|$)")
+"""Names of clocks."""
+UNIT = re.compile(r"(?i)[_ (\[](s|sec|ms|us|µs|ns)[)\]]?$")
+"""The unit of time in a name."""
+PER_SECOND = {"s": 1.0, "sec": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
+
+
+def _add(found: dict[str, Any], name: str, array: Any) -> None:
+    """Adds a column of numbers, float64 and contiguous; times in the unit that the name states, by default seconds."""
+    if array.dtype.kind in "Mm":
         missing = np.isnat(array)
-        array = array.astype("datetime64[ns]").astype(np.int64) * 1e-9
-        array[missing] = np.nan
-    elif array.dtype.kind == "m":
-        array = array / np.timedelta64(1, "s")
+        kind = "datetime64[ns]" if array.dtype.kind == "M" else "timedelta64[ns]"
+        seconds = array.astype(kind).astype(np.int64) * 1e-9
+        seconds[missing] = np.nan
+        unit = UNIT.search(name)
+        array = seconds * (PER_SECOND[unit[1].lower()] if unit else 1.0)
+        name = name if unit else f"{name} [s]"
+    if array.dtype.kind in "fiub" and array.ndim == 1:
+        found[name] = np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _array(values: Any) -> Any:
+    """Numbers, dates or durations; of objects their numbers or dates, if all are such."""
+    if getattr(getattr(values, "dtype", None), "tz", None) is not None:
+        # Of pandas, which else makes objects of times with a zone.
+        return values.to_numpy(dtype="datetime64[ns]")
+    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
     if array.dtype.kind == "O":
-        try:
-            array = np.array([_number(item) for item in array], dtype=float)
-        except (TypeError, ValueError):
-            return None
-    if array.dtype.kind not in "fiub" or array.ndim != 1:
-        return None
-    return np.ascontiguousarray(array, dtype=np.float64)
+        with contextlib.suppress(TypeError, ValueError, OverflowError):
+            if any(isinstance(item, datetime) for item in array):
+                return np.array([_date(item) for item in array], dtype="datetime64[ns]")
+            return np.array([_number(item) for item in array], dtype=float)
+    return array
+
+
+def _is_missing(item: Any) -> bool:
+    return item is None or type(item).__name__ in ("NAType", "NaTType")
+
+
+def _date(item: Any) -> Any:
+    if _is_missing(item):
+        return np.datetime64("NaT")
+    if item.tzinfo is not None:
+        item = item.astimezone(timezone.utc).replace(tzinfo=None)
+    return np.datetime64(item)
 
 
 def _number(item: Any) -> float:
-    return np.nan if item is None or type(item).__name__ in ("NAType", "NaTType") else float(item)
+    return np.nan if _is_missing(item) else float(item)
 
 
 @documented("read")
@@ -114,7 +148,7 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
     """Reads a log: steering angle, yaw rate and, where the log has it, speed, on one grid.
 
     ``source`` is a file of any format that the command line reads (CSV, MDF, MCAP, Parquet, CAN with ``dbc``), of
-    those that other libraries read (TDMS, MAT, ROS 1 bags, ``.db3``, BLF: ``pip install steerwright[logs]``), a
+    those that other libraries read (TDMS, MAT, ROS 1 bags, ``.db3``, BLF: ``pip install './python[logs]'``), a
     dict of arrays, a data frame of pandas or polars, an Arrow table; or a list of these. Each with steering
     and yaw rate is a drive, others are channels of one drive. Columns of a table are copied.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
-import threading
-import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -48,26 +48,73 @@ def client() -> Any:
         yield client
 
 
-def kill_a_worker(client: Any, after: float) -> threading.Thread:
+def when_sent(client: Any, monkeypatch: pytest.MonkeyPatch, kill: Callable[[str | None], None]) -> None:
+    """Kills a worker as the study is sent."""
+    submit = client.submit
+
+    def killing(*arguments: Any, **keywords: Any) -> Any:
+        future = submit(*arguments, **keywords)
+        kill(None)
+        return future
+
+    monkeypatch.setattr(client, "submit", killing)
+
+
+def in_a_run(client: Any, monkeypatch: pytest.MonkeyPatch, kill: Callable[[str | None], None]) -> None:
+    """Kills a worker when the first task has ended and the others are at work."""
+
+    @contextlib.contextmanager
+    def shown() -> Iterator[Any]:
+        yield lambda _what, _done, _of: kill(None)
+
+    monkeypatch.setattr("steerwright._progress.shown", shown)
+
+
+def at_the_gather(client: Any, monkeypatch: pytest.MonkeyPatch, kill: Callable[[str | None], None]) -> None:
+    """Kills the worker that has a result as it is fetched."""
+    result = distributed.Future.result
+
+    def killing(future: Any, *arguments: Any, **keywords: Any) -> Any:
+        holders = [worker for workers in client.who_has([future]).values() for worker in workers]
+        if len(holders) == 1:
+            kill(holders[0])
+        return result(future, *arguments, **keywords)
+
+    monkeypatch.setattr(distributed.Future, "result", killing)
+
+
+DEATHS = [when_sent, in_a_run, at_the_gather]
+
+
+def killer(client: Any) -> tuple[Callable[[str | None], None], list[int]]:
+    """A function that kills the named worker, or any, the first time that it is called; whom it killed."""
     workers = client.run(os.getpid)
+    killed: list[int] = []
 
-    def kill() -> None:
-        time.sleep(after)
-        os.kill(next(iter(workers.values())), signal.SIGKILL)
+    def kill(worker: str | None) -> None:
+        if not killed:
+            killed.append(workers[worker] if worker else next(iter(workers.values())))
+            os.kill(killed[0], signal.SIGKILL)
 
-    thread = threading.Thread(target=kill)
-    thread.start()
-    return thread
+    return kill, killed
 
 
-def test_a_sweep_survives_a_worker(fmus: dict[str, Path], tmp_path: Path, client: Any) -> None:
+@pytest.mark.parametrize("death", DEATHS)
+def test_a_sweep_survives_a_worker(
+    death: Callable[..., None],
+    fmus: dict[str, Path],
+    tmp_path: Path,
+    client: Any,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     (tmp_path / "LateralLoop.ssp").write_bytes(fmus["LateralLoop"].read_bytes())
     study = tmp_path / "study.toml"
     study.write_text(STUDY)
     whole = steerwright.sweep(study, output=tmp_path / "whole.csv")
-    killing = kill_a_worker(client, 1.0)
+    kill, killed = killer(client)
+    death(client, monkeypatch, kill)
     on_cluster = steerwright.dask.sweep(study, client, output=tmp_path / "cluster.csv", runs_per_task=20)
-    killing.join()
+    assert len(killed) == 1
     assert (tmp_path / "cluster.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert on_cluster.summary["outcomes"] == whole.summary["outcomes"]
 
@@ -79,11 +126,16 @@ def drives() -> list[dict[str, np.ndarray]]:
     return [{name: rows[name][part].copy() for name in rows.dtype.names} for part in parts]
 
 
-def test_a_fleet_survives_a_worker(client: Any) -> None:
+@pytest.mark.parametrize("death", DEATHS)
+def test_a_fleet_survives_a_worker(
+    death: Callable[..., None], client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     logs = drives()
-    killing = kill_a_worker(client, 0.3)
+    kill, killed = killer(client)
+    death(client, monkeypatch, kill)
     fleet = steerwright.dask.accumulate([*logs, logs[3]], client, fan_in=3, horizon=15, **COLUMNS)
-    killing.join()
+    assert len(killed) == 1
+    monkeypatch.undo()
     again = steerwright.dask.accumulate(logs, client, fan_in=3, horizon=15, **COLUMNS)
     assert fleet.to_json() == again.to_json()
     one_pass = steerwright.Accumulator(horizon=15, **COLUMNS)

@@ -174,21 +174,21 @@ fn push_block<'a>(
 ) {
     match block {
         Block::Heading(text) => push!(out, "<h3>{}</h3>\n", escape(text)),
-        Block::Text(text) => push!(out, "<p>{}</p>\n", escape(text)),
+        Block::Text(text) => push!(out, "<p>{}</p>\n", prose(text)),
         Block::Note { tone, title, text } => {
             let class = match tone {
                 Tone::Good => "note good",
                 Tone::Bad => "note bad",
                 Tone::Neutral => "note",
             };
-            let (title, text) = (escape(title), escape(text));
+            let (title, text) = (prose(title), prose(text));
             push!(out, "<p class=\"{class}\"><b>{title}</b>{text}</p>\n");
         }
         Block::List(items) if items.is_empty() => {}
         Block::List(items) => {
             out.push_str("<ul>\n");
             for item in items {
-                push!(out, "<li>{}</li>\n", escape(item));
+                push!(out, "<li>{}</li>\n", prose(item));
             }
             out.push_str("</ul>\n");
         }
@@ -204,6 +204,26 @@ fn push_block<'a>(
             None => {}
         },
     }
+}
+
+/// Escaped text with what stands between backticks as code.
+fn prose(text: &str) -> String {
+    let escaped = escape(text);
+    let parts: Vec<&str> = escaped.split('`').collect();
+    // A backtick without a partner is a character of a name.
+    let pairs = (parts.len() - 1) / 2;
+    let mut out = String::with_capacity(escaped.len() + 11 * pairs);
+    for (k, part) in parts.iter().enumerate() {
+        let mark = match k {
+            0 => "",
+            k if k > 2 * pairs => "`",
+            k if k % 2 == 1 => "<code>",
+            _ => "</code>",
+        };
+        out.push_str(mark);
+        out.push_str(part);
+    }
+    out
 }
 
 fn push_figure(out: &mut String, figure: &Figure, still: &Still, caption: &str) {

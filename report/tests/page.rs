@@ -48,6 +48,60 @@ fn a_controller_that_fails_in_the_loop_is_not_called_good() {
     );
 }
 
+#[test]
+fn requirements_that_plants_of_the_ensemble_miss_are_not_called_good() {
+    let mut missed = pid(true);
+    let mut robustness = missed.evidence.robustness.clone().unwrap_or_else(robustness);
+    robustness.met = false;
+    missed.evidence.robustness = Some(robustness);
+    let report = Report {
+        controllers: vec![Controller { name: "identified", pid: &missed, in_loop: None }],
+        ..Report::default()
+    };
+    let page = report.to_html();
+    assert!(page.contains("on the nominal plant, not on all plants"), "{page}");
+    assert!(!page.contains("note good"), "{page}");
+}
+
+/// Of no plants.
+fn robustness() -> steerwright_formats::Robustness {
+    steerwright_formats::Robustness {
+        met: true,
+        members: 0,
+        seed: 1,
+        loop_delay_range_s: [0.0, 0.01],
+        gain_range: [1.0, 1.0],
+        speed_range_mps: None,
+        plants: 1,
+        requirements: Vec::new(),
+        latency: Vec::new(),
+        speed: Vec::new(),
+    }
+}
+
+#[test]
+fn each_reason_is_stated_once_and_backticks_become_code() {
+    use steerwright_formats::{Grade, Quality, Reason, ReasonCode};
+    let reason = |code, message: &str| Reason::new(code, Grade::Fail, message);
+    let mut plant = plant();
+    plant.quality = Quality::new(
+        "Validation failed: column `a_mps` is slow.",
+        vec![
+            reason(ReasonCode::SlowLog, "column `a_mps` is slow"),
+            reason(ReasonCode::Spikes, "it has spikes"),
+        ],
+        vec!["check `b` and `c`; this ` stands alone".into()],
+    );
+    let page = Report { plant: Some(&plant), ..Report::default() }.to_html();
+    parse(&page);
+    let body = page.split("<main>").nth(1).unwrap();
+    assert_eq!(body.matches("column <code>a_mps</code> is slow").count(), 1, "{body}");
+    assert_eq!(body.matches("it has spikes").count(), 1, "{body}");
+    let advice = "check <code>b</code> and <code>c</code>; this ` stands alone";
+    assert!(body.contains(advice), "{body}");
+    assert!(!body.contains("What to do next"), "{body}");
+}
+
 fn parse(page: &str) -> roxmltree::Document<'_> {
     // The page is written as XML too, but for its document type.
     roxmltree::Document::parse(page.strip_prefix("<!DOCTYPE html>\n").unwrap()).unwrap()
@@ -164,7 +218,7 @@ fn every_requirement_is_marked_met_or_not_met() {
     assert_eq!(in_loop[2..6], ["0.830 s", "✓ met", "1.400 s", "✗ not met"]);
     assert_eq!(row(&bad, "overshoot")[3], "✓ met");
     assert!(good.contains("Every requirement is met.") && bad.contains("Not every requirement"));
-    assert!(bad.contains("settling time: asked 1\u{a0}s, reached 1.4\u{a0}s"));
+    assert!(bad.contains("settling time: required 1\u{a0}s, reached 1.4\u{a0}s"));
     // What else may be asked for has its place, and is empty where it was not.
     assert_eq!(row(&good, "modulus margin"), ["modulus margin", "≥ 0.5", "0.710"]);
     assert_eq!(row(&good, "gain margin"), ["gain margin", "", "13.4 dB"]);

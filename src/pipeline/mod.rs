@@ -112,6 +112,8 @@ impl Basis {
 const LOOP: &str = "LateralLoop";
 /// The order in which the FMUs of these loops are stepped.
 const MASTER: Coupling = Coupling::GaussSeidel;
+/// The page to read.
+pub(crate) const PAGE: &str = "report.html";
 /// Name of the road every drive is tried on.
 pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.

@@ -1,6 +1,6 @@
 //! Figures and the report of a build.
 
-use super::{Built, RECORDED_ROAD, STANDARD_ROAD, Writer};
+use super::{Built, PAGE, RECORDED_ROAD, STANDARD_ROAD, Writer};
 use crate::failure::Failure;
 use steerwright_formats::Bicycle;
 use steerwright_report::figures::{self, road_height};
@@ -66,7 +66,7 @@ pub(super) fn write(
         tracks: tracks(built, STANDARD_ROAD),
         files: out.written().to_vec(),
     };
-    out.bytes("report.html", page.to_html().as_bytes())?;
+    out.bytes(PAGE, page.to_html().as_bytes())?;
     Ok(())
 }
 

@@ -95,14 +95,13 @@ fn an_interrupted_build_leaves_the_old_result_and_nothing_else() {
 fn two_builds_of_one_folder_exclude_each_other() {
     let folder = built();
     let mut first = started(folder.path());
-    let began = Instant::now();
     // By another name of the same folder too.
     std::os::unix::fs::symlink("out", folder.path().join("alias")).unwrap();
     for out in ["out", "alias"] {
         let text = run(folder.path(), &format!("{BUILD} --out {out}"), &[2]);
         assert!(text.contains(&format!("error: {out}: another run is writing")), "{text}");
     }
-    assert!(began.elapsed() < Duration::from_secs(20), "it was decided after the work");
+    assert!(first.try_wait().unwrap().is_none(), "it was decided after the work");
     // Another folder next to it is free.
     run(folder.path(), &format!("{BUILD} --out other --order 2"), &[0, 1]);
     first.wait().unwrap();

@@ -51,6 +51,11 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     let lead =
         steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
+    // A vehicle is a bicycle in gentle driving.
+    done(folder, "path --plant {data}/multibody/vehicle.json --speed 15m/s -o of_vehicle.json");
+    let of_vehicle = document::<steerwright_formats::Path>(&folder.join("of_vehicle.json"));
+    assert!((of_vehicle.guidance.sideslip_per_yaw_rate_s - at_15).abs() < 0.05, "{of_vehicle:?}");
+    assert!(of_vehicle.guidance.sideslip_per_yaw_rate_s != 0.0);
     let output = run(folder, "path --plant {chain}/pid.json");
     assert_eq!(output.status.code(), Some(2));
     assert!(text_of(&output).contains("no plant"), "{}", text_of(&output));

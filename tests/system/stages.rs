@@ -94,3 +94,36 @@ fn a_latency_that_the_fmus_lack_is_reported() {
     let text = done(folder.path(), "design plant.json --master jacobi -o jacobi.json");
     assert!(!text.contains(unlike), "{text}");
 }
+
+/// Seconds since 1970: figures, page and windows count from the first sample, and the start is stated once.
+#[test]
+fn a_drive_stamped_since_1970_is_drawn_from_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = fs::read_to_string(support::data().join("multibody/drive.csv")).unwrap();
+    let stamped = drive.lines().map(|line| match line.split_once(',') {
+        Some((time, rest)) if time.parse::<f64>().is_ok() => {
+            format!("{:.3},{rest}\n", 1_764_000_000.06 + time.parse::<f64>().unwrap())
+        }
+        _ => format!("{line}\n"),
+    });
+    fs::write(folder.path().join("epoch.csv"), stamped.collect::<String>()).unwrap();
+    let log = "epoch.csv --input-channel steering_command_rad --steering-ratio 1";
+    let line =
+        format!("identify {log} --window 10s..60s -o plant.json --plots plots --report p.html");
+    let text = done(folder.path(), &line);
+    assert_eq!(text.matches("1764000000.06 s (2025-11-24 16:00:00 UTC)").count(), 1, "{text}");
+    for name in ["drive", "comparison"] {
+        let svg = fs::read_to_string(folder.path().join(format!("plots/{name}.svg"))).unwrap();
+        assert!(svg.contains(">20</text>") && !svg.contains(">1764"), "{name}: {svg}");
+    }
+    let page = fs::read_to_string(folder.path().join("p.html")).unwrap();
+    assert_eq!(page.matches("1764000000.06 s (").count(), 1);
+    let data = page.split("id=\"figures\">").nth(1).unwrap().split("</script>").next().unwrap();
+    assert!(!data.contains("1764000"), "the data of the page count from zero");
+    let text = done(folder.path(), "inspect epoch.csv --plot channels.html");
+    assert!(text.contains("0.000 to ") && text.contains("1764000000.060 s on the log's clock"));
+    let failed = run(folder.path(), &format!("identify {log} --window 1764000010s..1764000060s"));
+    assert_eq!(failed.status.code(), Some(2));
+    let text = text_of(&failed);
+    assert!(text.contains("the window covers 1764000010 to 1764000060 s, the log 0 to"), "{text}");
+}

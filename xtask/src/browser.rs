@@ -51,7 +51,7 @@ fn build(program: &Path, out: &Path) -> Result<(), String> {
 
 /// Chromium or a relative: the one that STEERWRIGHT_CHROMIUM names, an installed one, or Debian's,
 /// which root installs.
-fn chromium() -> Result<PathBuf, String> {
+pub(crate) fn chromium() -> Result<PathBuf, String> {
     let installed = || {
         let named = env::var_os("STEERWRIGHT_CHROMIUM").map(PathBuf::from);
         let place = || PLACES.iter().map(PathBuf::from).find(|file| file.is_file());

@@ -1,9 +1,10 @@
 //! `cargo xtask test`.
 
 use crate::cross::{self, Platform};
-use crate::run::{cargo, run, target};
+use crate::run::{answer, cargo, run, target};
 use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress, wheel};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The modules of the system tests that are about the libraries in the archives.
 const LOADING: [&str; 7] = [
@@ -34,6 +35,8 @@ pub(crate) struct Options {
 ///
 /// Other platforms are tested with the cross-built libraries: the tests about libraries in archives run with
 /// them once more, and each platform's library is compared with this machine's.
+///
+/// What the tests need is checked before anything is built. A suite that fails does not end the others.
 pub(crate) fn test(options: &Options) -> Result<(), String> {
     let platforms = match &options.cross {
         None if options.full => Some(&[][..]),
@@ -43,17 +46,20 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     if let Some(platforms) = &platforms {
         cross::check(platforms, true)?;
     }
+    check_machine()?;
     let python = python::environment()?;
+    let mut suites = Suites::default();
     // Release: the tests step models millions of times. With those that `cargo test` leaves out.
     let all = ["--", "--include-ignored", "--skip", stress::STRESS];
-    run(cargo(&["test", "--release", "--no-fail-fast"])
-        .args(all)
-        .env("STEERWRIGHT_PYTHON", &python))?;
+    let mut workspace = cargo(&["test", "--release", "--no-fail-fast"]);
+    workspace.args(all).env("STEERWRIGHT_PYTHON", &python);
+    suites.note("the Rust tests", run(&mut workspace));
     // No default member: this program.
-    run(&mut cargo(&["test", "--release", "--quiet", "--package", "xtask"]))?;
-    browser::browser()?;
+    let mut own = cargo(&["test", "--release", "--quiet", "--package", "xtask"]);
+    suites.note("the tests of xtask", run(&mut own));
+    suites.note("the report in Chromium", browser::browser());
     let binaries = match &platforms {
-        Some(platforms) => Some(across(platforms, &python)?),
+        Some(platforms) => suites.note("other platforms", across(platforms, &python)),
         None => {
             eprintln!(
                 "left out: the libraries for an older glibc and for Windows (`cargo xtask test \
@@ -62,16 +68,89 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
             None
         }
     };
-    wheel::wheel(binaries.as_deref(), false)?;
-    importers::importers(&python, binaries.as_deref())?;
+    suites.note("the Python package", wheel::wheel(binaries.as_deref(), false));
+    suites.note("independent importers", importers::importers(&python, binaries.as_deref()));
     if options.full {
-        stress::stress()?;
-        fuzz::fuzz(1.0, &[])?;
-        evaluate::evaluate_all()?;
+        suites.note("the stress tests", stress::stress());
+        suites.note("fuzzing", fuzz::fuzz(1.0, &[]));
+        suites.note("the evaluation", evaluate::evaluate_all());
     } else {
         eprintln!("left out: stress tests, fuzzing, long evaluations (`cargo xtask test --full`)");
     }
-    Ok(())
+    suites.outcome()
+}
+
+/// The suites that failed.
+#[derive(Default)]
+struct Suites {
+    failed: Vec<String>,
+}
+
+impl Suites {
+    /// Keeps the failure of a suite for the end; what the suite returned otherwise.
+    fn note<T>(&mut self, suite: &str, outcome: Result<T, String>) -> Option<T> {
+        outcome
+            .map_err(|error| {
+                eprintln!("failed: {suite}: {error}");
+                self.failed.push(format!("{suite}: {error}"));
+            })
+            .ok()
+    }
+
+    fn outcome(self) -> Result<(), String> {
+        match self.failed.len() {
+            0 => Ok(()),
+            count => Err(format!("{count} suites failed\n  {}", self.failed.join("\n  "))),
+        }
+    }
+}
+
+/// Whether all that the tests need is installed; an error names what is missing, and how it is installed.
+fn check_machine() -> Result<(), String> {
+    // Debian's python3 has the module venv without what makes an environment of it.
+    let venv = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))";
+    let works = |program: &str, arguments: &[&str]| {
+        Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success())
+    };
+    let compiles = answer(Command::new("cc").arg("-print-file-name=include")).is_some();
+    let needs = [
+        (compiles, "a C compiler (`cc`)", "gcc libc6-dev"),
+        (works("git", &["--version"]), "git", "git"),
+        (
+            works("python3", &["-c", venv]) || works("python", &["-c", venv]),
+            "Python 3.10 or newer with venv",
+            "python3-venv",
+        ),
+        (browser::chromium().is_ok(), "Chromium (or STEERWRIGHT_CHROMIUM)", "chromium"),
+    ];
+    let missing: Vec<_> = needs.into_iter().filter(|(is_there, ..)| !is_there).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<_> = missing.iter().map(|(_, name, _)| *name).collect();
+    let packages: Vec<_> = missing.iter().map(|(.., package)| *package).collect();
+    Err(format!(
+        "the tests need {}\nhint: on Debian and Ubuntu, apt-get install {}",
+        names.join(", "),
+        packages.join(" ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Suites;
+
+    #[test]
+    fn a_suite_that_fails_does_not_end_the_others_and_is_reported_at_the_end() {
+        let mut suites = Suites::default();
+        assert_eq!(suites.note::<()>("first", Err("one test".into())), None);
+        assert_eq!(suites.note("second", Ok(3)), Some(3));
+        suites.note::<()>("third", Err("no program".into()));
+        let message = suites.outcome().unwrap_err();
+        assert!(message.starts_with("2 suites failed"), "{message}");
+        assert!(message.contains("first: one test") && message.contains("third: no program"));
+        assert_eq!(Suites::default().outcome(), Ok(()));
+    }
 }
 
 /// The tests with the cross-built libraries in the archives, and each platform's own runs. Returns the

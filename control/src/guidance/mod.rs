@@ -3,7 +3,9 @@
 pub(crate) mod track;
 
 use crate::Error;
-use steerwright_formats::{Bicycle, Document, Guidance, GuidanceAdvice, GuidanceEntry, Pid, Plant};
+use steerwright_formats::{
+    Bicycle, Document, Guidance, GuidanceAdvice, GuidanceEntry, Pid, Plant, Vehicle,
+};
 use steerwright_loading::{guidance_over_speed, guidance_parameters};
 pub use steerwright_models::Sideslip;
 
@@ -83,7 +85,7 @@ pub fn with_sideslip(guidance: Guidance, sideslip: &Sideslip, speed: f64) -> Gui
 }
 
 /// The sideslip that a plant's document states: the measured one of `plant.json`, or that of the model in
-/// `bicycle.json`; at a speed (m/s), by default the document's. `None` where the document states none.
+/// `bicycle.json` or of `vehicle.json` in gentle driving; at a speed (m/s), by default the document's. `None` where the document states none.
 ///
 /// # Errors
 /// [`Error::Document`] where a document of these kinds is invalid.
@@ -93,14 +95,20 @@ pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option
             let stated = plant_sideslip(&Plant::from_json(document, file)?);
             Ok(stated.map(|s| s.at(speed.unwrap_or(s.reference_speed))))
         }
-        Some(Bicycle::SCHEMA) => {
-            let vehicle = Bicycle::from_json(document, file)?.vehicle;
-            let speed = speed.unwrap_or(vehicle.speed_mps);
-            let parameters = steerwright_loading::bicycle_parameters(&vehicle);
-            Ok((speed > 0.0).then(|| parameters.sideslip(speed)))
+        Some(Bicycle::SCHEMA) => Ok(bicycle_sideslip(&Bicycle::from_json(document, file)?, speed)),
+        Some(Vehicle::SCHEMA) => {
+            let vehicle = Vehicle::from_json(document, file)?;
+            Ok(bicycle_sideslip(&crate::bicycle_of_vehicle(&vehicle)?, speed))
         }
         _ => Ok(None),
     }
+}
+
+fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
+    let vehicle = &bicycle.vehicle;
+    let speed = speed.unwrap_or(vehicle.speed_mps);
+    let parameters = steerwright_loading::bicycle_parameters(vehicle);
+    (speed > 0.0).then(|| parameters.sideslip(speed))
 }
 
 /// The sideslip of an identified plant, where it was measured.

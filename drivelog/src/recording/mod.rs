@@ -36,6 +36,11 @@ pub trait Recording {
     /// [`Error`] with the file and the place in it; a piece may be one, too, and is then the last.
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error>;
 
+    /// The first instant of the clock of a group, s, where it is known without reading the rows.
+    fn first_s(&self, wanted: &Wanted) -> Option<f64> {
+        self.groups().get(wanted.group)?.span_s.map(|(first, _)| first)
+    }
+
     /// What could not be read, after [`Self::rows`]: what it is and at which byte.
     fn losses(&self) -> Vec<String> {
         Vec::new()

@@ -4,7 +4,7 @@
 //! timestamps as seconds since 1970. Null is a missing value; repeated columns are not listed.
 
 use super::bytes::{At, Head, LogFile, ReadAt};
-use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
+use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, Wanted, contained};
 use crate::error::Error;
 use crate::options::LogOptions;
 use crate::role::Role;
@@ -160,9 +160,15 @@ impl Table {
         group: &RowGroupMetaData,
         window_s: Option<(f64, f64)>,
     ) -> bool {
-        let (Some((column, scale, seconds)), Some((from, to))) = (clock, window_s) else {
-            return true;
-        };
+        let (Some(clock), Some((from, to))) = (clock, window_s) else { return true };
+        Self::span(clock, group).is_none_or(|(first, last)| last >= from && first <= to)
+    }
+
+    /// The least and the largest instant of a row group by its statistics, s.
+    fn span(
+        (column, scale, seconds): (usize, Scale, f64),
+        group: &RowGroupMetaData,
+    ) -> Option<(f64, f64)> {
         let range = group.column(column).statistics().and_then(|statistics| match statistics {
             Statistics::Int32(s) => {
                 let of = |x: &i32| scale.of_integer(i64::from(*x), 32);
@@ -176,7 +182,7 @@ impl Table {
             Statistics::Double(s) => Some((*s.min_opt()?, *s.max_opt()?)),
             _ => None,
         });
-        range.is_none_or(|(least, most)| most * seconds >= from && least * seconds <= to)
+        range.map(|(least, most)| (least * seconds, most * seconds))
     }
 
     /// The column of the clock, and its unit in s: the first of those wanted, if it is one.
@@ -197,6 +203,14 @@ impl Table {
 impl Recording for Table {
     fn groups(&self) -> &[Group] {
         &self.groups
+    }
+
+    fn first_s(&self, wanted: &Wanted) -> Option<f64> {
+        let clock = self.clock(&wanted.channels)?;
+        let first = |group: &RowGroupMetaData| Some(Self::span(clock, group)?.0);
+        // Without statistics of all row groups the first may be earlier.
+        let all = self.metadata.row_groups().iter().map(first);
+        all.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::min)
     }
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {

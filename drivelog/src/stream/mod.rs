@@ -12,7 +12,7 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-use crate::channels::{Selected, check_clock, source_file};
+use crate::channels::{Selected, check_clock, count_from, first_instant, source_file};
 use crate::drive::{Drive, brings, sources, steering_ratio};
 use crate::error::{Error, counted, last_part, stem};
 use crate::faults::{Freezes, Moving, Sampled};
@@ -202,6 +202,8 @@ struct Reading {
     hash: Option<SampleHash>,
     options: LogOptions,
     freezes: Freezes,
+    /// The first instant of the clocks, s: time is counted from there.
+    start_s: Option<f64>,
     /// Rows of the yaw rate that are decided upon: the rest may be frozen.
     alive: usize,
     /// Rows of the yaw rate that are not decided upon.
@@ -227,6 +229,7 @@ impl Reading {
                 places: Vec::new(),
                 files: Vec::new(),
                 steering_ratio: 1.0,
+                start_s: 0.0,
             },
             channels: sources.iter().map(|_| Channel::default()).collect(),
             sources,
@@ -234,6 +237,7 @@ impl Reading {
             hash: None,
             options: options.clone(),
             freezes: Freezes::default(),
+            start_s: None,
             alive: 0,
         }
     }
@@ -245,6 +249,14 @@ impl Reading {
         self.alive = yaw_rate.value.len();
         yaw_rate.append(&mut self.doubtful);
         let from: Vec<usize> = self.drive.channels.iter().map(|c| c.value.len()).collect();
+        if self.start_s.is_none() {
+            let times = self.clocks.iter().zip(&of_groups).map(|(own, rows)| {
+                let empty = rows.values.is_empty();
+                if empty { Vec::new() } else { own.selected.time(rows, 0, &self.options) }
+            });
+            let times: Vec<Vec<f64>> = times.collect();
+            self.start_s = first_instant(times.iter().map(Vec::as_slice));
+        }
         for (own, rows) in self.clocks.iter_mut().zip(of_groups) {
             if let Some(hash) = &mut self.hash {
                 own.selected.hash(&own.group, &rows, hash);
@@ -260,12 +272,13 @@ impl Reading {
                     own.open = rows.split_off(first);
                 }
             }
-            let time = own.selected.time(&rows, own.rows, &self.options);
+            let mut time = own.selected.time(&rows, own.rows, &self.options);
             if let Some((column, _)) = &own.selected.clock {
                 let place = own.group.place();
                 own.before = check_clock(&place, column, &time, &rows.lines, own.before)?;
             }
             own.rows += rows.lines.len();
+            count_from(&mut time, self.start_s.unwrap_or_default());
             for &i in &own.selected.sources {
                 let value = own.selected.values(&self.sources[i].1, &rows);
                 let (channel, series) = (&mut self.channels[i], &mut self.drive.channels[i]);

@@ -33,9 +33,11 @@ fn files_that_bring_everything_are_drives_of_their_own() {
     let same = LogOptions { sample_time_s: Some(0.0125), ..o.clone() };
     let alone = read_one(good(), &same).unwrap();
     assert_eq!(log.output[log.segments[0].range.clone()], alone.output[..]);
-    assert!(log.segments[1].time0_s > 1000.0);
+    assert_eq!(log.options["log_start_s"], format!("0; {}", two.options["log_start_s"]));
+    let start: f64 = two.options["log_start_s"].parse().unwrap();
+    assert!(start > 999.0 && log.segments[1].time0_s < 1.0);
     for (k, y) in log.output[log.segments[1].range.clone()].iter().enumerate() {
-        let t = log.segments[1].time0_s - 1000.0 + 0.0125 * k as f64;
+        let t = log.segments[1].time0_s + start - 1000.0 + 0.0125 * k as f64;
         assert!((y - rate(t)).abs() < 1e-3, "{t}");
     }
     // Each file by name and hash, each channel by file and column, and which drives there are.
@@ -52,12 +54,12 @@ fn files_that_bring_everything_are_drives_of_their_own() {
     assert_eq!(&columns[..2], ["a.csv:steer_rad", "a.csv:yaw_rate_radps"]);
     assert_eq!((columns.len(), columns[5]), (6, "b.csv:speed_mps"));
     assert_eq!(log.options["drives"], "a.csv; b.csv");
-    // A window is on each drive's own clock; a drive that none meets is left out.
-    let window = LogOptions { windows: vec![(1001.0, 1008.0)], ..o.clone() };
+    // A window counts from the first sample of each drive; a drive that none meets is left out.
+    let window = LogOptions { windows: vec![(1.0, 8.0)], ..o.clone() };
     let part = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &window).unwrap();
-    assert_eq!(part.segments.len(), 1);
-    assert!(warning(&part, "no window meets").starts_with("a.csv"));
-    let none = LogOptions { windows: vec![(50.0, 60.0)], ..o.clone() };
+    assert_eq!(part.segments.len(), 2);
+    assert!(part.segments.iter().all(|s| (1.0..1.1).contains(&s.time0_s)), "{:?}", part.segments);
+    let none = LogOptions { windows: vec![(1001.0, 1008.0)], ..o.clone() };
     let error = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &none);
     assert!(matches!(error, Err(Error::NoOverlap { .. })));
     // The same drive twice would validate a model on its own estimation data.

@@ -118,6 +118,30 @@ fn yaw_over_a_gap_is_no_yaw_rate() {
     is_part_of(&log, 1e-3);
 }
 
+/// Seconds since 1970: time counts from the first sample, in windows and in what is reported of them.
+#[test]
+fn windows_and_messages_count_from_the_first_sample() {
+    let late = csv(HEADER, 1000, |k| {
+        let row = good_row(k);
+        let (time, rest) = row.split_once(',').unwrap();
+        let gap = if k < 500 { 0.0 } else { 2.0 };
+        format!("{:.2},{rest}", 1_764_000_000.06 + time.parse::<f64>().unwrap() + gap)
+    });
+    let log = read_one(late.clone(), &coarse()).unwrap();
+    assert_eq!(log.options["log_start_s"], "1764000000.06");
+    assert!(warning(&log, "nothing from").contains("nothing from 4.99 s to 7 s"), "{log:?}");
+    assert!(log.segments[0].time0_s < 0.2, "{:?}", log.segments);
+    let windows = |w: (f64, f64)| LogOptions { windows: vec![w], ..coarse() };
+    let part = read_one(late.clone(), &windows((1.0, 4.0))).unwrap();
+    assert!(part.time_s().iter().all(|t| (1.0..=4.0).contains(t)));
+    let error = read_one(late, &windows((1_764_000_001.0, 1_764_000_004.0))).unwrap_err();
+    let text = error.to_string();
+    assert!(text.ends_with("the log 0 to 11.99 s") && text.contains("the window"), "{text}");
+    assert!(error.hint().contains("from the log's first sample"), "{}", error.hint());
+    // A log that starts at 0 states nothing.
+    assert!(!read_one(good(), &coarse()).unwrap().options.contains_key("log_start_s"));
+}
+
 #[test]
 fn windows_may_be_several() {
     let windows = |w: &[(f64, f64)]| LogOptions { windows: w.to_vec(), ..coarse() };

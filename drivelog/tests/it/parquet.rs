@@ -54,6 +54,21 @@ fn a_window_reads_the_row_groups_that_it_is_in() {
     assert!(part < all / 3, "{part} of {all} bytes");
 }
 
+/// Where only the row groups of a window are read, time still counts from the first sample of the file.
+#[test]
+fn a_window_counts_from_the_first_row_group() {
+    let read = |windows: Vec<(f64, f64)>| {
+        let file = LogFile::of_bytes("drive.parquet", DRIVE);
+        let options = LogOptions { windows, ..LogOptions::default() };
+        read_drives(vec![file], Vec::new(), &options).unwrap()
+    };
+    let (whole, part) = (read(Vec::new()), read(vec![(5.5, 7.0)]));
+    assert_eq!(whole.options.get("log_start_s"), part.options.get("log_start_s"));
+    assert!(part.time_s().iter().all(|t| (5.5..=7.0).contains(t)));
+    let place = whole.time_s().iter().position(|t| (t - part.time_s()[0]).abs() < 1e-6).unwrap();
+    assert!((whole.output[place] - part.output[0]).abs() < 1e-9);
+}
+
 #[test]
 fn a_damaged_row_group_is_reported_and_the_others_are_read() {
     let mut bytes = DRIVE.to_vec();

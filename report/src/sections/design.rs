@@ -59,7 +59,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
             "with no loop delay beyond the model's own".into()
         },
     )));
-    blocks.push(Block::Heading("Asked and reached".into()));
+    blocks.push(Block::Heading("Required and reached".into()));
     blocks.push(Block::Table(requirements(pid, controller.in_loop.map(|l| l.metrics))));
     let at = format!("Steady state is read {} s after the step.", s.steady_state_time_s);
     blocks.push(Block::Text(at));
@@ -81,7 +81,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
         blocks.push(Block::Heading("Engagement".into()));
         blocks.push(Block::Table(envelope(engagement)));
         blocks.push(Block::Text(format!(
-            "Largest lateral offset, of up to {} m tried, from which the loop comes back to a straight \
+            "Largest lateral offset, of up to {} m tried, from which the loop returns to a straight \
              path, by speed and heading error (positive away from the path); driven: {}.",
             engagement.offsets_m.last().copied().unwrap_or_default(),
             engagement.plant
@@ -108,6 +108,11 @@ fn verdict(controller: &Controller<'_>) -> Block {
             "Every requirement is met on a model that failed validation, which does not represent the vehicle."
                 .into(),
         ),
+        _ if evidence.robustness.as_ref().is_some_and(|r| !r.met) => (
+            Tone::Neutral,
+            "Every requirement is met on the nominal plant, not on all plants of the ensemble."
+                .into(),
+        ),
         _ => (Tone::Good, "Every requirement is met.".into()),
     };
     let text = if quality.grade > Grade::Pass {
@@ -126,15 +131,15 @@ fn shortfall(s: &Shortfall) -> String {
         units.iter().find_map(|(end, unit)| Some((s.requirement.strip_suffix(end)?, *unit)));
     let (name, unit) = parted.unwrap_or((&s.requirement, ""));
     let figure = |v: f64| format!("{}\u{a0}{unit}", significant(v)).trim_end().to_owned();
-    let (asked, reached) = (figure(s.required), figure(s.reached));
-    format!("{}: asked {asked}, reached {reached}", name.replace('_', " "))
+    let (required, reached) = (figure(s.required), figure(s.reached));
+    format!("{}: required {required}, reached {reached}", name.replace('_', " "))
 }
 
 /// Requirements and reached figures on the model designed on, in the loop where there is one,
 /// and on that model with the steering offset.
 fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
-    let mut headers = vec!["requirement", "asked", "on its model", ""];
+    let mut headers = vec!["requirement", "required", "on its model", ""];
     if in_loop.is_some() {
         headers.extend(["in the loop", ""]);
     }
@@ -178,7 +183,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         }),
     ];
     for (name, bound, reached) in angles {
-        let asked = format!("≤\u{a0}{}", value(bound * DEG, 1, "deg"));
+        let asked = format!("≤\u{a0}{}", value(bound * DEG, 2, "deg"));
         row(name, asked, Some(bound), reached, (DEG, 2, "deg"));
     }
     table
@@ -198,7 +203,7 @@ fn steps(pid: &Pid) -> Table {
 }
 
 fn envelope(engagement: &Engagement) -> Table {
-    let mut table = Table::new(["speed", "heading error", "comes back from"]);
+    let mut table = Table::new(["speed", "heading error", "returns from"]);
     for r in &engagement.rows {
         table.push([
             value(r.speed_mps, 1, "m/s"),
@@ -211,7 +216,7 @@ fn envelope(engagement: &Engagement) -> Table {
 
 fn margins(pid: &Pid) -> Table {
     let (m, s) = (&pid.evidence.margins, &pid.specification);
-    let mut table = Table::new(["margin", "asked", "value"]);
+    let mut table = Table::new(["margin", "required", "value"]);
     for (name, asked, reached, digits, unit, absent) in [
         ("gain margin", s.gain_margin_db, m.gain_margin_db, 1, "dB", "∞"),
         ("phase margin", s.phase_margin_deg, m.phase_margin_deg, 1, "deg", "∞"),
@@ -242,7 +247,7 @@ fn gains(pid: &Pid) -> Table {
     });
     let large = l.large_errors.map(|e| {
         vec![
-            ("largest yaw error acted on at once", e.max_yaw_error_rad * DEG, "deg"),
+            ("largest yaw error that is acted on at once", e.max_yaw_error_rad * DEG, "deg"),
             ("time at the largest rate", e.rate_reserve_time_s, "s"),
             ("largest rate after that", e.sustained_rate_radps * DEG, "deg/s"),
         ]

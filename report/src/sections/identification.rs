@@ -4,7 +4,7 @@ use super::{significant, value};
 use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
 use steerwright_formats::{
-    ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest,
+    ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, Provenance, ResidualTest,
 };
 
 /// The channels of the log and their information.
@@ -29,6 +29,9 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
         }
         blocks.push(Block::Table(table));
     }
+    if let Some(start) = start_in_words(&plant.provenance) {
+        blocks.push(Block::Text(start));
+    }
     if let Some(traces) = traces {
         let caption = "What was recorded, on the clock of the identification. Yaw is the integral \
                        of the measured yaw rate.";
@@ -41,6 +44,43 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
     }
     blocks.extend(super::evidence::bands(&e.excitation));
     Section::new("The log", blocks)
+}
+
+/// When the log starts on its own clock, where that is not at 0: all times are counted from there.
+#[must_use]
+pub fn start_in_words(provenance: &Provenance) -> Option<String> {
+    let starts = provenance.options.get("log_start_s")?;
+    let starts: Vec<String> = starts
+        .split("; ")
+        .map(|start| {
+            let date =
+                start.parse().ok().and_then(utc).map_or_else(String::new, |d| format!(" ({d})"));
+            format!("{start} s{date}")
+        })
+        .collect();
+    Some(format!(
+        "Time counts from the first sample, which is at {} on the log's clock.",
+        starts.join(" and ")
+    ))
+}
+
+/// A time since 1970 as a date, where it is one of these decades.
+fn utc(seconds: f64) -> Option<String> {
+    if !(9e8..4e9).contains(&seconds) {
+        return None;
+    }
+    let (days, of_day) = ((seconds / 86_400.0) as i64, seconds.rem_euclid(86_400.0) as i64);
+    // Days from 1 March of the year 0, so that a leap day is the last of its year (Hinnant, 2013).
+    let since = days + 719_468;
+    let (era, day) = (since / 146_097, since % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let from_march = (5 * day + 2) / 153;
+    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
+    let year = year + 400 * era + i64::from(month <= 2);
+    let day = day - (153 * from_march + 2) / 5 + 1;
+    let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    Some(format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02} UTC"))
 }
 
 /// Channels are kept in SI; people read degrees.
@@ -197,4 +237,22 @@ fn in_words(plant: &Plant) -> Vec<String> {
             .into(),
     });
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_start_of_a_log_is_stated_with_its_date() {
+        let starts = |start: &str| {
+            let options = [("log_start_s".to_owned(), start.to_owned())].into();
+            start_in_words(&Provenance { options, ..Provenance::default() }).unwrap()
+        };
+        assert!(starts("1764000000.06").contains("1764000000.06 s (2025-11-24 16:00:00 UTC)"));
+        assert!(starts("951782400").contains("(2000-02-29 00:00:00 UTC)"));
+        assert!(starts("149.99").contains("at 149.99 s on"));
+        assert!(starts("1000; 2000").contains("at 1000 s and 2000 s on"));
+        assert_eq!(start_in_words(&Provenance::default()), None);
+    }
 }

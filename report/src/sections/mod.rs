@@ -5,7 +5,7 @@ mod evidence;
 mod identification;
 mod outcome;
 
-pub use identification::factor_in_words;
+pub use identification::{factor_in_words, start_in_words};
 
 use crate::figures::text;
 use crate::{Block, Report, Section, Tone, report_html};
@@ -48,7 +48,7 @@ fn quality(quality: &Quality, what: &str) -> Block {
     };
     let codes =
         if quality.reasons.is_empty() { String::new() } else { format!(" ({})", quality.codes()) };
-    let reasons = quality.reasons.iter().map(|r| format!(" {}: {}.", r.grade, r.message));
+    let reasons = quality.unstated_reasons().map(|r| format!(" {}: {}.", r.grade, r.message));
     Block::Note {
         tone,
         title: format!("{what} {outcome}{codes}."),
@@ -63,6 +63,11 @@ fn value(value: f64, digits: usize, unit: &str) -> String {
     }
     // A number stays on the line of its unit.
     format!("{}\u{a0}{unit}", text(value, digits))
+}
+
+/// A small length: to 0.1 mm, since good controllers differ by less than a millimetre.
+fn length(metres: f64) -> String {
+    value(metres, 4, "m")
 }
 
 /// A value that may be absent.

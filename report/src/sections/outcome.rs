@@ -12,7 +12,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         let quality = &plant.quality;
         blocks.push(super::quality(quality, "The model"));
         if !quality.advice.is_empty() {
-            blocks.push(Block::Heading("What to do next".into()));
+            blocks.push(Block::Heading("Limits of the model, and what to do".into()));
             blocks.push(Block::List(quality.advice.clone()));
         }
         if !plant.evidence.warnings.is_empty() {
@@ -40,7 +40,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         table.push([format!("controller: {}", c.name), text, super::met(c.is_proved())]);
     }
     for (name, track) in &report.tracks {
-        let rms = value(track.errors().cross_track_rms_m, 3, "m");
+        let rms = super::length(track.errors().cross_track_rms_m);
         table.push([format!("track: {name}"), format!("cross-track RMS {rms}"), String::new()]);
     }
     if !table.is_empty() {
@@ -76,8 +76,8 @@ pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Sectio
             let e = track.errors();
             table.push([
                 (*name).to_owned(),
-                value(e.cross_track_rms_m, 3, "m"),
-                value(e.cross_track_max_m, 3, "m"),
+                super::length(e.cross_track_rms_m),
+                super::length(e.cross_track_max_m),
                 value(e.heading_rms_rad * DEG, 3, "deg"),
                 value(e.heading_max_rad * DEG, 3, "deg"),
             ]);

@@ -53,10 +53,14 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
         && let Some(age) = age(&pieces(gnss, 0.0))
     {
         latency = (age.seconds, age.standard_error);
+        let error = 2.0 * age.standard_error;
+        let found = if age.seconds.abs() > error {
+            format!("{:.3} ± {error:.3} s", age.seconds)
+        } else {
+            format!("at most {:.3} s", age.seconds + error)
+        };
         all.warnings.push(format!(
-            "the age of the fixes is not stated: {:.3} ± {:.3} s by the speed's changes on straights",
-            age.seconds,
-            2.0 * age.standard_error
+            "the age of the fixes is not stated: {found} by the speed's changes on straights"
         ));
     }
     let speed = log.speed.as_deref().unwrap_or_default();

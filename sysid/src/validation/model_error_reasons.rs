@@ -7,7 +7,7 @@ use steerwright_formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, Re
 /// Beyond that share, less chance, no design: a sixth of a turn of 60° of margin is 17°.
 pub(crate) const LARGEST_MODEL_ERROR: f64 = 0.3;
 /// Beyond that share it is reported.
-const NOTICED: f64 = 0.1;
+pub(crate) const NOTICED: f64 = 0.1;
 
 /// Bands in which the model differs from the measured response beyond chance.
 pub(crate) fn model_errors(evidence: &Evidence) -> Vec<BandDeparture> {

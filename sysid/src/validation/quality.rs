@@ -3,7 +3,7 @@
 use crate::selection::options::IdentifyOptions;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::model_error_reasons::{
-    coherent_model_error, model_errors, suggested_checks, too_far,
+    NOTICED, coherent_model_error, model_errors, suggested_checks, too_far,
 };
 use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
 use steerwright_formats::{
@@ -123,17 +123,20 @@ pub(crate) fn quality(
     advice.extend(doubts(evidence, drive, options));
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let summary = if reasons.is_empty() {
-        let near =
-            coherent_model_error(evidence).map_or_else(String::new, |(percent, from, to)| {
-                format!(
-                    "; from {from} to {to} Hz it is within {percent:.0} % of the measured response"
-                )
-            });
-        format!(
-            "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
-            with_error(fit, evidence.held_out.as_ref(), 1),
-            e.informative_up_to_hz
-        )
+        let fit = with_error(fit, evidence.held_out.as_ref(), 1);
+        let hz = e.informative_up_to_hz;
+        let informative = format!(
+            "The fit on validation data is {fit}, and the log is informative up to {hz:.1} Hz"
+        );
+        match coherent_model_error(evidence) {
+            None => format!("{informative}: fit to design on."),
+            Some((percent, from, to)) if percent <= 100.0 * NOTICED => format!(
+                "{informative}; from {from} to {to} Hz it is within {percent:.0} % of the measured response: fit to design on."
+            ),
+            Some((percent, from, to)) => format!(
+                "{informative}. From {from} to {to} Hz the measured response confirms it to {percent:.0} % only: require margins for that."
+            ),
+        }
     } else if weak {
         format!("Weakly excited: {}. Do not design on this model.", messages())
     } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
