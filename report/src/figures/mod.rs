@@ -64,6 +64,11 @@ pub fn of_identification(
 
 pub(crate) const DEG: f64 = 180.0 / std::f64::consts::PI;
 
+/// A length in m: to 0.1 mm where it is small, since good controllers differ by less than a millimetre.
+pub(crate) fn metres(value: f64) -> String {
+    text(value, if value.abs() < 0.1 { 4 } else { 3 })
+}
+
 /// A number with a proper minus sign.
 pub(crate) fn text(value: f64, digits: usize) -> String {
     if !value.is_finite() {

@@ -1,6 +1,6 @@
 //! The reference road and how it was followed (the paper's Fig. 5 to 7).
 
-use super::{DEG, text};
+use super::{DEG, metres, text};
 use crate::palette::{BLACK, Color, GREY, nth};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Track};
 use steerwright_formats::PathPoint;
@@ -27,7 +27,7 @@ pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Trac
     panel = panel.with(Series::shape("start", start, Style::symbols(BLACK, Symbol::Dot, 4.5)));
     panel.equal_aspect = true;
     let off = |(name, track): &(&str, &Track)| {
-        format!("{name} {} m", text(track.errors().cross_track_max_m, 4))
+        format!("{name} {} m", metres(track.errors().cross_track_max_m))
     };
     let off: Vec<_> = tracks.iter().map(off).collect();
     let figure = Figure::new("Reference road and tracks", vec![panel]);
@@ -71,7 +71,7 @@ pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
         let x = if by_distance { &track.distance_m } else { &track.time_s };
         let style = Style { dashed: k > 0, ..Style::line(nth(k)) };
         let errors = track.errors();
-        let off = format!("{} m", text(errors.cross_track_rms_m, 4));
+        let off = format!("{} m", metres(errors.cross_track_rms_m));
         let turned = format!("{} deg", text(errors.heading_rms_rad * DEG, 2));
         let over = |y, note: &str| Series::over(*name, x, y, style).noted(note);
         cross = cross.with(over((&track.cross_track_error_m, 1.0), &format!(": RMS {off}")));

@@ -65,9 +65,8 @@ fn value(value: f64, digits: usize, unit: &str) -> String {
     format!("{}\u{a0}{unit}", text(value, digits))
 }
 
-/// A small length: to 0.1 mm, since good controllers differ by less than a millimetre.
-fn length(metres: f64) -> String {
-    value(metres, 4, "m")
+fn length(length_m: f64) -> String {
+    format!("{}\u{a0}m", crate::figures::metres(length_m))
 }
 
 /// A value that may be absent.
