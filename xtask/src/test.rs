@@ -136,23 +136,6 @@ fn check_machine() -> Result<(), String> {
     ))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::Suites;
-
-    #[test]
-    fn a_suite_that_fails_does_not_end_the_others_and_is_reported_at_the_end() {
-        let mut suites = Suites::default();
-        assert_eq!(suites.note::<()>("first", Err("one test".into())), None);
-        assert_eq!(suites.note("second", Ok(3)), Some(3));
-        suites.note::<()>("third", Err("no program".into()));
-        let message = suites.outcome().unwrap_err();
-        assert!(message.starts_with("2 suites failed"), "{message}");
-        assert!(message.contains("first: one test") && message.contains("third: no program"));
-        assert_eq!(Suites::default().outcome(), Ok(()));
-    }
-}
-
 /// The tests with the cross-built libraries in the archives, and each platform's own runs. Returns the
 /// folder of the libraries.
 fn across(platforms: &[Platform], python: &Path) -> Result<PathBuf, String> {
@@ -169,4 +152,21 @@ fn across(platforms: &[Platform], python: &Path) -> Result<PathBuf, String> {
         run(tests.env("STEERWRIGHT_PYTHON", python).env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
     }
     Ok(binaries)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Suites;
+
+    #[test]
+    fn a_suite_that_fails_does_not_end_the_others_and_is_reported_at_the_end() {
+        let mut suites = Suites::default();
+        assert_eq!(suites.note::<()>("first", Err("one test".into())), None);
+        assert_eq!(suites.note("second", Ok(3)), Some(3));
+        suites.note::<()>("third", Err("no program".into()));
+        let message = suites.outcome().unwrap_err();
+        assert!(message.starts_with("2 suites failed"), "{message}");
+        assert!(message.contains("first: one test") && message.contains("third: no program"));
+        assert_eq!(Suites::default().outcome(), Ok(()));
+    }
 }
