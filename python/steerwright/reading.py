@@ -73,7 +73,7 @@ def columns(table: Any) -> dict[str, Any]:
         raise TypeError(
             f"a file name, a dict of arrays or a data frame is expected, not {type(table).__name__}"
         )
-    found = {}
+    found: dict[str, Any] = {}
     for name, values in named:
         _add(found, str(name), _array(values))
     if not found:

@@ -97,7 +97,8 @@ def simulate(
             input = folder / "input.csv"
             with open(input, "w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)
-                rows.writerow(table)
+                # Durations have their unit in the name of the column.
+                rows.writerow(name.removesuffix(" [s]") for name in table)
                 rows.writerows([repr(float(x)) for x in row] for row in zip(*table.values()))
         out = folder / "result.csv"
         done = _command.run("simulate", files, {**keywords, "input": input, "output": out}).value

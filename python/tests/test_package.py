@@ -39,6 +39,37 @@ def test_the_package_and_these_tests_pass_strict_typing() -> None:
     assert done.returncode == 0, done.stdout
 
 
+TYPED = """
+import steerwright
+from typing_extensions import assert_type
+log = steerwright.read("drive.csv", steering_ratio=1)
+assert_type(steerwright.identify(log, structure="state-space"), steerwright.Plant)
+assert_type(steerwright.identify(log, structure="bicycle", order=2), steerwright.Bicycle)
+assert_type(steerwright.identify(log, structure="single-track"), steerwright.Vehicle)
+assert_type(steerwright.identify(log, structure="torque"), steerwright.Torque)
+plant = steerwright.identify("drive.csv", structure="state-space")
+print(plant.A, plant.quality, plant.to_control(), plant.sample(100))
+steerwright.design(steerwright.identify(log), max_rate=0.4)
+steerwright.export(steerwright.load("plant.json"), "px4")
+"""
+
+
+def test_users_code_passes_strict_typing(tmp_path: Path) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+    blocks = [block.split("```")[0] for block in readme.split("```python\n")[1:]]
+    for number, code in enumerate([TYPED, *blocks]):
+        file = tmp_path / f"code{number}.py"
+        file.write_text(code)
+        done = subprocess.run(
+            [sys.executable, "-m", "mypy", "--strict", file],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stdout
+
+
 def test_the_command_line_is_there(tmp_path: Path) -> None:
     done = command_line("--version", cwd=tmp_path)
     assert done.stdout.split() == ["steerwright", steerwright.__version__]

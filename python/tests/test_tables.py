@@ -53,8 +53,33 @@ def test_missing_values_and_other_types(table: dict[str, Any], log: steerwright.
     frame["speed_mps"] = frame["speed_mps"].convert_dtypes()
     found = steerwright.read(frame, **COLUMNS)
     assert len(found) == len(log)
-    np.testing.assert_allclose(found.time - 1.7e9, log.time, atol=1e-6)
+    np.testing.assert_allclose(found.time, log.time, atol=1e-6)
     assert np.isfinite(found.yaw_rate).all()
+
+
+def test_times_of_pandas_of_any_form(table: dict[str, Any], log: steerwright.Log) -> None:
+    import pandas
+
+    frame = pandas.DataFrame(table)
+    time = pandas.to_datetime(frame["time_s"] + 1.7e9, unit="s")
+    base = frame.drop(columns="time_s")
+    zoned = time.dt.tz_localize("UTC")
+    forms = [
+        base.assign(time=time),
+        base.assign(timestamp=zoned),
+        base.assign(timestamp=zoned.astype(object)),
+        base.set_index(pandas.DatetimeIndex(time)),
+        base.set_index(pandas.DatetimeIndex(time.to_numpy())),
+        base.set_index(pandas.DatetimeIndex(time, name="time")),
+        base.set_index(pandas.DatetimeIndex(zoned, name=None)),
+        base.assign(time_ms=time),
+        base.assign(stamp_ns=time),
+        base.set_index(pandas.to_timedelta(frame["time_s"].to_numpy(), unit="s")),
+    ]
+    for form in forms:
+        same(steerwright.read(form, **COLUMNS), log, 1e-5)
+    found = steerwright.read(base.assign(time=time), unit={"time": "s"}, **COLUMNS)
+    same(found, log, 1e-5)
 
 
 def test_channels_on_several_clocks(table: dict[str, Any], log: steerwright.Log) -> None:
