@@ -60,7 +60,7 @@ class ReadOptions(TypedDict, total=False):
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
     window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[float, float], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
@@ -80,8 +80,8 @@ class ReadOptions(TypedDict, total=False):
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
 
-class IdentifyOptions(TypedDict, total=False):
-    """The options of `identify`."""
+class ModelOptions(TypedDict, total=False):
+    """The options of `identify` but for `structure`."""
 
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
@@ -122,7 +122,7 @@ class IdentifyOptions(TypedDict, total=False):
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
     window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[float, float], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
@@ -163,13 +163,6 @@ class IdentifyOptions(TypedDict, total=False):
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
-    structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
-    """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
-    speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
-    the lateral acceleration that a steering torque or its normalised command causes. auto is
-    state-space unless the validation data reject it, then the bicycle, beside single-track for
-    comparison; with an option of state-space, with figures and of R factors it is state-space (default
-    auto)."""
     mass: float
     """Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500."""
     wheelbase: float
@@ -193,6 +186,18 @@ class IdentifyOptions(TypedDict, total=False):
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
+
+
+class IdentifyOptions(ModelOptions, total=False):
+    """The options of `identify`."""
+
+    structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
+    """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
+    speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
+    the lateral acceleration that a steering torque or its normalised command causes. auto is
+    state-space unless the validation data reject it, then the bicycle, beside single-track for
+    comparison; with an option of state-space, with figures and of R factors it is state-space (default
+    auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):
@@ -241,7 +246,7 @@ class AccumulateOptions(TypedDict, total=False):
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
     window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[float, float], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
@@ -266,7 +271,7 @@ class DesignOptions(TypedDict, total=False):
 
     speeds: str
     """Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance
-    over speed. Requires a model that holds at other speeds, such as bicycle.json."""
+    over speed. Requires a model that holds at other speeds, such as bicycle.json or vehicle.json."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     requirements: File
@@ -353,8 +358,8 @@ class PathOptions(TypedDict, total=False):
     pid: Any
     """Controller that will follow the path: sets feedforward and preview."""
     plant: Any
-    """plant.json or bicycle.json of the vehicle that will follow the path: sets the identified sideslip,
-    with its growth in tight turns and its lead in changing turns."""
+    """plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
+    sideslip, with its growth in tight turns and its lead in changing turns."""
     sideslip_per_yaw_rate: Quantity
     """Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: course minus yaw; by
     default that of plant, otherwise 0."""
@@ -484,7 +489,7 @@ class CompareOptions(TypedDict, total=False):
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
     window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[float, float], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
@@ -582,7 +587,7 @@ class ExportOptions(TypedDict, total=False):
     max_rate: Quantity
     """Largest rate of the steering angle that the actuator reaches, in steering coordinates."""
     wheelbase: float
-    """Wheelbase, m; by default that of a bicycle."""
+    """Wheelbase, m; by default that of a bicycle or vehicle."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     force: bool
@@ -640,7 +645,7 @@ class BuildOptions(TypedDict, total=False):
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
     window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, such as 10s..60s; may be repeated."""
+    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[float, float], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
