@@ -229,7 +229,7 @@ impl Role {
             Self::Time => {
                 let header = header.to_lowercase();
                 header == "t"
-                    || ["time", "t_", "t ", "t[", "zeit", "uhrzeit"]
+                    || ["time", "stamp", "t_", "t ", "t[", "zeit", "uhrzeit"]
                         .into_iter()
                         .any(|start| header.starts_with(start))
             }
