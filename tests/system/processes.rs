@@ -33,7 +33,7 @@ impl Place {
             fs::create_dir(place.path().join(folder)).unwrap();
         }
         for (name, misbehaviour) in
-            [("good", "0, 0, 0"), ("second", "0, 14, 0"), ("first", "14, 0, 0"), ("two", "14, 14")]
+            [("good", "0, 0, 0"), ("second", "0, 15, 0"), ("first", "15, 0, 0"), ("two", "15, 15")]
         {
             fs::write(place.path().join(format!("{name}.toml")), study(misbehaviour)).unwrap();
         }

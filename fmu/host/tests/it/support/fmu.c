@@ -6,7 +6,6 @@
  * BROKEN: fmi2GetVersion says 1.0
  * PYTHON: calls a function of a library that it does not link
  * HANGING: no step ends
- * PYTHON: calls a function of a library that it does not link
  *
  * Value references: 0 u, 1 y, 2 gain, 3 offset (Real); 4 misbehaviour, 5 steps, 10 living states of
  * the library, 11 living instances of the library (Integer); 6 enabled, 7 y > 0 (Boolean);
@@ -298,7 +297,7 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
             c->callbacks.logger((void *)1, c->name, WARNING, "logStatusError", "%s", "a number");
             c->callbacks.logger(c, c->name, WARNING, "logStatusError", "%s", "the component");
             break;
-        case 14: hang(); break;
+        case 15: hang(); break;
         case 8: for (int i = 0; i < 3000; i++) say(c, OK, "chatter"); break;
     }
     s->x += h * s->gain * s->u * s->enabled;

@@ -23,8 +23,6 @@ pub(crate) enum Behaviour {
     Python,
     /// An integrator of which no step ends.
     Hanging,
-    /// Calls a function of Python's that it does not link.
-    Python,
 }
 
 /// The compiled library's bytes, or `None`, said on stdout, where there is no C compiler.
@@ -38,7 +36,6 @@ pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
         Behaviour::Version1 => &["-DKIND=0", "-DBROKEN"],
         Behaviour::Python => &["-DKIND=0", "-DPYTHON"],
         Behaviour::Hanging => &["-DKIND=0", "-DHANGING"],
-        Behaviour::Python => &["-DKIND=0", "-DPYTHON"],
     };
     BUILT[behaviour as usize].get_or_init(|| compile(flags)).as_deref()
 }
