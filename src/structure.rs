@@ -17,7 +17,7 @@ pub(crate) struct StructureArguments {
     /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
     /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
-    /// validation data reject it, then the bicycle, beside single-track for comparison; with an option of state-space,
+    /// validation data reject it, then the bicycle; single-track is compared; with an option of state-space,
     /// with figures and of R factors it is state-space
     #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
     structure: Name,

@@ -2,7 +2,7 @@
 """The experiment in a few minutes, at speeds, rates and starts on which nothing was tuned.
 
 Ten speeds, the three multi-body cars in turn. Each car is identified from a drive as in the experiment, a
-controller is designed for each steering rate, and the servo turns as fast as the design was told.
+controller is designed for each steering rate, and the servo turns at the rate that was stated to the design.
 
 * 30 drives along the standard road with corrected GNSS. It needs a share of the steering rate: the change of
   its curvature over that of the car in a steady turn. A car is off the path beyond 0.5 m.
