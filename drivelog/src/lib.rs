@@ -51,7 +51,7 @@ pub use gnss::{Gnss, GnssDrive};
 pub use inspect::{InspectedChannel, InspectedGroup, Inspection, inspect};
 pub use log::{DriveLog, Segment};
 pub use mapping_file::Mapping;
-pub use options::{DecimalMark, LogOptions, Response};
+pub use options::{DecimalMark, LogOptions, Response, VehicleClass};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{
     Channel, Columns, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted, in_memory,

@@ -1,7 +1,7 @@
 //! A drive on one uniform grid.
 
 use crate::gnss::Gnss;
-use crate::options::Response;
+use crate::options::{Response, VehicleClass};
 use crate::role::Role;
 use crate::segments::within_speeds;
 use crate::signal::integrate;
@@ -34,6 +34,8 @@ pub struct DriveLog {
     pub others: BTreeMap<Role, Vec<f64>>,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
+    /// Class of the vehicle, where it is stated.
+    pub vehicle_class: Option<VehicleClass>,
     /// A receiver's fixes, where the log has them.
     pub gnss: Option<Gnss>,
     /// What was read from each column.

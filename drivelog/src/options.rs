@@ -119,6 +119,8 @@ pub struct LogOptions {
     pub steering_full_scale_rad: Option<f64>,
     /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
     pub steering_ratio: Option<f64>,
+    /// Class of the vehicle, whose dimensions a model must have. `None`: those of any.
+    pub vehicle_class: Option<VehicleClass>,
     /// Parts of each drive to use, from and to, s from its first sample; none for all of it.
     pub windows: Vec<(f64, f64)>,
     /// Speeds to use, from and to, m/s: the segments where the speed, averaged over a second, stays within.
@@ -140,6 +142,35 @@ pub struct LogOptions {
     pub antenna_x_m: f64,
 }
 
+/// A class of road vehicles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VehicleClass {
+    /// From a kart to a limousine; also race cars.
+    Car,
+    /// A truck without a trailer.
+    Truck,
+    /// A bus.
+    Bus,
+    /// A scale car, such as 1:10.
+    Scale,
+}
+
+impl VehicleClass {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Car, Self::Truck, Self::Bus, Self::Scale];
+
+    /// The word on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Car => "car",
+            Self::Truck => "truck",
+            Self::Bus => "bus",
+            Self::Scale => "scale",
+        }
+    }
+}
+
 impl Default for LogOptions {
     fn default() -> Self {
         Self {
@@ -155,6 +186,7 @@ impl Default for LogOptions {
             decimal: None,
             steering_full_scale_rad: None,
             steering_ratio: None,
+            vehicle_class: None,
             windows: Vec::new(),
             speed_window: None,
             sample_time_s: None,
@@ -190,6 +222,9 @@ impl LogOptions {
         }
         if let Some((from, to)) = self.speed_window {
             map.insert("speed_window_mps".into(), format!("{from},{to}"));
+        }
+        if let Some(class) = self.vehicle_class {
+            map.insert("vehicle_class".into(), class.name().into());
         }
         if self.antenna_x_m != 0.0 {
             map.insert("antenna_x_m".into(), self.antenna_x_m.to_string());

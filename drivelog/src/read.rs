@@ -95,6 +95,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
         speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
         others: others(&drives, options),
         steering_ratio: drives[0].steering_ratio,
+        vehicle_class: options.vehicle_class,
         gnss: None,
         channels: channels(&drives),
         warnings,

@@ -66,6 +66,8 @@ pub enum ReasonCode {
     WrongSign,
     /// The low-frequency gain from steering to yaw rate is that of no road vehicle.
     ImplausibleGain,
+    /// The wheelbase, or the speed that belongs to it, is that of no road vehicle or of another class.
+    ImplausibleVehicle,
     /// A zero in the right half plane is slower than the bandwidth.
     NonMinimumPhase,
     /// The validation data are too short for a standard error of the fit.
@@ -86,6 +88,8 @@ pub enum ReasonCode {
     EarlyYawRate,
     /// The yaw rate follows the steering later than that of a vehicle.
     LateYawRate,
+    /// A parameter of a vehicle is at a bound, or more than three standard deviations off its prior.
+    UnusualParameter,
     /// A vehicle with slightly less grip at the rear axle would spin on the drive.
     NearSpin,
 }

@@ -54,6 +54,7 @@ ReasonCode = Literal[
     "uncertain-phase",
     "wrong-sign",
     "implausible-gain",
+    "implausible-vehicle",
     "non-minimum-phase",
     "short-validation",
     "uninformative-validation",
@@ -64,6 +65,7 @@ ReasonCode = Literal[
     "coarse-resolution",
     "early-yaw-rate",
     "late-yaw-rate",
+    "unusual-parameter",
     "near-spin",
 ]
 """The subject of a reason; its name in files is stable."""

@@ -52,7 +52,7 @@ pub const BLOCK_S: f64 = 3.0;
 #[must_use]
 pub fn too_few_blocks(blocks: usize) -> String {
     format!(
-        "the validation data are {blocks} × {BLOCK_S} s or shorter, and a standard error of the fit needs {LEAST_BLOCKS} × {BLOCK_S} s"
+        "a standard error of the fit needs {LEAST_BLOCKS} blocks of {BLOCK_S} s, and the validation data have {blocks}"
     )
 }
 

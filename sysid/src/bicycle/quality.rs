@@ -14,6 +14,7 @@ use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steeri
 use crate::validation::rate::slow_log;
 use crate::validation::regression::{Pair, pairs};
 use crate::validation::uncertain_response::uncertain_response;
+use crate::validation::vehicle_class::implausible_vehicle;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode, VehicleData};
@@ -91,14 +92,18 @@ impl Known<'_> {
     }
 
     fn implausible(&self, e: &BicycleEvidence) -> Vec<(Reason, String)> {
-        implausible(&Response {
+        let mut found = implausible(&Response {
             at: &self.response(e.speed.mean_mps),
             excitation: None,
             speed_mps: e.speed.mean_mps,
             steering_ratio: self.log.steering_ratio,
             zeros: &[],
             spreads: &[],
-        })
+        });
+        let length = e.identified.iter().find(|q| q.name == "effective_wheelbase");
+        let wheelbase = length.map(|q| [q.value, q.standard_error]);
+        found.extend(implausible_vehicle(self.log.vehicle_class, wheelbase, e.speed.mean_mps));
+        found
     }
 
     fn faults(

@@ -203,6 +203,7 @@ mod tests {
             input,
             speed: None,
             steering_ratio: 1.0,
+            vehicle_class: None,
             response: Default::default(),
             others: Default::default(),
             gnss: None,

@@ -14,11 +14,12 @@ use crate::validation::quality::quality;
 use crate::validation::rate::slow_log;
 use crate::validation::sweep::Drive;
 use crate::validation::uncertain_response::ResponseError;
+use crate::validation::vehicle_class::implausible_vehicle;
 use faer::Mat;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
-use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::{DriveLog, VehicleClass};
 use steerwright_formats::{
     Continuous, Discrete, Document, Evidence, InputKind, Matrix, Noise, OperatingPoint, OrderRow,
     Plant, Provenance, ResidualTest, Sideslip, SourceFile, Uncertainty,
@@ -100,6 +101,7 @@ pub(crate) struct Outcome<'a> {
     pub(crate) name: &'a str,
     pub(crate) input_kind: InputKind,
     pub(crate) steering_ratio: f64,
+    pub(crate) vehicle_class: Option<VehicleClass>,
     pub(crate) delay_s: f64,
     pub(crate) sample_time_s: f64,
     pub(crate) model: &'a StateSpace,
@@ -145,7 +147,7 @@ impl Outcome<'_> {
         let map = poles_and_zeros(model, self.continuous, step, self.uncertainty.as_ref());
         let (speed_mps, deviation) = self.speed;
         let at = |hz: f64| self.at(hz);
-        let implausible = implausible(&Response {
+        let mut implausible = implausible(&Response {
             at: &at,
             excitation: Some(&evidence.excitation),
             speed_mps,
@@ -153,6 +155,7 @@ impl Outcome<'_> {
             zeros: &map.continuous_zeros,
             spreads: &map.continuous_zero_spreads,
         });
+        implausible.extend(implausible_vehicle(self.vehicle_class, None, speed_mps));
         evidence.poles_and_zeros = Some(map);
         evidence.conversion_round_trip = self.continuous.map(|c| c.round_trip);
         let point = self.operating_point();

@@ -2,7 +2,7 @@
 //! the fit on validation data, faults of the recording, and how near the model is to a spin.
 
 use crate::Error;
-use crate::bicycle::response_errors;
+use crate::bicycle::{response_errors, response_of};
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
@@ -10,9 +10,12 @@ use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::plausible::opposite;
+use crate::validation::play::steering_play;
 use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
 use crate::validation::regression::pairs;
 use crate::validation::uncertain_response::uncertain_response;
+use crate::validation::vehicle_class::implausible_vehicle;
+use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
@@ -27,6 +30,8 @@ const ALIKE: f64 = 0.8;
 const RATIOS: [f64; 2] = [0.5, 2.0];
 /// Relative loss of rear friction that a vehicle survives which is not near a spin.
 const LEAST_SPIN_MARGIN: f64 = 0.02;
+/// Standard deviations of the prior that a parameter may be off it.
+const MOST_DEVIATIONS: f64 = 3.0;
 /// RMS error of the sideslip angle over its RMS, from which the simulated one does not follow it.
 const FOLLOWS: f64 = 1.2;
 
@@ -110,7 +115,19 @@ pub(super) fn quality(
                 .into(),
         );
     }
-    for (reason, cause) in recorded_faults(log, found, steering) {
+    for (reason, cause) in recorded_faults(log, found, steering, gentle) {
+        reasons.push(reason);
+        advice.push(cause);
+    }
+    let length = found.parameter(Parameter::Wheelbase);
+    let wheelbase = Some([length.value, length.standard_error]);
+    if let Some((reason, cause)) =
+        implausible_vehicle(log.vehicle_class, wheelbase, e.speed.mean_mps)
+    {
+        reasons.push(reason);
+        advice.push(cause);
+    }
+    if let Some((reason, cause)) = unusual_parameters(e) {
         reasons.push(reason);
         advice.push(cause);
     }
@@ -188,15 +205,50 @@ pub(super) fn quality(
     Quality::new(summary, reasons, advice)
 }
 
-fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(Reason, String)> {
+/// The reason against parameters at a bound or far off their prior: one takes up what the model lacks, and it is that of
+/// no known vehicle.
+fn unusual_parameters(e: &VehicleEvidence) -> Option<(Reason, String)> {
+    let mut unusual = Vec::new();
+    let mut largest: f64 = 0.0;
+    for p in &e.parameters {
+        if p.prior.standard_deviation == 0.0 {
+            continue;
+        }
+        let name = p.name.replace('_', " ");
+        if p.is_at_bound {
+            unusual.push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit));
+        } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
+            unusual.push(format!("{name} is {:+.1} deviations off its prior", p.moved_deviations));
+        }
+        largest = largest.max(p.moved_deviations.abs());
+    }
+    if unusual.is_empty() {
+        return None;
+    }
+    let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, unusual.join(", "));
+    let advice = "a parameter of no usual vehicle takes up something else: check units, clocks and the steering ratio, or state the prior of such a vehicle";
+    Some((reason.compared(largest, MOST_DEVIATIONS, ""), advice.into()))
+}
+
+fn recorded_faults(
+    log: &DriveLog,
+    found: &SingleTrack,
+    steering: f64,
+    gentle: &VehicleData,
+) -> Vec<(Reason, String)> {
     let pairs = pairs(log);
     let delay = found.parameter(Parameter::Delay);
     let at_zero = |parameter| found.model.get(parameter);
+    let play = steering_play(&pairs, log.sample_time_s, log.steering_ratio, &|w| {
+        response_of(gentle, gentle.speed_mps, w / TAU)
+    });
+    // A negative delay beyond two standard errors is a yaw rate ahead of its steering.
+    let lead = Some(-delay.value).filter(|lead| *lead > 2.0 * delay.standard_error);
     faults(&Recorded {
         channels: &log.channels,
-        play: None,
+        play: play.as_ref(),
         delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
-        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s),
+        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s).or(lead),
         yaw_rate_lag_s: yaw_rate_lag(&pairs, log.sample_time_s),
         road_wheel_std_rad: steering,
         yaw_rate_std_radps: standard_deviation(&log.output),

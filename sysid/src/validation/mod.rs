@@ -24,3 +24,4 @@ pub(crate) mod spread;
 pub(crate) mod sweep;
 pub(crate) mod uncertain_response;
 pub(crate) mod validate;
+pub(crate) mod vehicle_class;

@@ -33,6 +33,7 @@ pub(crate) fn recording(sample_time_s: f64, input: Vec<f64>, output: Vec<f64>) -
         output,
         speed: None,
         steering_ratio: 1.0,
+        vehicle_class: None,
         response: Default::default(),
         others: Default::default(),
         gnss: None,

@@ -28,7 +28,7 @@ fn a_short_log_is_no_pass_and_states_why_its_fit_has_no_uncertainty() {
         for quality in [state_space(&log), bicycle.bicycle.quality] {
             assert_ne!(quality.grade, Grade::Pass, "{seconds} s: {}", quality.summary);
             assert!(quality.has(ReasonCode::ShortValidation), "{seconds} s: {}", quality.codes());
-            assert!(quality.summary.contains("needs 5 × 3 s"), "{}", quality.summary);
+            assert!(quality.summary.contains("needs 5 blocks of 3 s"), "{}", quality.summary);
         }
     }
 }

@@ -74,6 +74,7 @@ impl Accumulated {
             name: &self.name,
             input_kind: self.input_kind,
             steering_ratio: self.steering_ratio,
+            vehicle_class: None,
             delay_s: 0.0,
             sample_time_s: step,
             model: &model,
