@@ -4,7 +4,9 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions, Mapping, Response};
+use steerwright_drivelog::{
+    DecimalMark, DriveLog, LogFile, LogOptions, Mapping, Response, VehicleClass,
+};
 use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
 
 /// How the channels in a log file are found.
@@ -69,6 +71,10 @@ pub(crate) struct LogArguments {
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
+    /// Class of the vehicle: a model with dimensions of none of this class fails. By default it must have those of
+    /// one of them
+    #[arg(long, value_name = "car|truck|bus|scale", value_parser = vehicle_class)]
+    pub(crate) vehicle_class: Option<VehicleClass>,
     /// Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     /// drive, and all other files are channels of one drive
     #[arg(long = "drive", value_name = "FILE,FILE…", value_parser = drive)]
@@ -190,6 +196,7 @@ impl LogArguments {
             channels: self.channels.iter().cloned().collect(),
             steering_full_scale_rad: self.steering_full_scale,
             steering_ratio: self.steering_ratio,
+            vehicle_class: self.vehicle_class,
             windows: self.windows.clone(),
             speed_window: self.speed_window,
             sample_time_s: self.sample_time,
@@ -322,6 +329,11 @@ fn auto<T>(text: &str, named: Option<T>, expected: &str) -> Result<Auto<T>, Stri
 fn intersample(text: &str) -> Result<Auto<Intersample>, String> {
     let named = Intersample::ALL.into_iter().find(|i| i.name() == text);
     auto(text, named, "auto, zoh, foh or bl")
+}
+
+fn vehicle_class(text: &str) -> Result<VehicleClass, String> {
+    let named = VehicleClass::ALL.into_iter().find(|class| class.name() == text);
+    named.ok_or_else(|| "expected car, truck, bus or scale".into())
 }
 
 fn detrend(text: &str) -> Result<Detrend, String> {
