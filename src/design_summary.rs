@@ -80,10 +80,9 @@ fn limits(pid: &Pid) -> String {
     if let Some(large) = l.large_errors {
         let _ = write!(
             text,
-            "; of yaw errors beyond {:.1}° the rest is released as a ramp, and {:.2} s at the largest rate \
-             leave {:.0}°/s",
+            "; of yaw errors beyond {:.1}° the rest is released as a ramp, and a slower actuator leaves down to \
+             {:.0}°/s",
             large.max_yaw_error_rad.to_degrees(),
-            large.rate_reserve_time_s,
             large.sustained_rate_radps.to_degrees()
         );
     }

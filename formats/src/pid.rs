@@ -89,9 +89,14 @@ pub struct LargeErrors {
     /// Largest yaw error, beyond the lag behind a ramp, that the controller acts on at once, rad; the rest
     /// is released as a ramp.
     pub max_yaw_error_rad: f64,
-    /// Rate once the reserve of time at the largest rate is spent, rad/s.
+    /// Lag of the yaw rate behind the steering angle that was sent, s: by it the controller notices an actuator
+    /// that turns more slowly than the largest rate. 0 may be omitted: no such actuator is looked for.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yaw_rate_lag_s: f64,
+    /// Rate with the slowest actuator that is looked for, rad/s.
     pub sustained_rate_radps: f64,
-    /// That reserve, s: longer than a step of the specification needs.
+    /// Reserve of time at the largest rate, s, after which the anti-windup is quicker: longer than a step of the
+    /// specification needs.
     pub rate_reserve_time_s: f64,
 }
 
@@ -178,6 +183,7 @@ impl Document for Pid {
         if let Some(l) = self.limits.large_errors {
             check_fields!(c.positive(l, "limits.large_errors."):
                 max_yaw_error_rad sustained_rate_radps rate_reserve_time_s);
+            check_fields!(c.not_negative(l, "limits.large_errors."): yaw_rate_lag_s);
         }
         if let Some(l) = self.limits.lateral_acceleration {
             let at = "limits.lateral_acceleration.";

@@ -13,6 +13,9 @@ pub struct ScheduleEntry {
     pub speed_mps: f64,
     /// Gains and weights.
     pub gains: PidGains,
+    /// Lag of the yaw rate, s, instead of that in `limits.large_errors`; absent if that holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_lag_s: Option<f64>,
     /// Reserve of time at the largest rate, s, instead of that in `limits.large_errors`; absent if that holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_reserve_time_s: Option<f64>,
@@ -140,6 +143,9 @@ impl ScheduleEntry {
         self.guidance.check(c, &format!("{at}guidance."));
         if let Some(reserve) = self.rate_reserve_time_s {
             c.positive(reserve, &format!("{at}rate_reserve_time_s"));
+        }
+        if let Some(lag) = self.yaw_rate_lag_s {
+            c.not_negative(lag, &format!("{at}yaw_rate_lag_s"));
         }
     }
 }

@@ -865,6 +865,8 @@ class ScheduleEntry(Record):
     """Speed, m/s."""
     gains: PidGains
     """Gains and weights."""
+    yaw_rate_lag_s: Union[float, None]
+    """Lag of the yaw rate, s, instead of that in `limits.large_errors`; absent if that holds."""
     rate_reserve_time_s: Union[float, None]
     """Reserve of time at the largest rate, s, instead of that in `limits.large_errors`; absent if that
     holds."""
@@ -1404,10 +1406,15 @@ class LargeErrors(Record):
     max_yaw_error_rad: float
     """Largest yaw error, beyond the lag behind a ramp, that the controller acts on at once, rad; the rest
     is released as a ramp."""
+    yaw_rate_lag_s: Union[float, None]
+    """Lag of the yaw rate behind the steering angle that was sent, s: by it the controller notices an
+    actuator that turns more slowly than the largest rate. 0 may be omitted: no such actuator is looked
+    for."""
     sustained_rate_radps: float
-    """Rate once the reserve of time at the largest rate is spent, rad/s."""
+    """Rate with the slowest actuator that is looked for, rad/s."""
     rate_reserve_time_s: float
-    """That reserve, s: longer than a step of the specification needs."""
+    """Reserve of time at the largest rate, s, after which the anti-windup is quicker: longer than a step of
+    the specification needs."""
 
 
 class LateralAcceleration(Record):

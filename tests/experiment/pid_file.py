@@ -25,7 +25,8 @@ def limits_of(pid):
     error = large.get("max_yaw_error_rad", math.pi)
     sustained = large.get("sustained_rate_radps", limits["max_rate_radps"])
     reserve = max(large.get("rate_reserve_time_s", 1.0), SAMPLE_TIME_S)
-    return (angle, increment, fastest, gain, error, sustained, reserve)
+    lag = large.get("yaw_rate_lag_s", 0.0)
+    return (angle, increment, fastest, gain, error, sustained, reserve, lag)
 
 
 def gains_of(pid):

@@ -1,10 +1,10 @@
 """The law of LateralPid (eq 14) once more, compiled, for tuning on the vehicle.
 
-Only what tuning and engaging need: constant gains, enabled, no feedforward. Each run holds it against
-the packed FMU (`study.check_law`). Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
-anti-windup time s; limits: angle at that speed rad, increment a tick rad, yaw rate of the lateral
-acceleration allowed rad/s, yaw rate per steering 1/s, and of large errors: yaw error acted on at once
-rad, sustained rate rad/s, reserve of time at the largest rate s.
+Only what tuning needs: constant gains, enabled, no feedforward. Each run holds it against the packed FMU
+(`study.check_law`). Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b, anti-windup time s; limits: angle
+at that speed rad, increment a tick rad, yaw rate of the lateral acceleration allowed rad/s, yaw rate per
+steering 1/s, and of large errors: yaw error acted on at once rad, sustained rate rad/s, reserve of time at the
+largest rate s, lag of the yaw rate s.
 """
 
 import math
@@ -16,10 +16,11 @@ import vehicle
 from excitation import SAMPLE_TIME_S
 from vehicle import STEPS, advance
 
-MEMORY = 11  # numbers that a controller remembers
-# As in fmu/models/src/pid/governor.rs.
+MEMORY = 19  # numbers that a controller remembers
+# As in fmu/models/src/pid/governor.rs and actuator.rs.
 RELEASE_SHARE, RATE_SHARE, ROOM = 0.7, 0.5, 1.2
-RATE_FILTER, FULL_RATE, FORGOTTEN = 0.05, 0.9, 0.1
+RATE_FILTER, FULL_RATE, FORGOTTEN, QUICKER = 0.05, 0.9, 0.1, 0.3
+FILTER, NOTICED_AFTER, UNCERTAIN, NOTICED, LARGEST = 0.05, 0.2, 0.2, 0.05, 2.0
 
 
 @numba.njit
@@ -33,24 +34,51 @@ def within(value, bound):
 
 
 @numba.njit
+def reduction(total):
+    """How far the rate is reduced, by the sum."""
+    return max(0.0, (total - NOTICED) / (1.0 - NOTICED))
+
+
+@numba.njit
+def watch(watched, limits, sent, change):
+    """What a slow actuator is noticed by, in place: angles, yaw rates expected and the same filtered, each of the
+    actuator with the present rate and the slow one, the yaw rate filtered, and the sum."""
+    _, increment, _, gain, _, sustained, _, yaw_rate_lag = limits
+    ts = SAMPLE_TIME_S
+    present = increment - reduction(watched[7]) * max(increment - sustained * ts, 0.0)
+    for i, reach in enumerate((present, sustained * ts)):
+        watched[i] += within(sent - watched[i], reach)
+        watched[2 + i] += ts / (yaw_rate_lag + ts) * (gain * watched[i] - watched[2 + i])
+        watched[4 + i] += ts / (FILTER + ts) * (watched[2 + i] - watched[4 + i])
+    watched[6] += ts / (FILTER + ts) * (change / ts - watched[6])
+    difference = watched[5] - watched[4]
+    square = difference * difference
+    evidence = within((watched[6] - watched[4]) * difference, LARGEST * square) - UNCERTAIN * square
+    ramp = gain * (increment / ts - sustained) * NOTICED_AFTER
+    noticed = evidence / (ramp * ramp * NOTICED_AFTER / 3.0) if ramp != 0.0 else 0.0
+    watched[7] = min(1.0, max(0.0, watched[7] + ts * (noticed - FORGOTTEN * watched[7])))
+
+
+@numba.njit
 def tick(memory, gains, limits, reference, y):
     """One sample; `memory` is integral, derivative, yaw, command, reference, whether there was a sample
     before; what is withheld of the error, the rate of its release, the rate of the reference, that of the
-    steering, and the time at the largest rate."""
+    steering, and the time at the largest rate; and what [`watch`] remembers."""
     kp, ki, kd, filter_time, weight, anti_windup = gains
-    angle, increment, fastest, gain, largest, sustained, reserve = limits
+    angle, increment, fastest, gain, largest, sustained, reserve, yaw_rate_lag = limits
     ts, unweighted = SAMPLE_TIME_S, kp * (1.0 - weight)
     integral, derivative, before, u, reference_before, later = memory[:6]
-    withheld_before, release, reference_rate, steering_rate, spent = memory[6:]
+    withheld_before, release, reference_rate, steering_rate, spent = memory[6:11]
     moved = wrapped(reference - reference_before) if later else 0.0
     whole = wrapped(reference - y)
-    withheld, short = withheld_before, 0.0
+    withheld, slow = withheld_before, 0.0
     if largest < math.pi:
-        if spent > reserve:
-            short = min(spent / reserve - 1.0, 1.0)
-            followed = min(largest, ROOM * sustained / (kp * weight * kp * gain + ki))
-            largest -= short * (largest - followed)
-            increment -= short * max(increment - sustained * ts, 0.0)
+        if later and yaw_rate_lag > 0.0:
+            watch(memory[11:], limits, u, wrapped(y - before))
+        slow = reduction(memory[18])
+        followed = min(largest, ROOM * sustained / (kp * weight * kp * gain + ki))
+        largest -= slow * (largest - followed)
+        increment -= slow * max(increment - sustained * ts, 0.0)
         lag = max(0.0, unweighted / ki) if ki > 0.0 else 0.0
         released = 0.0
         if withheld == 0.0:
@@ -81,12 +109,15 @@ def tick(memory, gains, limits, reference, y):
         integral = ki * ts * error - unweighted * error
     wanted = kp * error + derivative + integral
     command = within(max(u - increment, min(u + increment, wanted)), angle)
-    steering_rate += ts / (RATE_FILTER + ts) * ((command - u) / ts - steering_rate)
-    spent += ts if abs(steering_rate) * ts > FULL_RATE * increment else -FORGOTTEN * ts
-    spent = max(0.0, min(spent, 2.0 * reserve))
+    if largest < math.pi:
+        steering_rate += ts / (RATE_FILTER + ts) * ((command - u) / ts - steering_rate)
+        spent += ts if abs(steering_rate) * ts > FULL_RATE * increment else -FORGOTTEN * ts
+        spent = max(0.0, min(spent, 2.0 * reserve))
+        if spent > reserve or slow > 0.0:
+            anti_windup *= 1.0 - (1.0 - QUICKER) * min(max(spent / reserve - 1.0, slow), 1.0)
     integral += min(ts / anti_windup, 1.0) * (command - wanted)
     memory[:6] = (integral, derivative, y, command, reference, 1.0)
-    memory[6:] = (withheld, release, reference_rate, steering_rate, spent)
+    memory[6:11] = (withheld, release, reference_rate, steering_rate, spent)
     return command
 
 
@@ -105,7 +136,7 @@ def compile_all(car):
     """Compiles what drives the car, before processes are forked which would each do it."""
     state = car.at_start(10.0)
     vehicle.rates(state, 0.0, 10.0, car.parameters)
-    gains, limits = (1.0, 1.0, 0.0, 0.01, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0, math.pi, 1.0, 1.0)
+    gains, limits = (1.0, 1.0, 0.0, 0.01, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0, math.pi, 1.0, 1.0, 0.0)
     respond(state, 10.0, car.parameters, gains, limits, 0.0, 1)
 
 

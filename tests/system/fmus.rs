@@ -40,6 +40,7 @@ fn parameters(pid: &mut Instance) -> PidParameters {
         max_increment: real("max_increment"),
         max_rate: real("max_rate"),
         max_yaw_error: real("max_yaw_error"),
+        yaw_rate_lag: real("yaw_rate_lag"),
         sustained_rate: real("sustained_rate"),
         rate_reserve_time: real("rate_reserve_time"),
         max_lateral_acceleration: real("max_lateral_acceleration"),

@@ -7,6 +7,8 @@ use crate::design::options::DesignOptions;
 use crate::design::search::significant;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
+use nalgebra::Complex;
+use std::f64::consts::{FRAC_PI_2, PI};
 use steerwright_formats::{LargeErrors, LateralAcceleration, Limits, Specification};
 use steerwright_models::{PidParameters, time_at_largest_rate};
 
@@ -17,10 +19,13 @@ const BEYOND_STEP: f64 = 1.04;
 /// Sustained rate over the largest. The multi-body cars of `tests/experiment/engagement.py` return to the
 /// road with an actuator of 3/8 of the rate stated.
 const SUSTAINED: f64 = 0.35;
-/// Reserve of time at the largest rate over the time that the specification's step takes, and the shortest,
-/// s: an evasive manoeuvre steers from one side to the other.
+/// Reserve of time at the largest rate over the time that the specification's step takes, and the shortest, s.
 const RESERVE: f64 = 1.3;
 const LEAST_RESERVE_S: f64 = 0.15;
+/// Frequency at which the lag of the yaw rate is read, rad/s: half a turn of the steering a second. The lag is
+/// between a sample and the longest, s.
+const LAG_READ_AT_RADPS: f64 = PI;
+const LONGEST_LAG_S: f64 = 1.0;
 
 /// The largest steering angle where none is stated, the paper's 22° at the road wheel, in steering coordinates.
 #[must_use]
@@ -73,7 +78,16 @@ pub(crate) fn large_errors(
     let taken = time_at_largest_rate(pid, trace.steering_before, &trace.steering);
     LargeErrors {
         max_yaw_error_rad: significant(BEYOND_STEP * spec.step_rad, 5),
+        yaw_rate_lag_s: significant(yaw_rate_lag(plant), 3),
         sustained_rate_radps: significant(SUSTAINED * pid.largest_increment() / pid.sample_time, 5),
         rate_reserve_time_s: significant((RESERVE * taken).max(LEAST_RESERVE_S), 3),
     }
+}
+
+/// Of the first-order lag with the phase of the plant's yaw rate, delays included, s.
+fn yaw_rate_lag(plant: &Sampled) -> f64 {
+    let z = Complex::from_polar(1.0, LAG_READ_AT_RADPS * plant.sample_time);
+    let behind = -(plant.response(z) * (z - 1.0)).arg();
+    let lag = if behind < FRAC_PI_2 { behind.tan() / LAG_READ_AT_RADPS } else { LONGEST_LAG_S };
+    lag.max(plant.sample_time).min(LONGEST_LAG_S)
 }

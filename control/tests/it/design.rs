@@ -243,6 +243,16 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
     }
 }
 
+/// The phase of 40/(s + 8) and a delay of 50 ms at half a turn a second, as a lag of first order.
+#[test]
+fn the_lag_of_the_yaw_rate_is_that_of_the_plant() {
+    use std::f64::consts::PI;
+    let pid = designed(&transfer(&[40.0], &[8.0], 0.05), &usual());
+    let lag = pid.limits.large_errors.expect("a stable loop").yaw_rate_lag_s;
+    let expected = ((PI / 8.0).atan() + 0.05 * PI).tan() / PI;
+    assert!((lag / expected - 1.0).abs() < 0.03, "{lag} {expected}");
+}
+
 /// Up to rounding.
 #[test]
 #[ignore = "slow: cargo xtask test"]

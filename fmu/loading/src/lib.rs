@@ -113,8 +113,9 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
 pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
     let at = |entry: &ScheduleEntry| {
         let usual = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
+        let yaw_rate_lag = entry.yaw_rate_lag_s.unwrap_or(usual.yaw_rate_lag);
         let rate_reserve_time = entry.rate_reserve_time_s.unwrap_or(usual.rate_reserve_time);
-        (entry.speed_mps, PidParameters { rate_reserve_time, ..usual })
+        (entry.speed_mps, PidParameters { yaw_rate_lag, rate_reserve_time, ..usual })
     };
     (!pid.schedule.is_empty())
         .then(|| PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
@@ -144,6 +145,7 @@ pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64
         max_increment: limits.max_increment_rad,
         max_rate: limits.max_rate_radps,
         max_yaw_error: large.map_or(usual.max_yaw_error, |l| l.max_yaw_error_rad),
+        yaw_rate_lag: large.map_or(usual.yaw_rate_lag, |l| l.yaw_rate_lag_s),
         sustained_rate: large.map_or(limits.max_rate_radps, |l| l.sustained_rate_radps),
         rate_reserve_time: large.map_or(usual.rate_reserve_time, |l| l.rate_reserve_time_s),
         max_lateral_acceleration: lateral.map_or(usual.max_lateral_acceleration, |l| l.max_mps2),

@@ -171,6 +171,7 @@ fn the_controller() {
     let limits = steerwright_formats::Limits {
         large_errors: Some(steerwright_formats::LargeErrors {
             max_yaw_error_rad: 11.0,
+            yaw_rate_lag_s: 17.0,
             sustained_rate_radps: 12.0,
             rate_reserve_time_s: 13.0,
         }),
@@ -183,6 +184,7 @@ fn the_controller() {
     };
     let expected = PidParameters {
         max_yaw_error: 11.0,
+        yaw_rate_lag: 17.0,
         sustained_rate: 12.0,
         rate_reserve_time: 13.0,
         max_lateral_acceleration: 14.0,

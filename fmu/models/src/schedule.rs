@@ -45,7 +45,7 @@ macro_rules! over_speed {
 over_speed! {
     /// Gains of the yaw controller over speed, with what else depends on it.
     PidSchedule of PidParameters: kp ki kd derivative_filter_time setpoint_weight_proportional
-        setpoint_weight_derivative anti_windup_time rate_reserve_time
+        setpoint_weight_derivative anti_windup_time yaw_rate_lag rate_reserve_time
 }
 
 over_speed! {

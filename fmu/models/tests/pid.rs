@@ -284,6 +284,7 @@ fn limited() -> PidParameters {
         anti_windup_time: 0.15,
         max_rate: 0.4,
         max_yaw_error: 0.11,
+        yaw_rate_lag: 0.01,
         sustained_rate: 0.14,
         rate_reserve_time: 0.3,
         max_lateral_acceleration: 6.0,
@@ -319,6 +320,60 @@ fn large_steps_do_not_overshoot_at_the_rate_limit() {
         assert!((slower[1] - 1.0).abs() < 0.01, "{height}: {slower:?}");
     }
     assert_eq!(slow_servo(&p, 0.1, 1.0), slow_servo(&alike, 0.1, 1.0));
+}
+
+/// A servo of 3/8 of the rate is noticed within the first step beyond it, and the loop calms down.
+#[test]
+fn a_slow_actuator_is_noticed_by_the_yaw_rate() {
+    let p = limited();
+    let unnoticed = PidParameters { yaw_rate_lag: 0.0, ..p };
+    let [most, last] = slow_servo(&p, 0.1, 0.375);
+    let [before, _] = slow_servo(&unnoticed, 0.1, 0.375);
+    assert!(most - 1.0 < 0.7 * (before - 1.0), "{most}, unnoticed {before}");
+    assert!((last - 1.0).abs() < 0.01, "{last}");
+}
+
+/// A winding road that needs most of the steering rate, on a vehicle whose yaw rate per angle is off by up to
+/// 10 %, lags, and at times jumps with a correction of the pose: the actuator follows, so the road is followed.
+#[test]
+fn a_road_that_needs_the_steering_rate_is_no_slow_actuator() {
+    let p = PidParameters { yaw_rate_lag: 0.1, ..limited() };
+    for (share, factor) in [(0.95, 1.0), (0.8, 0.9), (0.8, 1.1)] {
+        let follow = |p: &PidParameters| {
+            let (mut pid, mut yaw, mut rate, mut reference) = (Pid::default(), 0.0, 0.0, 0.0);
+            let mut angles = Vec::new();
+            let mut largest = 0.0_f64;
+            for k in 0..3000 {
+                // Triangles of 0.25 rad to both sides.
+                let phase = (share * 0.4 * 0.01 * f64::from(k)) % 1.0;
+                let angle = if phase < 0.25 {
+                    phase
+                } else if phase < 0.75 {
+                    0.5 - phase
+                } else {
+                    phase - 1.0
+                };
+                reference += 0.01 * 3.0 * angle;
+                let jump = if k % 100 == 50 { 0.002 } else { 0.0 };
+                let at = PidInput {
+                    steering_feedforward: angle,
+                    speed: 8.0,
+                    ..input(reference, yaw + jump)
+                };
+                largest = largest.max((reference - yaw).abs());
+                let sent = pid.tick(p, &at).steering_angle;
+                angles.push(sent);
+                rate += 0.1 * (3.0 * factor * sent - rate);
+                yaw += 0.01 * rate;
+            }
+            (angles, largest)
+        };
+        let (angles, largest) = follow(&p);
+        let (unwatched, usual) = follow(&PidParameters { yaw_rate_lag: 0.0, ..p });
+        assert!(factor != 1.0 || angles == unwatched, "{share}");
+        assert!(largest < 1.1 * usual, "{share} {factor}: {largest} {usual}");
+        assert!(largest < 0.13, "{share} {factor}: {largest}");
+    }
 }
 
 /// The reserve holds what it was measured for, and no more.

@@ -15,6 +15,7 @@ fn slow() -> PidParameters {
         max_angle: 10.0,
         max_increment: 1.0,
         max_rate: 100.0,
+        yaw_rate_lag: 0.1,
         rate_reserve_time: 0.4,
         ..PidParameters::default()
     }
@@ -28,6 +29,7 @@ fn fast() -> PidParameters {
         derivative_filter_time: 0.05,
         setpoint_weight_proportional: 0.4,
         anti_windup_time: 0.5,
+        yaw_rate_lag: 0.3,
         rate_reserve_time: 0.2,
         ..slow()
     }
@@ -47,6 +49,7 @@ fn entries_hold_at_their_speeds_and_beyond_the_ends() {
     let middle = table.at(&slow(), 17.5);
     assert!((middle.kp - 3.45).abs() < 1e-12 && (middle.ki - 9.45).abs() < 1e-12);
     assert!((middle.rate_reserve_time - 0.3).abs() < 1e-12);
+    assert!((middle.yaw_rate_lag - 0.2).abs() < 1e-12);
     assert_eq!(middle.max_angle, slow().max_angle);
 }
 

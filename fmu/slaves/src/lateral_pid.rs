@@ -63,6 +63,7 @@ impl LateralPid {
             V::MaxIncrement => &mut p.max_increment,
             V::MaxRate => &mut p.max_rate,
             V::MaxYawError => &mut p.max_yaw_error,
+            V::YawRateLag => &mut p.yaw_rate_lag,
             V::SustainedRate => &mut p.sustained_rate,
             V::RateReserveTime => &mut p.rate_reserve_time,
             V::MaxLateralAcceleration => &mut p.max_lateral_acceleration,

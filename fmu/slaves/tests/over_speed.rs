@@ -32,6 +32,7 @@ fn file(over_speed: bool) -> Pid {
     let entry = |(speed_mps, kp)| ScheduleEntry {
         speed_mps,
         gains: gains(kp),
+        yaw_rate_lag_s: None,
         rate_reserve_time_s: None,
         guidance,
     };

@@ -248,8 +248,8 @@ fn gains(pid: &Pid) -> Table {
     let large = l.large_errors.map(|e| {
         vec![
             ("largest yaw error that is acted on at once", e.max_yaw_error_rad * DEG, "deg"),
-            ("time at the largest rate", e.rate_reserve_time_s, "s"),
-            ("largest rate after that", e.sustained_rate_radps * DEG, "deg/s"),
+            ("lag of the yaw rate, by which a slower actuator is noticed", e.yaw_rate_lag_s, "s"),
+            ("largest rate with the slowest actuator", e.sustained_rate_radps * DEG, "deg/s"),
         ]
     });
     let usual = [

@@ -96,6 +96,7 @@ impl Design {
         ScheduleEntry {
             speed_mps: self.plant.speed,
             gains: self.tuned.gains,
+            yaw_rate_lag_s: self.tuned.limits.large_errors.map(|l| l.yaw_rate_lag_s),
             rate_reserve_time_s: self.tuned.limits.large_errors.map(|l| l.rate_reserve_time_s),
             guidance: advised(&self.tuned.feedforward, options),
         }

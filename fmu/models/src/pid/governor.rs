@@ -1,4 +1,5 @@
-//! Large yaw errors: the part of an error on which the controller acts, and the steering rate.
+//! Large yaw errors: the part of an error on which the controller acts, and the steering rate of an actuator
+//! that is slower than stated.
 //!
 //! The README of `fmu/lateral-pid` has the reasons and the limits. With `E = max_yaw_error`, e the yaw
 //! error, v the speed and a the lateral acceleration allowed:
@@ -13,6 +14,7 @@
 //! So of a step at most E is seen at once, and the rest is released as a ramp, no sooner than within λ.
 //! Errors up to E, and smooth references, are untouched bit by bit.
 
+use super::actuator::Actuator;
 use super::parameters::PidParameters;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -21,13 +23,16 @@ use std::f64::consts::PI;
 /// sustained rate that its beginning and its end take: the rest is for the feedback.
 const RELEASE_SHARE: f64 = 0.7;
 const RATE_SHARE: f64 = 0.5;
-/// Steering rate of the largest error while the reserve is spent, over the sustained rate.
+/// Steering rate of the largest error with a slow actuator, over the sustained rate.
 const ROOM: f64 = 1.2;
 /// Time constant with which the rate of the steering is read, s, share of the largest rate that counts as
 /// such, and how fast a time at that rate is forgotten.
 const RATE_FILTER: f64 = 0.05;
 const FULL_RATE: f64 = 0.9;
 const FORGOTTEN: f64 = 0.1;
+/// Anti-windup time with a slow actuator, or once the reserve of time at the largest rate is overdrawn, over the
+/// usual one.
+const QUICKER: f64 = 0.3;
 
 /// See the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -42,6 +47,7 @@ pub(crate) struct Governor {
     steering_rate: f64,
     /// Time at the largest rate that is not forgotten, s.
     spent: f64,
+    actuator: Actuator,
 }
 
 impl Governor {
@@ -100,6 +106,19 @@ impl Governor {
         released
     }
 
+    /// One that starts with the actuator at rest at an angle, rad.
+    pub(crate) fn resting_at(angle: f64) -> Self {
+        Self { actuator: Actuator::resting_at(angle), ..Self::default() }
+    }
+
+    /// Takes in the angle sent at the tick before and the change of the yaw since, rad.
+    #[inline(always)]
+    pub(crate) fn turned(&mut self, p: &PidParameters, speed: f64, sent: f64, change: f64) {
+        if p.max_yaw_error < PI && p.yaw_rate_lag > 0.0 {
+            self.actuator.turned(p, speed, sent, change);
+        }
+    }
+
     /// Counts a tick's change of the steering angle.
     #[inline(always)]
     pub(crate) fn steered(&mut self, p: &PidParameters, change: f64, largest: f64) {
@@ -116,38 +135,40 @@ impl Governor {
         self.spent = spent.min(2.0 * reserve(p)).max(0.0);
     }
 
+    /// The anti-windup time, s.
+    #[inline(always)]
+    pub(crate) fn anti_windup_time(&self, p: &PidParameters) -> f64 {
+        let slow = self.slow(p);
+        if p.max_yaw_error >= PI || (self.spent <= reserve(p) && slow == 0.0) {
+            return p.anti_windup_time;
+        }
+        let overdrawn = (self.spent / reserve(p) - 1.0).max(slow).min(1.0);
+        p.anti_windup_time * (1.0 - (1.0 - QUICKER) * overdrawn)
+    }
+
     /// Largest change of the steering angle in one tick, rad.
     #[inline(always)]
     pub(crate) fn largest_increment(&self, p: &PidParameters) -> f64 {
-        let largest = p.largest_increment();
-        let short = self.short_of(p);
-        if short > 0.0 {
-            largest - short * (largest - p.sustained_rate * p.sample_time).max(0.0)
-        } else {
-            largest
-        }
+        if p.max_yaw_error >= PI { p.largest_increment() } else { self.actuator.increment(p) }
     }
 
     #[inline(always)]
     fn largest_error(&self, p: &PidParameters, speed: f64) -> f64 {
-        let short = self.short_of(p);
-        if short > 0.0 {
+        let slow = self.slow(p);
+        if slow > 0.0 {
             let crossover = p.kp * p.steady_gain(speed);
             let per_error = p.kp * p.setpoint_weight_proportional * crossover + p.ki;
             let followed = (ROOM * p.sustained_rate / per_error).max(0.0).min(p.max_yaw_error);
-            p.max_yaw_error - short * (p.max_yaw_error - followed)
+            p.max_yaw_error - slow * (p.max_yaw_error - followed)
         } else {
             p.max_yaw_error
         }
     }
 
-    /// How far the reserve is overdrawn, from 0 to 1.
+    /// How far the rate is reduced, from 0 to 1.
     #[inline(always)]
-    fn short_of(&self, p: &PidParameters) -> f64 {
-        if p.max_yaw_error >= PI || self.spent <= reserve(p) {
-            return 0.0;
-        }
-        (self.spent / reserve(p) - 1.0).min(1.0)
+    fn slow(&self, p: &PidParameters) -> f64 {
+        if p.max_yaw_error >= PI { 0.0 } else { self.actuator.reduction(p) }
     }
 
     /// The numbers that must be finite.
@@ -159,6 +180,11 @@ impl Governor {
             ("the rate of the steering", self.steering_rate),
             ("the time at the largest rate", self.spent),
         ]
+    }
+
+    /// The memory of the actuator.
+    pub(crate) fn actuator(&self) -> &Actuator {
+        &self.actuator
     }
 }
 

@@ -18,6 +18,7 @@
 //! - **Gain changes** while running with `ki > 0` move the change of P (kp) and of the tick's new
 //!   part of D (kd, c) into I. ki, b and Tt act on increments and are bumpless as they are.
 
+mod actuator;
 mod governor;
 mod parameters;
 
@@ -82,10 +83,14 @@ impl Pid {
     pub fn tick(&mut self, p: &PidParameters, input: &PidInput) -> PidOutput {
         let whole = wrap_angle(input.yaw_reference - input.yaw);
         let moved = self.before.as_ref().map(|b| wrap_angle(input.yaw_reference - b.yaw_reference));
+        let turned = self.before.as_ref().map_or(0.0, |b| wrap_angle(input.yaw - b.yaw));
         let error = if input.enabled {
+            if self.before.is_some() {
+                self.governor.turned(p, input.speed, self.steering_angle, turned);
+            }
             self.governor.acted_on(p, input.speed, whole, moved)
         } else {
-            self.governor = Governor::default();
+            self.governor = Governor::resting_at(self.steering_angle);
             whole
         };
         let withheld = self.governor.withheld;
@@ -94,20 +99,13 @@ impl Pid {
         let from_rest = -unweighted * error;
 
         let filter = 1.0 / (p.derivative_filter_time + p.sample_time);
-        let (reference_increment, yaw_increment) = match &self.before {
-            Some(b) => {
-                let moved = moved.unwrap_or(0.0);
-                // Of the reference that the loop sees.
-                let seen = if withheld == 0.0 && b.withheld == 0.0 {
-                    moved
-                } else {
-                    wrap_angle(moved - (withheld - b.withheld))
-                };
-                (seen, wrap_angle(input.yaw - b.yaw))
-            }
-            None => (0.0, 0.0),
+        // Of the reference that the loop sees.
+        let reference_increment = match &self.before {
+            Some(b) if withheld == 0.0 && b.withheld == 0.0 => moved.unwrap_or(0.0),
+            Some(b) => wrap_angle(moved.unwrap_or(0.0) - (withheld - b.withheld)),
+            None => 0.0,
         };
-        let pulse = |kd: f64, c: f64| kd * (c * reference_increment - yaw_increment) * filter;
+        let pulse = |kd: f64, c: f64| kd * (c * reference_increment - turned) * filter;
         let new_pulse = pulse(p.kd, p.setpoint_weight_derivative);
         self.derivative = p.derivative_filter_time * filter * self.derivative + new_pulse;
 
@@ -142,7 +140,7 @@ impl Pid {
 
         let output = self.limit(p, unlimited, input.speed);
         if input.enabled && p.ki > 0.0 {
-            let share = (p.sample_time / p.anti_windup_time).min(1.0);
+            let share = (p.sample_time / self.governor.anti_windup_time(p)).min(1.0);
             self.integral += share * (output.steering_angle - unlimited);
         }
         self.before = Some(Before {
@@ -179,6 +177,7 @@ impl Pid {
             ("the steering angle", self.steering_angle),
         ])?;
         diverged(self.governor.memory())?;
+        diverged(self.governor.actuator().memory())?;
         let Some(b) = &self.before else { return Ok(()) };
         finite(
             "an input or gain of the tick before",

@@ -31,12 +31,15 @@ pub struct PidParameters {
     pub max_increment: f64,
     /// Largest rate of the steering angle, rad/s.
     pub max_rate: f64,
-    /// Largest yaw error that is acted on at once, beyond the lag behind a ramp, rad; π for any, and the two
+    /// Largest yaw error that is acted on at once, beyond the lag behind a ramp, rad; π for any, and the three
     /// that follow are then not looked at.
     pub max_yaw_error: f64,
-    /// Rate of the steering angle once the reserve of time at the largest is spent, rad/s.
+    /// Lag of the yaw rate behind the steering angle that was sent, s; 0 where it is not known, and an actuator
+    /// slower than its largest rate is then not looked for.
+    pub yaw_rate_lag: f64,
+    /// Rate of the steering angle with the slowest actuator that is looked for, rad/s.
     pub sustained_rate: f64,
-    /// Time for which the steering angle may move at its largest rate, s.
+    /// Time at the largest rate after which the anti-windup is quicker, s.
     pub rate_reserve_time: f64,
     /// Largest lateral acceleration that the steering angle may cause in a steady turn, m/s².
     pub max_lateral_acceleration: f64,
@@ -64,6 +67,7 @@ impl Default for PidParameters {
             max_increment,
             max_rate: max_increment / 0.01,
             max_yaw_error: PI,
+            yaw_rate_lag: 0.0,
             sustained_rate: max_increment / 0.01,
             rate_reserve_time: 1.0,
             max_lateral_acceleration: NO_ACCELERATION_BOUND,

@@ -52,7 +52,9 @@ super::variables! {
     UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable,
         .unit("rad.s2/m").min(0.0).nominal(0.01).description("steering angle per lateral acceleration beyond that, for that bound");
     SustainedRate = 35, real "sustained_rate", Parameter, Tunable,
-        .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("rate of the steering angle once the reserve is spent, where max_yaw_error is below pi");
+        .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("rate of the steering angle with the slowest actuator looked for");
     RateReserveTime = 36, real "rate_reserve_time", Parameter, Tunable,
-        .unit("s").min(0.0).nominal(0.1).description("reserve: time for which the steering angle may move at its largest rate");
+        .unit("s").min(0.0).nominal(0.1).description("reserve of time at the largest rate, after which the anti-windup is quicker");
+    YawRateLag = 37, real "yaw_rate_lag", Parameter, Tunable,
+        .unit("s").min(0.0).nominal(0.1).description("lag of the yaw rate behind the steering angle sent, by which a slow actuator is noticed; 0 for not");
 }
