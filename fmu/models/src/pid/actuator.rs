@@ -69,7 +69,7 @@ impl Actuator {
         let ramp = gain * (p.largest_increment() / ts - p.sustained_rate) * NOTICED_AFTER;
         let enough = ramp * ramp * NOTICED_AFTER / 3.0;
         let noticed = if enough > 0.0 { evidence / enough } else { 0.0 };
-        self.slow = (self.slow + ts * (noticed - FORGOTTEN * self.slow)).max(0.0).min(1.0);
+        self.slow = (self.slow + ts * (noticed - FORGOTTEN * self.slow)).clamp(0.0, 1.0);
     }
 
     /// How far the rate is reduced, from 0 to 1.
@@ -95,12 +95,13 @@ impl Actuator {
     }
 
     /// The numbers that must be finite.
-    pub(crate) fn memory(&self) -> [(&'static str, f64); 4] {
+    pub(crate) fn memory(&self) -> [(&'static str, f64); 5] {
         [
             ("the angle of a slow actuator", self.angles[0] + self.angles[1]),
             ("the yaw rate expected of the actuator", self.expected[0] + self.yaw_rates[0]),
             ("the yaw rate expected of a slow actuator", self.expected[1] + self.yaw_rates[1]),
             ("the yaw rate", self.measured),
+            ("the evidence of a slow actuator", self.slow),
         ]
     }
 }
