@@ -97,13 +97,13 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if !recording.rows.is_empty() {
         out.write(recording.to_csv().as_bytes())?;
     }
-    of_the_run.iter().for_each(console::warning);
     let ended = match result {
         Ok(()) => None,
         Err(error @ Error::Terminated { .. }) => Some(error.to_string()),
         Err(error) => return Err(failed(error, &recording, &out)),
     };
 
+    of_the_run.iter().for_each(console::warning);
     let last = recording.rows.last().cloned().unwrap_or_default();
     let done = Done {
         file: arguments.out.clone(),

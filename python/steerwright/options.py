@@ -56,6 +56,9 @@ class ReadOptions(TypedDict, total=False):
     taken as it is."""
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    vehicle_class: Literal["car", "truck", "bus", "scale"]
+    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
+    those of one of them."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -118,6 +121,9 @@ class ModelOptions(TypedDict, total=False):
     taken as it is."""
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    vehicle_class: Literal["car", "truck", "bus", "scale"]
+    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
+    those of one of them."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -195,8 +201,8 @@ class IdentifyOptions(ModelOptions, total=False):
     """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
     the lateral acceleration that a steering torque or its normalised command causes. auto is state-space
-    unless the validation data reject it, then the bicycle, beside single-track for comparison; with an
-    option of state-space, with figures and of R factors it is state-space (default auto)."""
+    unless the validation data reject it, then the bicycle; single-track is compared; with an option of
+    state-space, with figures and of R factors it is state-space (default auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):
@@ -241,6 +247,9 @@ class AccumulateOptions(TypedDict, total=False):
     taken as it is."""
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    vehicle_class: Literal["car", "truck", "bus", "scale"]
+    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
+    those of one of them."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -484,6 +493,9 @@ class CompareOptions(TypedDict, total=False):
     taken as it is."""
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    vehicle_class: Literal["car", "truck", "bus", "scale"]
+    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
+    those of one of them."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -640,6 +652,9 @@ class BuildOptions(TypedDict, total=False):
     taken as it is."""
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
+    vehicle_class: Literal["car", "truck", "bus", "scale"]
+    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
+    those of one of them."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""

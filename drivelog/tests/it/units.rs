@@ -65,7 +65,7 @@ fn wrong_mappings_are_refused() {
     assert!(matches!(refused(bare.clone(), &wrong), Error::UnknownUnit { .. }));
     let unused = LogOptions { units: units(&[("stear", "rad")]), ..named("steer") };
     assert!(matches!(refused(bare, &unused), Error::UnusedUnit { .. }));
-    let clockless = text.replacen("time_s", "stamp", 1).into_bytes();
+    let clockless = text.replacen("time_s", "moment", 1).into_bytes();
     assert!(matches!(refused(clockless.clone(), &o), Error::NoTime { .. }));
     let period = LogOptions { row_period_s: Some(0.01), ..o.clone() };
     let (one, two) = (read_one(clockless, &period).unwrap(), read_one(good(), &o).unwrap());

@@ -35,7 +35,7 @@ use steerwright_formats::{
 };
 
 pub use crate::bicycle::options::BicycleOptions;
-pub(crate) use crate::bicycle::response::{response_errors, response_of};
+pub(crate) use crate::bicycle::response::response_errors;
 pub use crate::bicycle::validate::validate_bicycle;
 
 /// A bicycle with the signals behind its plots.

@@ -22,14 +22,6 @@ pub(super) fn response(p: &[f64; PARAMETERS], front_share: f64, speed_mps: f64, 
         * c64::cis(-TAU * hz * c.delay)
 }
 
-/// Yaw rate over road-wheel angle of a vehicle in gentle driving, 1/s, real and imaginary part, at a frequency in Hz.
-pub(crate) fn response_of(vehicle: &VehicleData, speed_mps: f64, hz: f64) -> (f64, f64) {
-    let p = of_vehicle(vehicle, vehicle.steering_ratio);
-    let wheelbase = vehicle.distance_front_m + vehicle.distance_rear_m;
-    let g = response(&p, vehicle.distance_rear_m / wheelbase, speed_mps, hz);
-    (g.re, g.im)
-}
-
 /// Standard errors of the response of a vehicle in gentle driving from the covariance factor of its data.
 pub(crate) fn response_errors(
     vehicle: &VehicleData,

@@ -2,7 +2,7 @@
 //! the fit on validation data, faults of the recording, and how near the model is to a spin.
 
 use crate::Error;
-use crate::bicycle::{response_errors, response_of};
+use crate::bicycle::response_errors;
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
@@ -10,12 +10,10 @@ use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::plausible::opposite;
-use crate::validation::play::steering_play;
 use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
 use crate::validation::regression::pairs;
 use crate::validation::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
-use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
@@ -115,7 +113,7 @@ pub(super) fn quality(
                 .into(),
         );
     }
-    for (reason, cause) in recorded_faults(log, found, steering, gentle) {
+    for (reason, cause) in recorded_faults(log, found, steering) {
         reasons.push(reason);
         advice.push(cause);
     }
@@ -230,23 +228,16 @@ fn unusual_parameters(e: &VehicleEvidence) -> Option<(Reason, String)> {
     Some((reason.compared(largest, MOST_DEVIATIONS, ""), advice.into()))
 }
 
-fn recorded_faults(
-    log: &DriveLog,
-    found: &SingleTrack,
-    steering: f64,
-    gentle: &VehicleData,
-) -> Vec<(Reason, String)> {
+fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(Reason, String)> {
     let pairs = pairs(log);
     let delay = found.parameter(Parameter::Delay);
     let at_zero = |parameter| found.model.get(parameter);
-    let play = steering_play(&pairs, log.sample_time_s, log.steering_ratio, &|w| {
-        response_of(gentle, gentle.speed_mps, w / TAU)
-    });
     // A negative delay beyond two standard errors is a yaw rate ahead of its steering.
     let lead = Some(-delay.value).filter(|lead| *lead > 2.0 * delay.standard_error);
     faults(&Recorded {
         channels: &log.channels,
-        play: play.as_ref(),
+        // The test for play takes the change of the gain over the speed for it, on cars that have none.
+        play: None,
         delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
         yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s).or(lead),
         yaw_rate_lag_s: yaw_rate_lag(&pairs, log.sample_time_s),

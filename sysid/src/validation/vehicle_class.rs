@@ -10,13 +10,13 @@ const DOUBTFUL_MPS: f64 = 50.0;
 const WITHIN: f64 = 2.0;
 
 /// Least and largest wheelbase, m, and the largest mean speed, m/s. Karts have 1.0 m and limousines 3.9 m, trucks and
-/// buses up to 8 m, and scale cars are 1:28 to 1:5.
+/// buses up to 8 m; scale cars are 1:28 to 1:3, as are small robots.
 fn limits(class: VehicleClass) -> ([f64; 2], f64) {
     match class {
         VehicleClass::Car => ([0.9, 4.2], 110.0),
         VehicleClass::Truck => ([2.6, 8.0], 40.0),
         VehicleClass::Bus => ([3.2, 8.0], 40.0),
-        VehicleClass::Scale => ([0.08, 0.7], 30.0),
+        VehicleClass::Scale => ([0.08, 1.0], 30.0),
     }
 }
 
