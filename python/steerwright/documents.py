@@ -1364,6 +1364,10 @@ class SimulationFit(Record):
 
     yaw_rate: float
     """Fit of yaw rate, %."""
+    yaw_rate_standard_error: Union[float, None]
+    """Its standard error, percentage points (block jackknife); absent where the data are too short."""
+    blocks: Union[int, None]
+    """Number of blocks of time behind it."""
     lateral_acceleration: Union[float, None]
     """Fit of lateral acceleration, %, where it is measured."""
     sideslip_rms_error_rad: Union[float, None]
