@@ -8,9 +8,11 @@ use crate::failure::Failure;
 use crate::program;
 use std::ffi::OsString;
 use std::process::{Command, ExitStatus};
+use steerwright_host::process::{Subprocess, end_with_parent};
 
 /// The variable with the identifier of the process that waits.
 const PARENT: &str = "STEERWRIGHT_GUARDED_BY";
+const REPORT: &str = "report this with the command";
 /// The exit status of a guarded command that ended with 0.
 const FINISHED: u8 = 96;
 
@@ -28,11 +30,11 @@ pub(crate) fn is_guarded() -> bool {
     true
 }
 
-/// Does the work in the guarded process; returns its exit status.
+/// Does the work in the guarded process, which ends with the waiting one; returns its exit status.
 pub(crate) fn guarded(work: impl FnOnce() -> u8) -> u8 {
-    // The end of the waiting process is the end of this one.
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+    if let Err(error) = end_with_parent() {
+        return FINISHED + Failure::new(format!("standard input: {error}"), REPORT).report();
+    }
     FINISHED + work()
 }
 
@@ -60,11 +62,12 @@ pub(crate) fn run(arguments: &[OsString]) -> u8 {
 
 fn started(arguments: &[OsString]) -> std::io::Result<ExitStatus> {
     let (program, first) = program::words()?;
-    Command::new(program)
-        .args(first)
-        .args(&arguments[1.min(arguments.len())..])
-        .env(PARENT, std::process::id().to_string())
-        .status()
+    let mut command = Command::new(program);
+    command.args(first).args(&arguments[1.min(arguments.len())..]);
+    let mut process = Subprocess::start(command.env(PARENT, std::process::id().to_string()))?;
+    // Its standard input stays open until this process ends.
+    let _input = process.take_input();
+    process.child().wait()
 }
 
 #[cfg(unix)]

@@ -134,21 +134,21 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
+            // The standard input of the other process is taken, so it cannot be a file of inputs.
+            let is_read = |argument: &OsString| argument.to_string_lossy().ends_with("/dev/stdin");
+            let runs_fmus =
+                matches!(command, Command::Simulate(_)) && !arguments.iter().any(is_read);
+            let work = || failure::status(|| execute(command, &global));
+            if runs_fmus && guard::is_guarded() {
+                return guard::guarded(work);
+            }
             if global.end_with_parent
                 && let Err(error) = steerwright_host::process::end_with_parent()
             {
                 let hint = "leave --end-with-parent out";
                 return Failure::new(format!("standard input: {error}"), hint).report();
             }
-            let runs_fmus = matches!(command, Command::Simulate(_));
-            let work = || failure::status(|| execute(command, &global));
-            if !runs_fmus {
-                work()
-            } else if guard::is_guarded() {
-                guard::guarded(work)
-            } else {
-                guard::run(&arguments)
-            }
+            if runs_fmus { guard::run(&arguments) } else { work() }
         }
         Err(error) => failure::report_usage(&error),
     }
