@@ -213,7 +213,9 @@ fn unusual_parameters(e: &VehicleEvidence) -> Option<(Reason, String)> {
             continue;
         }
         let name = p.name.replace('_', " ");
-        if p.is_at_bound {
+        if p.name == Parameter::Delay.name() && p.value < -2.0 * p.standard_error {
+            unusual.push(format!("the delay is negative, {:.0} ms", 1000.0 * p.value));
+        } else if p.is_at_bound {
             unusual.push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit));
         } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
             unusual.push(format!("{name} is {:+.1} deviations off its prior", p.moved_deviations));
@@ -232,14 +234,12 @@ fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(R
     let pairs = pairs(log);
     let delay = found.parameter(Parameter::Delay);
     let at_zero = |parameter| found.model.get(parameter);
-    // A negative delay beyond two standard errors is a yaw rate ahead of its steering.
-    let lead = Some(-delay.value).filter(|lead| *lead > 2.0 * delay.standard_error);
     faults(&Recorded {
         channels: &log.channels,
         // The test for play takes the change of the gain over the speed for it, on cars that have none.
         play: None,
         delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
-        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s).or(lead),
+        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s),
         yaw_rate_lag_s: yaw_rate_lag(&pairs, log.sample_time_s),
         road_wheel_std_rad: steering,
         yaw_rate_std_radps: standard_deviation(&log.output),
