@@ -4,7 +4,7 @@
 //! A structure is rejected where a less simple one has smaller errors of the yaw rate on the validation data,
 //! by more than a share and by more than two standard errors, of the block jackknife over blocks of 3 s. Structures
 //! without a chance are not tried: the speed hardly varies, or the lateral acceleration is that of linear tyres.
-//! The single-track model is tried for comparison only, as long as [`NOT_AS_VALIDATED`] holds.
+//! The single-track model is tried for comparison only, as long as its file is not the model that was validated.
 
 use crate::Error;
 use crate::bicycle::{self, BicycleOptions, IdentifiedBicycle};
