@@ -7,6 +7,7 @@
 use crate::failure::Failure;
 use crate::program;
 use std::ffi::OsString;
+use std::io::IsTerminal;
 use std::process::{Command, ExitStatus};
 use steerwright_host::process::{Subprocess, end_with_parent};
 
@@ -33,7 +34,8 @@ pub(crate) fn is_guarded() -> bool {
 /// Does the work in the guarded process, which ends with the waiting one; returns its exit status.
 pub(crate) fn guarded(work: impl FnOnce() -> u8) -> u8 {
     if let Err(error) = end_with_parent() {
-        return FINISHED + Failure::new(format!("standard input: {error}"), REPORT).report();
+        return FINISHED
+            + Failure::new(format!("the pipe of the waiting process: {error}"), REPORT).report();
     }
     FINISHED + work()
 }
@@ -64,8 +66,14 @@ fn started(arguments: &[OsString]) -> std::io::Result<ExitStatus> {
     let (program, first) = program::words()?;
     let mut command = Command::new(program);
     command.args(first).args(&arguments[1.min(arguments.len())..]);
-    let mut process = Subprocess::start(command.env(PARENT, std::process::id().to_string()))?;
-    // Its standard input stays open until this process ends.
+    command.env(PARENT, std::process::id().to_string());
+    // A process in the background that reads a terminal is stopped.
+    let mut process = if std::io::stdin().is_terminal() {
+        Subprocess::start(&mut command)?
+    } else {
+        Subprocess::start_with_input(&mut command)?
+    };
+    // `Child::wait` closes the standard input.
     let _input = process.take_input();
     process.child().wait()
 }

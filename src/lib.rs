@@ -134,10 +134,7 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
-            // The standard input of the other process is taken, so it cannot be a file of inputs.
-            let is_read = |argument: &OsString| argument.to_string_lossy().ends_with("/dev/stdin");
-            let runs_fmus =
-                matches!(command, Command::Simulate(_)) && !arguments.iter().any(is_read);
+            let runs_fmus = matches!(command, Command::Simulate(_));
             let work = || failure::status(|| execute(command, &global));
             if runs_fmus && guard::is_guarded() {
                 return guard::guarded(work);

@@ -128,6 +128,31 @@ fn an_fmu_that_ends_the_process_is_no_success() {
     assert!(!cfg!(unix) || text.contains(signal), "{text}");
 }
 
+#[cfg(unix)]
+#[test]
+fn inputs_come_from_standard_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(()) = integrator(folder.path(), "Exits.fmu", &[]) else { return };
+    std::fs::write(folder.path().join("u.csv"), "time,u\n0,2\n").unwrap();
+    let run = |line: &str| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_steerwright"))
+            .args(line.split_whitespace())
+            .current_dir(folder.path())
+            .stdin(std::fs::File::open(folder.path().join("u.csv")).unwrap())
+            .output()
+            .unwrap();
+        (output.status.code(), text_of(&output))
+    };
+    let (status, text) = run("simulate Exits.fmu --input /dev/stdin");
+    assert_eq!(status, Some(0), "{text}");
+    let last = column(&folder.path().join("result.csv"), "Test.y").pop().unwrap();
+    assert!((last - 2.0).abs() < 1e-9, "{last}");
+    // Also then the FMUs run in a process of their own.
+    let (status, text) =
+        run("simulate Exits.fmu --input /dev/stdin --force --set Test.misbehaviour=14");
+    assert_eq!(status, Some(2), "{text}");
+}
+
 #[test]
 fn breaches_that_are_tolerated_are_warnings() {
     let folder = tempfile::tempdir().unwrap();

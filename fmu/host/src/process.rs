@@ -2,35 +2,77 @@
 //!
 //! The standard input of such a process is a pipe whose other end its parent alone holds. The system closes it when
 //! the parent ends, and a thread of the process, which waits for that, ends the process; also where an FMU
-//! does not return, and without a moment in which the end of the parent goes unnoticed. Temporary files of the process
-//! are in a folder of its parent.
+//! does not return, and without a moment in which the end of the parent goes unnoticed. Where the process needs the
+//! standard input of its parent, the pipe is another descriptor. Temporary files of the process are in a folder of
+//! its parent.
 
 use crate::scratch::Scratch;
 use std::io::{BufRead, Read};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 
+/// The variable with the descriptor of the pipe, where that is not the standard input.
+#[cfg(unix)]
+const PIPE_OF_PARENT: &str = "STEERWRIGHT_PIPE_OF_PARENT";
+
 /// A process that ends with this one, and takes what it started with it.
 #[derive(Debug)]
 pub struct Subprocess {
     child: Child,
     /// Closed when this value is dropped or this process ends.
-    input: Option<ChildStdin>,
+    pipe: Option<Pipe>,
     _folder: Scratch,
+}
+
+/// The end of a process's pipe that its parent holds.
+#[derive(Debug)]
+enum Pipe {
+    Input(ChildStdin),
+    #[cfg(unix)]
+    Other {
+        /// Held, never written to.
+        _writer: std::io::PipeWriter,
+    },
 }
 
 impl Subprocess {
     /// Starts a program that calls [`end_with_parent`] or [`lines_of_parent`]. `command` has no standard input yet.
     pub fn start(command: &mut Command) -> std::io::Result<Self> {
+        command.stdin(Stdio::piped());
+        // That of this process is not its own.
+        #[cfg(unix)]
+        command.env_remove(PIPE_OF_PARENT);
+        let mut process = Self::start_with_pipe(command, None)?;
+        process.pipe = process.child.stdin.take().map(Pipe::Input);
+        Ok(process)
+    }
+
+    /// Starts a program that calls [`end_with_parent`] and reads the standard input of this process.
+    #[cfg(unix)]
+    pub fn start_with_input(command: &mut Command) -> std::io::Result<Self> {
+        use std::os::fd::AsRawFd;
+        let (reader, writer) = std::io::pipe()?;
+        // The process inherits it. Another that is started at this moment inherits the reading end alone, which
+        // keeps nothing open.
+        rustix::io::fcntl_setfd(&reader, rustix::io::FdFlags::empty())?;
+        command.env(PIPE_OF_PARENT, reader.as_raw_fd().to_string()).stdin(Stdio::inherit());
+        Self::start_with_pipe(command, Some(Pipe::Other { _writer: writer }))
+    }
+
+    /// Where there is one pipe, it is the standard input.
+    #[cfg(not(unix))]
+    pub fn start_with_input(command: &mut Command) -> std::io::Result<Self> {
+        Self::start(command)
+    }
+
+    fn start_with_pipe(command: &mut Command, pipe: Option<Pipe>) -> std::io::Result<Self> {
         let folder = Scratch::new()?;
         for variable in ["TMPDIR", "TMP", "TEMP"] {
             command.env(variable, folder.path());
         }
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
-        let mut child = command.stdin(Stdio::piped()).spawn()?;
-        let input = child.stdin.take();
-        Ok(Self { child, input, _folder: folder })
+        Ok(Self { child: command.spawn()?, pipe, _folder: folder })
     }
 
     /// The process, for its output and its status.
@@ -40,7 +82,13 @@ impl Subprocess {
 
     /// Its standard input, for [`lines_of_parent`]; what takes it keeps the process running.
     pub fn take_input(&mut self) -> Option<ChildStdin> {
-        self.input.take()
+        match self.pipe.take() {
+            Some(Pipe::Input(input)) => Some(input),
+            other => {
+                self.pipe = other;
+                None
+            }
+        }
     }
 
     /// Ends it and what it started. One that has just ended by itself is no error.
@@ -64,9 +112,10 @@ impl Drop for Subprocess {
     }
 }
 
-/// Ends this process as soon as its parent ends or closes the pipe that is the standard input.
+/// Ends this process as soon as its parent ends or closes the pipe, which is the standard input or that of
+/// [`Subprocess::start_with_input`].
 pub fn end_with_parent() -> std::io::Result<()> {
-    let mut input = taken_input()?;
+    let mut input = pipe_of_parent()?;
     std::thread::Builder::new().name("parent".into()).spawn(move || {
         let mut nothing = [0; 64];
         while input.read(&mut nothing).is_ok_and(|count| count > 0) {}
@@ -88,6 +137,23 @@ pub fn lines_of_parent() -> std::io::Result<Receiver<String>> {
         end();
     })?;
     Ok(receiver)
+}
+
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn pipe_of_parent() -> std::io::Result<std::fs::File> {
+    let stated = std::env::var(PIPE_OF_PARENT).ok().and_then(|text| text.parse().ok());
+    let Some(descriptor) = stated.filter(|descriptor| *descriptor > 2) else {
+        return taken_input();
+    };
+    // SAFETY: the process has inherited it open, and nothing closes it.
+    let pipe = unsafe { std::os::fd::BorrowedFd::borrow_raw(descriptor) };
+    Ok(rustix::io::fcntl_dupfd_cloexec(pipe, 3)?.into())
+}
+
+#[cfg(not(unix))]
+fn pipe_of_parent() -> std::io::Result<std::io::Stdin> {
+    taken_input()
 }
 
 /// The standard input, out of the reach of FMUs: they find it empty.

@@ -22,8 +22,12 @@ fn again(role: &str, folder: &Path) -> Command {
 fn has_a_role() {
     let folder = PathBuf::from(std::env::var_os(FOLDER).unwrap_or_default());
     match std::env::var(ROLE).as_deref() {
-        Ok("parent") => {
-            let _child = Subprocess::start(&mut again("child", &folder)).unwrap();
+        Ok(role @ ("parent" | "parent-with-input")) => {
+            let mut child = again("child", &folder);
+            let _child = match role {
+                "parent" => Subprocess::start(&mut child),
+                _ => Subprocess::start_with_input(&mut child),
+            };
             loop {
                 std::thread::sleep(Duration::from_secs(1));
             }
@@ -44,10 +48,15 @@ fn has_a_role() {
 
 #[test]
 fn a_hanging_process_ends_with_its_killed_parent() {
+    hangs_and_ends("parent");
+    hangs_and_ends("parent-with-input");
+}
+
+fn hangs_and_ends(role: &str) {
     let folder = tempfile::tempdir().unwrap();
     let began = Instant::now();
     let in_time = || assert!(began.elapsed() < Duration::from_secs(120));
-    let mut parent = again("parent", folder.path()).spawn().unwrap();
+    let mut parent = again(role, folder.path()).spawn().unwrap();
     while !folder.path().join("locked").exists() {
         in_time();
         std::thread::sleep(Duration::from_millis(5));
