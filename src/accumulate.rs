@@ -14,8 +14,8 @@ use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
 /// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs
 ///
-/// R factors, of several machines, are merged to one, or by `identify`; the model is that of all logs together. A
-/// log that is in several R factors counts once.
+/// R factors, of several machines, are merged to one, or by `identify`; the model is that of all logs together. An R
+/// factor whose logs are all in another counts once; two that share only some of their logs are an error.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors

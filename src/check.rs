@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     /// Also run the binary of this platform, in a separate process that may crash or hang
     #[arg(long)]
     run: bool,
-    /// Longest duration of a run; a longer experiment is cut
+    /// Longest duration of a run of --run; a longer experiment is cut
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = quantity::time)]
     time_limit: f64,
     /// Treat warnings as errors

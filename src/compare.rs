@@ -10,7 +10,7 @@ use crate::specification::SpecificationArguments;
 use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_comparison::{ControllerFile, Job, Model, Road, Truth};
-use steerwright_drivelog::Response;
+use steerwright_drivelog::{LogOptions, Response};
 use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
 use steerwright_sysid::IdentifyOptions;
@@ -31,13 +31,13 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "MODEL.json")]
     models: Vec<PathBuf>,
     /// The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
-    /// y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle
+    /// y, yaw), vehicle.json, plant.json, bicycle.json, or vehicle data (TOML) for a NonlinearVehicle
     #[arg(long, value_name = "FMU|FILE")]
     truth: Option<PathBuf>,
     /// A controller, of the model whose hash it carries, or of the named model; may be repeated
     #[arg(long = "pid", value_name = "[MODEL=]PID.json")]
     pids: Vec<String>,
-    /// A drive (CSV) to compare the models with; may be repeated for more files
+    /// A drive to compare the models with, in any format that `identify` reads; may be repeated for more files
     #[arg(long = "log", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Share of the log that is validation data, at its end
@@ -152,6 +152,15 @@ impl Arguments {
                 Some((models.iter().position(is_it)?, file))
             });
             let path = PathBuf::from(named.map_or(argument.as_str(), |(_, file)| file));
+            if let (None, Some((model, _)), false) =
+                (named, argument.split_once('='), path.exists())
+            {
+                let labels: Vec<&str> = models.iter().map(|m| m.label.as_str()).collect();
+                return Err(Failure::new(
+                    format!("--pid {argument}: no model is named {model}"),
+                    format!("the models are {}", labels.join(", ")),
+                ));
+            }
             let (pid, source) = files::read_document::<Pid>(&path)?;
             Ok(ControllerFile { path, pid, source, model: named.map(|(model, _)| model) })
         };
@@ -160,6 +169,13 @@ impl Arguments {
 
     fn drive(&self) -> Result<Option<(steerwright_drivelog::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && self.log.drives.is_empty() {
+            if self.log.options(Response::YawRate)? != LogOptions::default() {
+                let hint = "add the drive with --log, or omit them";
+                return Err(Failure::new(
+                    "options for reading a log have no effect without one",
+                    hint,
+                ));
+            }
             return Ok(None);
         }
         let log = self.log.read(&self.logs, Response::YawRate)?;

@@ -75,13 +75,13 @@ fn limits(pid: &Pid) -> String {
     let mut text =
         format!("limits   {angle:.1}° at {speed:.1} m/s, {:.0}°/s", l.max_rate_radps.to_degrees());
     if let Some(lateral) = l.lateral_acceleration {
-        let _ = write!(text, "; the angle by speed is that of {} m/s2", lateral.max_mps2);
+        let _ = write!(text, "; the angle by speed is that of {} m/s²", lateral.max_mps2);
     }
     if let Some(large) = l.large_errors {
         let _ = write!(
             text,
-            "; of yaw errors beyond {:.1}° the rest is released as a ramp, and a slower actuator leaves down to \
-             {:.0}°/s",
+            "; of yaw errors beyond {:.1}° the rest is released as a ramp; with a slower actuator the rate is \
+             reduced to no less than {:.0}°/s",
             large.max_yaw_error_rad.to_degrees(),
             large.sustained_rate_radps.to_degrees()
         );
@@ -203,33 +203,34 @@ fn of_steps(
 /// The plants of the ensemble, and the limits of each requirement.
 fn ranges(pid: &Pid, r: &Robustness) -> String {
     let ms = |s: f64| format!("{:.0}", 1e3 * s);
-    let mut text = format!(
-        "worst of {} plants: {} drawn from the identified uncertainty, gain {} to {}",
-        r.plants, r.members, r.gain_range[0], r.gain_range[1]
-    );
+    let mut text = format!("worst of {} plants: ", r.plants);
+    if r.members > 0 {
+        let _ = write!(text, "{} drawn from the identified uncertainty, ", r.members);
+    }
+    let _ = write!(text, "gain {} to {}", r.gain_range[0], r.gain_range[1]);
     let [low, high] = r.loop_delay_range_s;
     if high > low {
         let _ = write!(text, ", delay of the loop {} to {} ms", ms(low.max(0.0)), ms(high));
     }
     if let Some([low, high]) = r.speed_range_mps {
         let _ = write!(text, ", {low:.1} to {high:.1} m/s");
+    } else if pid.schedule.is_empty() {
+        let _ = write!(text, ", at {:.1} m/s alone", pid.designed_for.speed_mps);
     }
     text.push('\n');
-    let mut table = Table::new(["requirement", "breaks at a loop delay of", "at a speed of"]);
+    let over_speed = !r.speed.is_empty() || !pid.schedule.is_empty();
+    let mut headers = vec!["requirement", "breaks at a loop delay of"];
+    headers.extend(over_speed.then_some("at a speed of"));
+    let mut table = Table::new(headers);
     for b in &r.latency {
         let label = Requirement::of(&b.requirement).map_or(b.requirement.as_str(), |r| r.label());
         let speed = r.speed.iter().find(|s| s.requirement == b.requirement);
-        table = table.row([
-            label.to_owned(),
-            where_it_breaks(b, &|v| format!("{} ms", ms(v))),
-            speed.map_or_else(
-                || {
-                    let table = !pid.schedule.is_empty();
-                    if table { "see over speed" } else { "the model holds at one" }.into()
-                },
-                |b| where_it_breaks(b, &|v| format!("{v:.1} m/s")),
-            ),
-        ]);
+        let mut row = vec![label.to_owned(), where_it_breaks(b, &|v| format!("{} ms", ms(v)))];
+        let over_speeds = || "see over speed".into();
+        row.extend(over_speed.then(|| {
+            speed.map_or_else(over_speeds, |b| where_it_breaks(b, &|v| format!("{v:.1} m/s")))
+        }));
+        table = table.row(row);
     }
     format!("{text}{}", console::table(&table))
 }

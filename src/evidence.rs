@@ -65,7 +65,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             let (value, error) = (1e3 * value, 2e3 * standard_error);
             let _ = writeln!(
                 text,
-                "         {value:+.2} ± {error:.2} ms of it per (m/s2)2 of lateral acceleration"
+                "         {value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"
             );
         }
         if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {

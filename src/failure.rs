@@ -158,6 +158,9 @@ fn log_hint(error: &steerwright_drivelog::Error) -> String {
         | E::RoleNotFound { role, .. }
         | E::NotADrive { role, .. } => channel(role),
         E::Option { option, .. } => &flag(option),
+        E::UnknownWord { option, .. } | E::InPieces { option } => &flag(option),
+        E::UnusedRole { .. } => "--channel, --structure",
+        E::NoCommand { .. } => "--steering-full-scale, --input-channel NAME",
         E::DecimalMark { .. } => "--decimal comma, --decimal point",
         E::UnitNotStated { .. } | E::UnitsDiffer { .. } => match error.suggested_unit() {
             Some((column, unit)) if column.contains(' ') => &format!("--unit \"{column}={unit}\""),

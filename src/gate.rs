@@ -10,7 +10,7 @@ use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality, SourceFile, To
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
 pub(crate) struct GateArguments {
     /// Use a model that failed validation; all files made from it state its quality
-    #[arg(long)]
+    #[arg(long, help_heading = None::<&'static str>)]
     accept_untrusted: bool,
 }
 

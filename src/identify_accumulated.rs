@@ -82,6 +82,9 @@ pub(crate) fn check_factor_options(
             "omit it",
         ));
     }
+    if options.max_samples != IdentifyOptions::default().max_samples {
+        return Err(Failure::new("--max-samples: an R factor holds no samples", "omit it"));
+    }
     Ok(options)
 }
 

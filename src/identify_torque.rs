@@ -30,11 +30,11 @@ fn text(torque: &Torque) -> String {
         (
             "lateral acceleration per command",
             Some(torque.acceleration_per_command),
-            format!("m/s2 per {command}"),
+            format!("m/s² per {command}"),
         ),
         ("friction", Some(torque.friction), command.clone()),
         ("roll coefficient", torque.roll_coefficient, "1".into()),
-        ("offset", Some(torque.offset_mps2), "m/s2".into()),
+        ("offset", Some(torque.offset_mps2), "m/s²".into()),
         ("delay", Some(torque.delay_s), "s".into()),
     ];
     let mut table = steerwright_report::Table::new(["identified", "value", "95 % band", "unit"]);
@@ -56,7 +56,7 @@ fn text(torque: &Torque) -> String {
     let mut text = format!("{channels}\n{}\n", console::table(&table));
     let _ = writeln!(
         text,
-        "fit      {:.2} % on validation data, {:.2} % on estimation data; errors of {:.3} m/s2",
+        "fit      {:.2} % on validation data, {:.2} % on estimation data; errors of {:.3} m/s²",
         e.validation_fit, e.estimation_fit, e.error_mps2
     );
     let samples = |n: usize| n as f64 * e.sample_time_s;

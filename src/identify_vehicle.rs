@@ -122,7 +122,7 @@ fn evidence_text(e: &VehicleEvidence, vehicle: &Vehicle) -> String {
     let seconds = |samples: usize| samples as f64 * e.sample_time_s;
     let _ = writeln!(
         text,
-        "data     {:.0} s estimation data, {:.0} s validation data, {:.1} to {:.1} m/s, to {:.1} m/s2",
+        "data     {:.0} s estimation data, {:.0} s validation data, {:.1} to {:.1} m/s, to {:.1} m/s²",
         seconds(e.estimation_samples),
         seconds(e.validation_samples),
         e.speed.min_mps,

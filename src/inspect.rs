@@ -25,7 +25,8 @@ pub(crate) struct Arguments {
     /// List and draw this channel only, named as it is listed; may be repeated
     #[arg(long = "channel", value_name = "CHANNEL")]
     channels: Vec<String>,
-    /// Draw the channels over time on a page (HTML): those that look like something, else all
+    /// Draw the channels over time on a page (HTML): those of --channel, by default those that look like something,
+    /// else the first 24
     #[arg(long, value_name = "HTML")]
     plot: Option<PathBuf>,
     #[command(flatten)]
@@ -44,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         console::warning(loss);
     }
     if let Some(plot) = &plot {
-        plot.write(page(&found).as_bytes())?;
+        plot.write(page(&found, !arguments.channels.is_empty()).as_bytes())?;
     }
     console::result(&text(&found), &found)?;
     if let Some(plot) = &plot {
@@ -62,13 +63,14 @@ fn label(group: &InspectedGroup, channel: &InspectedChannel) -> String {
     }
 }
 
+fn is_named(group: &InspectedGroup, channel: &InspectedChannel, name: &str) -> bool {
+    channel.name == name || label(group, channel) == name
+}
+
 /// Leaves the named channels.
 fn select(found: &mut Inspection, names: &[String]) -> Result<(), Failure> {
-    let is = |group: &InspectedGroup, c: &InspectedChannel, name: &String| {
-        c.name == *name || label(group, c) == *name
-    };
     for name in names {
-        if !found.groups.iter().any(|g| g.channels.iter().any(|c| is(g, c, name))) {
+        if !found.groups.iter().any(|g| g.channels.iter().any(|c| is_named(g, c, name))) {
             return Err(Failure::new(
                 format!("--channel {name}: {} has no such channel", found.file),
                 "spell it as it is listed without the option",
@@ -80,30 +82,23 @@ fn select(found: &mut Inspection, names: &[String]) -> Result<(), Failure> {
     }
     for group in &mut found.groups {
         let all = std::mem::take(&mut group.channels);
-        let named = all.into_iter().filter(|c| names.iter().any(|name| is(group, c, name)));
+        let named = all.into_iter().filter(|c| names.iter().any(|name| is_named(group, c, name)));
         group.channels = named.collect();
     }
     found.groups.retain(|group| !group.channels.is_empty());
     Ok(())
 }
 
-/// The first instant of the log, s; time is counted from there.
-fn start(found: &Inspection) -> f64 {
-    let first = found.groups.iter().filter_map(|group| group.span_s).map(|[first, _]| first);
-    first.reduce(f64::min).unwrap_or(0.0)
-}
-
 fn start_in_words(found: &Inspection) -> String {
     format!(
         "Time counts from the first sample, which is at {:.3} s on the log's clock.",
-        start(found)
+        found.log_start_s
     )
 }
 
 fn text(found: &Inspection) -> String {
-    let start = start(found);
     let mut text = String::new();
-    if start != 0.0 {
+    if found.log_start_s != 0.0 {
         text = start_in_words(found) + "\n\n";
     }
     for group in &found.groups {
@@ -112,7 +107,7 @@ fn text(found: &Inspection) -> String {
             (name, "") => text += &format!("{name}\n"),
             (name, kind) => text += &format!("{name} ({kind})\n"),
         }
-        let _ = writeln!(text, "{}\n", clock_in_words(group, start));
+        let _ = writeln!(text, "{}\n", clock_in_words(group));
         let mut table =
             Table::new(["channel", "unit", "values", "smallest", "largest", "looks like"]);
         for channel in &group.channels {
@@ -143,10 +138,9 @@ fn number(x: f64) -> String {
     }
 }
 
-fn clock_in_words(group: &InspectedGroup, start: f64) -> String {
+fn clock_in_words(group: &InspectedGroup) -> String {
     let mut text = format!("{} rows", group.rows);
     if let (Some(rate), Some([from, to])) = (group.rate_hz, group.span_s) {
-        let (from, to) = (from - start, to - start);
         let _ = write!(text, " at {rate} Hz, {from:.3} to {to:.3} s ({:.2} s)", to - from);
     }
     if let Some([from, to]) = group.longest_gap_s {
@@ -156,7 +150,7 @@ fn clock_in_words(group: &InspectedGroup, start: f64) -> String {
             ", {} {plural}, the longest {:.3} s at {:.3} s",
             group.gaps,
             to - from,
-            from - start
+            from
         );
     }
     if let Some(hint) = &group.no_clock {
@@ -165,32 +159,29 @@ fn clock_in_words(group: &InspectedGroup, start: f64) -> String {
     text
 }
 
-/// The channels over time, a panel each.
-fn page(found: &Inspection) -> String {
+/// The channels over time, a panel each: the named ones, or those that look like something.
+fn page(found: &Inspection, are_named: bool) -> String {
     let all = || found.groups.iter().flat_map(|g| g.channels.iter().map(move |c| (g, c)));
     let drawn = |c: &InspectedChannel| c.outline.len() > 1;
-    let mut shown: Vec<_> =
-        all().filter(|(_, c)| !c.candidate_for.is_empty() && drawn(c)).collect();
+    let is_shown = |c: &InspectedChannel| are_named || !c.candidate_for.is_empty();
+    let mut shown: Vec<_> = all().filter(|(_, c)| is_shown(c) && drawn(c)).collect();
     if shown.is_empty() {
         let others = all().filter(|(g, c)| g.clock.as_ref() != Some(&c.name) && drawn(c));
         shown = others.take(PANELS).collect();
     }
-    let start = start(found);
     let panel = |(group, channel): &(&InspectedGroup, &InspectedChannel)| {
         let unit = channel.unit.as_deref().unwrap_or("unit not stated");
         let x = if group.span_s.is_some() { "time, s" } else { "row" };
         // Where a part has several values, its outline is drawn down and up.
-        let origin = if group.span_s.is_some() { start } else { 0.0 };
         let points = channel.outline.iter().flat_map(|&[t, least, most]| {
-            let t = t - origin;
             let second = (most > least).then_some((t, most));
             std::iter::once((t, least)).chain(second)
         });
         let name = label(group, channel);
         let series = Series::new(name.clone(), points.collect(), Style::line(palette::BLUE));
         let caption = match &channel.candidate_for[..] {
-            [] => clock_in_words(group, start),
-            roles => format!("looks like {}; {}", roles.join(", "), clock_in_words(group, start)),
+            [] => clock_in_words(group),
+            roles => format!("looks like {}; {}", roles.join(", "), clock_in_words(group)),
         };
         let mut panel = Panel::new(x, unit).with(series);
         panel.link = "log";

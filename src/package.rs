@@ -19,7 +19,8 @@ pub(crate) struct Arguments {
     /// Folder for the archives
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     out: PathBuf,
-    /// Step size that the archives recommend, such as 10ms; by default the controller's sample time
+    /// Step size that the archives recommend, such as 10ms; by default the controller's sample time in its archive,
+    /// and with --ssp in all, otherwise 10ms
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
     /// Also connect variables of equal name and write the FMUs as a system structure package (SSP 1.0)

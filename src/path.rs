@@ -124,7 +124,7 @@ fn sideslip(
         [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA, <Vehicle as Document>::SCHEMA];
     if steerwright_formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
         let hint = "use a plant.json, bicycle.json or vehicle.json";
-        return Err(Failure::in_file(file, "no plant", hint.into()));
+        return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
@@ -146,7 +146,7 @@ fn in_words(sideslip: &Sideslip) -> String {
     let mut text = format!("sideslip {:.1} ms per yaw rate", 1e3 * sideslip.per_yaw_rate);
     if sideslip.growth != 0.0 {
         let grown = 1e3 * sideslip.growth;
-        text += &format!(" and {grown:.2} ms more per (m/s2)2 of lateral acceleration");
+        text += &format!(" and {grown:.2} ms more per (m/s²)² of lateral acceleration");
     }
     if sideslip.per_yaw_acceleration != 0.0 {
         text += &format!(", {:.4} s2 per yaw acceleration", sideslip.per_yaw_acceleration);
@@ -213,7 +213,7 @@ fn extent(path: &PathFile) -> String {
     let length = path.points.last().map_or(0.0, |p| p.distance_m);
     let curvature = path.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
     format!(
-        "{}: {length:.1} m, {} points, curvature up to {curvature:.4} 1/m, {:.2} m/s2 at {:.1} m/s",
+        "{}: {length:.1} m, {} points, curvature up to {curvature:.4} 1/m, {:.2} m/s² at {:.1} m/s",
         path.name,
         path.points.len(),
         curvature * path.speed_mps * path.speed_mps,

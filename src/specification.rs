@@ -122,7 +122,7 @@ struct Options {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     estimator_delay: Option<Time>,
     /// Design for all plants within the identified uncertainty, for other latencies, and for other
-    /// speeds where the model is valid there [default: on]. Requirements that some of these plants miss
+    /// speeds where the model was identified over speed [default: on]. Requirements that some of these plants miss
     /// are reported; with an explicit `on` they fail the design
     #[arg(long, value_enum)]
     robust: Option<Switch>,
@@ -130,8 +130,8 @@ struct Options {
     /// with a stated latency, otherwise one sample
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     latency_spread: Option<Time>,
-    /// Speed above and below the designed one that the requirements must tolerate, where the model is
-    /// valid there [default: 20%, or 5% with a range of speeds]
+    /// Speed above and below the designed one that the requirements must tolerate, where the model was
+    /// identified over speed [default: 20%, or 5% with a range of speeds]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     speed_spread: Option<Percent>,
     /// Number of plants drawn from the identified uncertainty [default: 100]

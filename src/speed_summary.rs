@@ -91,7 +91,7 @@ fn ramps(ramps: &[SpeedRamp]) -> String {
     let mut text = String::new();
     for r in ramps {
         let range =
-            format!("{:.1} to {:.1} m/s at {:+.0} m/s2", r.from_mps, r.to_mps, r.acceleration_mps2);
+            format!("{:.1} to {:.1} m/s at {:+.0} m/s²", r.from_mps, r.to_mps, r.acceleration_mps2);
         let cm = |length: Option<f64>| 100.0 * length.unwrap_or_default();
         let _ = match r.manoeuvre {
             SpeedRampKind::YawSteps => writeln!(

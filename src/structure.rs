@@ -17,18 +17,20 @@ pub(crate) struct StructureArguments {
     /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
     /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
-    /// validation data reject it, then the bicycle; single-track is compared; with an option of state-space,
-    /// with figures and of R factors it is state-space
+    /// validation data reject it, then the bicycle; single-track is compared only. With an option of state-space
+    /// (all under Identification but --max-samples and --validation-fraction), with --plots or --report, and from R
+    /// factors, auto is state-space
     #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
     structure: Name,
-    /// Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500
+    /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
     /// Wheelbase of the bicycle or vehicle, m; the steering ratio is then identified. By default the wheelbase
     /// is identified, with the steering ratio of the log
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
-    /// Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%
+    /// Share of the weight on the front axle, of the structure bicycle; the yaw rate hardly depends on it. By
+    /// default 50%
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
     /// Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58 wheelbases
@@ -117,14 +119,18 @@ impl Wanted {
 impl StructureArguments {
     /// The structure with its options; options of the others are rejected.
     pub(crate) fn with(&self, identify: &IdentifyArguments) -> Result<Wanted, Failure> {
-        let stated = identify.options();
+        let (stated, default) = (identify.options(), IdentifyOptions::default());
         let of_state_space = [
             (stated.method.is_some(), "--method"),
             (stated.order.is_some(), "--order"),
             (stated.horizon.is_some(), "--horizon"),
             (stated.feedthrough.is_some(), "--feedthrough"),
             (stated.input_kind != InputKind::Steering, "--model-input"),
+            (stated.max_order != default.max_order, "--max-order"),
+            (stated.delay_s.is_some(), "--delay"),
+            (stated.detrend != default.detrend, "--detrend"),
         ];
+        let sampled = [(stated.max_samples != default.max_samples, "--max-samples")];
         let of_vehicles =
             [(self.mass.is_some(), "--mass"), (self.wheelbase.is_some(), "--wheelbase")];
         let of_bicycle = [(self.front_share.is_some(), "--front-share")];
@@ -146,6 +152,7 @@ impl StructureArguments {
             (&[Name::Bicycle], &of_bicycle),
             (&[Name::SingleTrack], &of_single_track),
             (&[Name::Torque], &of_torque),
+            (&[Name::StateSpace, Name::Bicycle, Name::SingleTrack, Name::Auto], &sampled),
             (&[Name::Bicycle, Name::SingleTrack, Name::Torque, Name::Auto], &scheduled),
         ];
         for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&structure)) {

@@ -182,7 +182,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     let lateral = largest_curvature(&road) * road.speed_mps * road.speed_mps;
     if lateral > LINEAR_UP_TO {
         remarks.push(format!(
-            "the road needs up to {lateral:.1} m/s2 of lateral acceleration: linear models have no \
+            "the road needs up to {lateral:.1} m/s² of lateral acceleration: linear models have no \
              tyre that saturates"
         ));
     }

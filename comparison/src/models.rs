@@ -43,8 +43,10 @@ impl ModelDocument {
         } else if schema.starts_with("steerwright/vehicle/") {
             let vehicle = Vehicle::from_json(text, file)?;
             Self::Bicycle(Box::new(steerwright_control::bicycle_of_vehicle(&vehicle)?))
-        } else {
+        } else if schema.is_empty() || schema.starts_with("steerwright/plant/") {
             Self::Identified(Box::new(Plant::from_json(text, file)?))
+        } else {
+            return Err(Error::NoModel { file: file.into(), schema });
         })
     }
 

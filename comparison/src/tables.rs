@@ -22,7 +22,7 @@ pub fn text(c: &Comparison, columns: usize) -> String {
     let _ = writeln!(text, "{}", table(&controller_table(c)));
     let _ = writeln!(
         text,
-        "cross-track error RMS / largest on the {}, {:.0} m at {:.1} m/s and up to {:.1} m/s2",
+        "cross-track error RMS / largest on the {}, {:.0} m at {:.1} m/s and up to {:.1} m/s²",
         c.road.name,
         c.length(),
         c.road.speed_mps,

@@ -47,8 +47,8 @@ pub enum Error {
     SampleTimeTooLong { sample_time_s: f64, settling_time_s: f64, need: usize },
     #[error("a delay of {delay_s} s is longer than the {allowed_s} s that a design allows")]
     DelayTooLong { delay_s: f64, allowed_s: f64 },
-    #[error("{option} is {value}: it must be {must}")]
-    Option { option: &'static str, value: f64, must: &'static str },
+    #[error("{option} is {value}{unit}: it must be {must}")]
+    Option { option: &'static str, value: f64, unit: &'static str, must: &'static str },
     #[error("{one} contradicts {other}: {why}")]
     Contradiction { one: String, other: String, why: &'static str },
     #[error("the controller is for a steering ratio of {pid}, the plant has {plant}")]
@@ -76,20 +76,22 @@ pub(crate) fn point_fault(file: &str) -> impl Fn(u64, usize, String) -> Error + 
     move |line, column, problem| Error::PointFile { file: file.into(), line, column, problem }
 }
 
-/// Rejects an option whose value is not valid.
+/// Rejects an option whose value is not valid; `unit` is the text that follows the value.
 pub(crate) fn require(
     is_valid: bool,
     option: &'static str,
-    value: f64,
+    (value, unit): (f64, &'static str),
     must: &'static str,
 ) -> Result<(), Error> {
-    if is_valid { Ok(()) } else { Err(Error::Option { option, value, must }) }
+    if is_valid { Ok(()) } else { Err(Error::Option { option, value, unit, must }) }
 }
 
 /// Rejects options that are not positive numbers.
-pub(crate) fn positive<const N: usize>(options: [(&'static str, f64); N]) -> Result<(), Error> {
-    options.into_iter().try_for_each(|(option, value)| {
-        require(value.is_finite() && value > 0.0, option, value, "greater than 0")
+pub(crate) fn positive<const N: usize>(
+    options: [(&'static str, f64, &'static str); N],
+) -> Result<(), Error> {
+    options.into_iter().try_for_each(|(option, value, unit)| {
+        require(value.is_finite() && value > 0.0, option, (value, unit), "greater than 0")
     })
 }
 
@@ -99,7 +101,7 @@ impl Error {
     pub fn hint(&self) -> String {
         let text: &str = match self {
             Self::VehicleFile { .. } => {
-                "the keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, \
+                "vehicle data are a TOML file; its keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, \
                  cornering_stiffness_front_npr, cornering_stiffness_rear_npr, \
                  actuator_time_constant_s, steering_ratio and speed_mps"
             }

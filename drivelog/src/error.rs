@@ -56,6 +56,8 @@ pub enum Error {
     SeveralClocks { role: &'static str, expression: String },
     #[error("{file}: the file is empty")]
     EmptyFile { file: String },
+    #[error("{file}: this is a JSON document, not a log")]
+    Json { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
     NotText { file: String, line: u64 },
     #[error("{file}: the text is UTF-16, and UTF-8 is expected")]
@@ -191,6 +193,16 @@ pub enum Error {
     SampleTimeTooShort { requested: f64, least: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
     Option { option: &'static str, value: String, expected: String },
+    #[error("{option}: `{word}` is unknown, expected {expected}")]
+    UnknownWord { option: &'static str, word: String, expected: String },
+    #[error("channel: `{role}` is not read for the response {response}, expected {used}")]
+    UnusedRole { role: String, response: &'static str, used: String },
+    #[error(
+        "steering full scale: it is that of a command in 1 or %, and the steering is in {unit}"
+    )]
+    NoCommand { unit: &'static str },
+    #[error("{option}: not available where logs are read in pieces")]
+    InPieces { option: &'static str },
     #[error("{file}: the file has no {role}, and each file is read as a drive of its own here")]
     NotADrive { file: String, role: &'static str },
     #[error(
@@ -220,6 +232,9 @@ impl Error {
             Self::NoSuchTopic { .. } => "spell the topic, message or channel group as it is listed",
             Self::SeveralClocks { .. } => {
                 "combine channels of one topic, message or channel group, or log them with one clock"
+            }
+            Self::Json { .. } => {
+                "name a log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
             }
             Self::EmptyFile { .. } | Self::NotText { .. } => {
                 "the log must be CSV text with a header line and a row for each sample"
@@ -342,6 +357,12 @@ impl Error {
             Self::Option { option, .. } => {
                 return format!("use a value of {option} within that range, or leave it out");
             }
+            Self::UnknownWord { .. } => "spell it as expected, or leave it out",
+            Self::UnusedRole { .. } => {
+                "leave it out, or identify the structure that uses this channel"
+            }
+            Self::NoCommand { .. } => "leave the full scale out, or map the channel of the command",
+            Self::InPieces { .. } => "leave it out, or identify from the log itself",
             Self::NotADrive { .. } => {
                 "name the channel; where a drive's channels are in several files, merge them into one, or identify from the files together"
             }

@@ -1,7 +1,7 @@
 //! What is in a log: the channels of each group with unit, rate, range and gaps, and what they may be.
 
 use crate::error::Error;
-use crate::mapping::{check_quantity, time_column, unit_of};
+use crate::mapping::{check_quantity, check_units_are_used, time_column, unit_of};
 use crate::options::LogOptions;
 use crate::read::opened;
 use crate::recording::{self, Columns, Group, LogFile, Request, Wanted};
@@ -21,9 +21,11 @@ const GAP: f64 = 1.5;
 pub struct Inspection {
     /// The file as the caller names it.
     pub file: String,
+    /// The first instant on the clocks of the log, s; all other instants count from it.
+    pub log_start_s: f64,
     /// Its groups: topics, messages, channel groups, or the one table.
     pub groups: Vec<InspectedGroup>,
-    /// What could not be read, and at which byte or line.
+    /// What could not be read, and at which byte or line; stated units of no channel.
     pub losses: Vec<String>,
 }
 
@@ -95,8 +97,13 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
         }
     }
     losses.extend(file.recording.losses());
-    let groups = groups.iter().zip(states).map(|(group, s)| s.finish(group, options)).collect();
-    Ok(Inspection { file: name, groups, losses })
+    // A mapping file may state those of other files.
+    losses.extend(check_units_are_used(groups.iter(), options).err().map(|e| e.to_string()));
+    let firsts = states.iter().filter(|s| s.clock.is_some()).map(|s| s.first);
+    let log_start_s = firsts.filter(|t| !t.is_nan()).reduce(f64::min).unwrap_or(0.0);
+    let finish = |(group, state): (&Group, State)| state.finish(group, options, log_start_s);
+    let groups = groups.iter().zip(states).map(finish).collect();
+    Ok(Inspection { file: name, log_start_s, groups, losses })
 }
 
 /// A group that is being read.
@@ -171,11 +178,14 @@ impl State {
         }
     }
 
-    fn finish(self, group: &Group, options: &LogOptions) -> InspectedGroup {
+    fn finish(self, group: &Group, options: &LogOptions, log_start_s: f64) -> InspectedGroup {
         let has_clock = self.clock.is_some() || options.row_period_s.is_some();
+        // Without a clock of its own a group counts its rows.
+        let start = if self.clock.is_some() { log_start_s } else { 0.0 };
         let channel = |c: usize| {
             let outline = self.read.iter().position(|own| *own == c);
             let outline = outline.map_or_else(Outline::default, |at| self.channels[at].clone());
+            let parts = outline.parts.iter().map(|&[t, least, most]| [t - start, least, most]);
             let own = &group.channels[c];
             let unit = unit_of(group, c, options).ok();
             let text = if own.is_text { Some("text") } else { own.unit.as_deref() };
@@ -191,7 +201,7 @@ impl State {
                 min: (outline.values > 0).then_some(outline.least),
                 max: (outline.values > 0).then_some(outline.most),
                 candidate_for: roles.map(Role::name).collect(),
-                outline: outline.parts,
+                outline: parts.collect(),
             }
         };
         InspectedGroup {
@@ -200,11 +210,12 @@ impl State {
             clock: self.clock.map(|(c, _)| group.channels[c].name.clone()),
             no_clock: self.no_clock.clone(),
             rows: self.rows,
-            span_s: (has_clock && !self.first.is_nan()).then_some([self.first, self.last]),
+            span_s: (has_clock && !self.first.is_nan())
+                .then_some([self.first - start, self.last - start]),
             // The clock's digits are coarser than 1e-3 Hz.
             rate_hz: (has_clock && self.period > 0.0).then(|| (1e3 / self.period).round() / 1e3),
             gaps: if has_clock { self.gaps } else { 0 },
-            longest_gap_s: self.longest.filter(|_| has_clock),
+            longest_gap_s: self.longest.filter(|_| has_clock).map(|gap| gap.map(|t| t - start)),
             channels: (0..group.channels.len()).map(channel).collect(),
         }
     }

@@ -183,11 +183,7 @@ fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, E
         return Ok(unit);
     };
     if unit.quantity != Quantity::Dimensionless {
-        return Err(Error::Option {
-            option: "steering full scale",
-            value: format!("{angle} rad"),
-            expected: format!("a steering column in 1 or %; it is in {}", unit.name),
-        });
+        return Err(Error::NoCommand { unit: unit.name });
     }
     Ok(Unit { quantity: Quantity::Angle, to_si: angle * unit.to_si, ..unit })
 }

@@ -192,7 +192,7 @@ impl Mapping {
 }
 
 fn unknown(option: &'static str, word: &str, expected: &str) -> Error {
-    Error::Option { option, value: word.into(), expected: expected.into() }
+    Error::UnknownWord { option, word: word.into(), expected: expected.into() }
 }
 
 /// The fault with its line.

@@ -145,19 +145,14 @@ pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
         return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
     }
     for role in options.channels.keys() {
-        let known = options.response.others().iter().map(|role| role.key());
-        if !known.clone().any(|key| key == role) {
-            let known: Vec<&str> = known.collect();
-            return Err(Error::Option {
-                option: "channel",
-                value: role.clone(),
-                expected: match &known[..] {
-                    [] => {
-                        format!("no further channel for the response {}", options.response.name())
-                    }
-                    known => format!("one of {}", known.join(", ")),
-                },
-            });
+        let known: Vec<&str> = options.response.others().iter().map(|role| role.key()).collect();
+        if !known.contains(&role.as_str()) {
+            let used = match &known[..] {
+                [] => "no further channel".into(),
+                known => format!("one of {}", known.join(", ")),
+            };
+            let response = options.response.name();
+            return Err(Error::UnusedRole { role: role.clone(), response, used });
         }
     }
     positive("steering full scale", options.steering_full_scale_rad)?;

@@ -7,7 +7,7 @@ use serde::{Serialize, de::DeserializeOwned};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    #[error("{file}:{line}:{column}: at `{path}`: {problem}")]
+    #[error("{file}:{line}:{column}: {}{problem}", place(path))]
     Syntax { file: String, line: usize, column: usize, path: String, problem: String },
     #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
     Schema { file: String, found: String, expected: &'static str },
@@ -15,11 +15,21 @@ pub enum Error {
     Value { file: String, path: String, problem: String },
 }
 
+/// The path of what is in no document.
+const NOWHERE: &str = ".";
+
+fn place(path: &str) -> String {
+    if path == NOWHERE { "not a JSON document: ".into() } else { format!("at `{path}`: ") }
+}
+
 impl Error {
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
+            Self::Syntax { path, .. } if path == NOWHERE => {
+                "use a JSON file that steerwright wrote".into()
+            }
             Self::Syntax { .. } => {
                 "write the file again with the command that makes it, or correct the named key"
                     .into()
@@ -78,7 +88,7 @@ pub trait Document: Serialize + DeserializeOwned {
         let mut reader = serde_json::Deserializer::from_str(text);
         let document: Self = serde_path_to_error::deserialize(&mut reader)
             .map_err(|e| syntax(e.path().to_string(), e.inner()))?;
-        reader.end().map_err(|e| syntax(".".into(), &e))?;
+        reader.end().map_err(|e| syntax(NOWHERE.into(), &e))?;
         document.checked(file)?;
         Ok(document)
     }

@@ -116,7 +116,7 @@ def check(fmu: File, **options: Unpack[CheckOptions]) -> Checked:
 def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     """The channels of a log: units, rates, ranges, gaps, and which look like steering, yaw rate or speed.
 
-    Returns what ``steerwright inspect --json`` prints.
+    Returns what ``steerwright inspect --json`` prints. Times count from the first sample, which is at ``log_start_s``.
     """
     found: dict[str, Any] = _command.run("inspect", [log], dict(options)).value
     return found

@@ -22,7 +22,7 @@ def test_save_replaces_its_own_kind_and_never_what_was_read(log: steerwright.Log
     recording.write_bytes(Path(DRIVE).read_bytes())
     plant = steerwright.identify(steerwright.read(recording, **COLUMNS), structure="state-space")
     for force in (False, True):
-        with pytest.raises(steerwright.Error, match="this is read, so it is never written"):
+        with pytest.raises(steerwright.Error, match="this output is also an input, and is never written"):
             plant.save(recording, force=force)
     assert recording.read_bytes() == Path(DRIVE).read_bytes()
     notes = tmp_path / "notes.txt"

@@ -42,7 +42,7 @@ impl Kind {
     pub(crate) fn in_words(self) -> String {
         match self {
             Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),
-            Self::Model => "model of this program".into(),
+            Self::Model => "plant, bicycle, vehicle or torque file".into(),
             Self::IdentifiedVehicle => "identified vehicle".into(),
             Self::Traces => "CSV of an identification's signals".into(),
             Self::Recording => "CSV of simulated trajectories".into(),

@@ -215,11 +215,11 @@ impl Output {
         let here = Identity::of(&path, &metadata);
         if let Some((_, input)) = self.rules.inputs.iter().find(|(input, _)| *input == here) {
             let problem = if *input == self.path {
-                "this is read, so it is never written".to_owned()
+                "this output is also an input, and is never written".to_owned()
             } else {
-                format!("this is {}, which is read, so it is never written", input.display())
+                format!("this output is the input {}, and is never written", input.display())
             };
-            return refused(&problem, "name another file; --force writes over no input either");
+            return refused(&problem, "name another output; --force overwrites no input either");
         }
         if is_open_file(&path) || is_character_device(&metadata) || is_fifo(&metadata) {
             return Ok(Destination::Open(path));

@@ -266,7 +266,7 @@ impl Study {
         let raw = toml::from_str(&text).map_err(|error| Error::Study {
             at: place(&file, &text, error.span().map_or(0, |span| span.start)),
             problem: error.message().trim().replace('\n', "; "),
-            hint: "a study's keys are listed in the example that ships with the program",
+            hint: "a study is a TOML file with the keys of sweep/examples/lateral-loop.toml in the repository",
         })?;
         Ok(Self { raw, file, text, folder })
     }

@@ -271,7 +271,7 @@ fn a_controller_off_the_path_is_reported_with_status_1() {
     let off = "is off the path on truth (NonlinearVehicle) after";
     let unstable = "is unstable on truth (NonlinearVehicle) after";
     assert!(text.contains(off) || text.contains(unstable), "{text}");
-    assert!(text.contains("remark: the road needs up to 12.0 m/s2"), "{text}");
+    assert!(text.contains("remark: the road needs up to 12.0 m/s²"), "{text}");
 }
 
 #[test]

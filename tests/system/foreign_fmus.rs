@@ -51,7 +51,7 @@ fn a_model_name_with_dots_leaves_the_name_of_the_file() {
     assert!(status == Some(2) && text.contains("\"a.b\" cannot be the name"), "{text}");
     // The output is never a file that is read, under whatever name of its unit.
     let (status, text) = run(folder.path(), "simulate car=Car.fmu -o Car.fmu --force");
-    assert!(status == Some(2) && text.contains("this is read"), "{text}");
+    assert!(status == Some(2) && text.contains("this output is also an input"), "{text}");
     // A file whose name has the sign.
     std::fs::rename(folder.path().join("Car.fmu"), folder.path().join("a=b.fmu")).unwrap();
     let (status, text) = run(folder.path(), "simulate a=b.fmu car=a=b.fmu -o result.csv --force");

@@ -70,7 +70,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
     let columns = "--input-channel steering_command_rad --output-channel yaw_rate_radps --steering-ratio 1 --gnss-latency 0s";
     let output = done(folder, &format!("identify {drive} {columns} --order 2 -o car.json"));
-    for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
+    for line in ["s per yaw rate", "ms of it per (m/s²)²", "s2 per yaw acceleration"] {
         assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
     }
     let found = document::<steerwright_formats::Plant>(&folder.join("car.json")).sideslip.unwrap();
@@ -79,7 +79,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(growth < 0.0 && lead > 0.0, "{found:?}");
 
     let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
-    assert!(text_of(&output).contains("more per (m/s2)2"), "{}", text_of(&output));
+    assert!(text_of(&output).contains("more per (m/s²)²"), "{}", text_of(&output));
     let guidance = document::<steerwright_formats::Path>(&folder.join("own.json")).guidance;
     assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
     assert_eq!(guidance.sideslip_growth_s5pm2, growth);

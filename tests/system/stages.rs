@@ -122,6 +122,11 @@ fn a_drive_stamped_since_1970_is_drawn_from_zero() {
     assert!(!data.contains("1764000"), "the data of the page count from zero");
     let text = done(folder.path(), "inspect epoch.csv --plot channels.html");
     assert!(text.contains("0.000 to ") && text.contains("1764000000.060 s on the log's clock"));
+    let output = support::done(folder.path(), "inspect epoch.csv --json");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["log_start_s"], 1_764_000_000.06);
+    let [first, last] = [0, 1].map(|k| found["groups"][0]["span_s"][k].as_f64().unwrap());
+    assert!(first == 0.0 && (last - 102.99).abs() < 1e-3, "{first} to {last}");
     let failed = run(folder.path(), &format!("identify {log} --window 1764000010s..1764000060s"));
     assert_eq!(failed.status.code(), Some(2));
     let text = text_of(&failed);

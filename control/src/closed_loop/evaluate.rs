@@ -58,7 +58,7 @@ pub fn step_response(
     with_offset: bool,
     until: f64,
 ) -> Result<Trace, Error> {
-    require(until > 0.0 && until <= 3600.0, "time", until, "between 0 and 3600 s")?;
+    require(until > 0.0 && until <= 3600.0, "time", (until, " s"), "between 0 and 3600 s")?;
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let offset = if with_offset { plant.steering_ratio } else { 0.0 };
     let excitation = Excitation {

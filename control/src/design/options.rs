@@ -92,15 +92,20 @@ impl DesignOptions {
         for requirement in Requirement::ALL {
             let Some(value) = requirement.required(s) else { continue };
             let (must, within) = bounds(requirement);
-            require(value.is_finite() && within(value), requirement.label(), value, must)?;
+            require(
+                value.is_finite() && within(value),
+                requirement.label(),
+                (value, requirement.unit()),
+                must,
+            )?;
         }
         positive([
-            ("largest angle", self.max_angle_rad.unwrap_or(1.0)),
-            ("largest increment", self.max_increment_rad.unwrap_or(1.0)),
-            ("largest rate", self.max_rate_radps.unwrap_or(1.0)),
-            ("largest lateral acceleration", self.max_lateral_acceleration_mps2),
-            ("sample time", self.sample_time_s),
-            ("settling band", s.settling_band_percent),
+            ("largest angle", self.max_angle_rad.unwrap_or(1.0), " rad"),
+            ("largest increment", self.max_increment_rad.unwrap_or(1.0), " rad"),
+            ("largest rate", self.max_rate_radps.unwrap_or(1.0), " rad/s"),
+            ("largest lateral acceleration", self.max_lateral_acceleration_mps2, " m/s²"),
+            ("sample time", self.sample_time_s, " s"),
+            ("settling band", s.settling_band_percent, " %"),
         ])?;
         for (option, value) in [
             ("loop delay", self.loop_delay_s),
@@ -108,21 +113,22 @@ impl DesignOptions {
             ("delay through the estimator", self.estimator_delay_s),
             ("latency spread", self.robust.map_or(0.0, |r| r.latency_s)),
         ] {
-            require(value.is_finite() && value >= 0.0, option, value, "0 or more")?;
+            require(value.is_finite() && value >= 0.0, option, (value, " s"), "0 or more")?;
         }
         if let Some(r) = self.robust {
-            let (share, is_share) = (r.speed_share, (0.0..1.0).contains(&r.speed_share));
-            require(is_share, "speed spread", share, "at least 0 and below 1")?;
+            let spread = (100.0 * r.speed_share, " %");
+            let is_share = (0.0..1.0).contains(&r.speed_share);
+            require(is_share, "speed spread", spread, "at least 0 and below 100 %")?;
             for gain in r.gain {
                 let option = "gain of the plant over the nominal one";
-                require((0.1..=10.0).contains(&gain), option, gain, "between 0.1 and 10")?;
+                require((0.1..=10.0).contains(&gain), option, (gain, ""), "between 0.1 and 10")?;
             }
-            let members = r.members as f64;
-            require(r.members <= MOST_MEMBERS, "ensemble", members, "at most 10000 plants")?;
+            let members = (r.members as f64, " plants");
+            require(r.members <= MOST_MEMBERS, "ensemble", members, "at most 10000")?;
         }
         // One step simulation stays below a million ticks.
         let ts = self.sample_time_s;
-        require(ts >= 1e-4, "sample time", ts, "at least 0.0001 s")?;
+        require(ts >= 1e-4, "sample time", (ts, " s"), "at least 0.0001 s")?;
         self.contradictions()
     }
 

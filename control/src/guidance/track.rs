@@ -85,7 +85,7 @@ pub fn track_with(
     duration: f64,
     master: Master,
 ) -> Result<TrackTrace, Error> {
-    positive([("duration", duration)])?;
+    positive([("duration", duration, " s")])?;
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };

@@ -147,19 +147,19 @@ fn lane_change_ramp(curvature: f64, offset: f64) -> Result<f64, Error> {
 
 fn curvature(speed: f64, acceleration: f64, options: &RoadOptions) -> Result<f64, Error> {
     positive([
-        ("speed", speed),
-        ("lateral acceleration", acceleration),
-        ("lane offset", options.lane_offset),
-        ("turn angle", options.turn_angle),
-        ("lateral jerk", options.lateral_jerk),
-        ("lead-in", options.lead_in),
-        ("lead-out", options.lead_out),
+        ("speed", speed, " m/s"),
+        ("lateral acceleration", acceleration, " m/s²"),
+        ("lane offset", options.lane_offset, " m"),
+        ("turn angle", options.turn_angle, " rad"),
+        ("lateral jerk", options.lateral_jerk, " m/s³"),
+        ("lead-in", options.lead_in, " s"),
+        ("lead-out", options.lead_out, " s"),
     ])?;
     // Beyond these no car drives, and the roads would have too many points.
-    let lateral = "lateral acceleration";
-    require(speed <= 150.0, "speed", speed, "at most 150 m/s")?;
-    require(acceleration <= 50.0, lateral, acceleration, "at most 50 m/s2")?;
-    require(0.1 / acceleration <= 1.0, lateral, acceleration, "at least 0.1 m/s2")?;
+    let (lateral, stated) = ("lateral acceleration", (acceleration, " m/s²"));
+    require(speed <= 150.0, "speed", (speed, " m/s"), "at most 150 m/s")?;
+    require(acceleration <= 50.0, lateral, stated, "at most 50 m/s²")?;
+    require(0.1 / acceleration <= 1.0, lateral, stated, "at least 0.1 m/s²")?;
     Ok(acceleration / (speed * speed))
 }
 

@@ -74,17 +74,13 @@ fn in_chunks<E: From<Error>>(
 ) -> Result<Streamed, E> {
     check_options(options)?;
     if !options.windows.is_empty() {
-        let value = format!("{} of them", options.windows.len());
-        let expected = "none where logs are read in chunks".into();
-        return Err(Error::Option { option: "window", value, expected }.into());
+        return Err(Error::InPieces { option: "window" }.into());
     }
     let mut file = opened(recording, options)?;
     let groups: Vec<Group> = file.groups().cloned().collect();
     let name = groups[0].file.clone();
     if options.response != Response::YawRate {
-        let (option, value) = ("response", options.response.name().into());
-        let expected = "yaw-rate where logs are read in chunks".into();
-        return Err(Error::Option { option, value, expected }.into());
+        return Err(Error::InPieces { option: "response" }.into());
     }
     for role in [Role::Steering, Role::YawRate] {
         if !groups.iter().any(|group| brings(group, role, options)) {

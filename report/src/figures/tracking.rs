@@ -72,7 +72,7 @@ pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
         let style = Style { dashed: k > 0, ..Style::line(nth(k)) };
         let errors = track.errors();
         let off = format!("{} m", metres(errors.cross_track_rms_m));
-        let turned = format!("{} deg", text(errors.heading_rms_rad * DEG, 2));
+        let turned = format!("{} deg", text(errors.heading_rms_rad * DEG, 3));
         let over = |y, note: &str| Series::over(*name, x, y, style).noted(note);
         cross = cross.with(over((&track.cross_track_error_m, 1.0), &format!(": RMS {off}")));
         yaw = yaw.with(over((&track.heading_error_rad, DEG), &format!(": RMS {turned}")));

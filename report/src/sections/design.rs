@@ -94,6 +94,20 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     Section::new(format!("Controller: {}", controller.name), blocks)
 }
 
+/// The verdict in the words of a table.
+pub(crate) fn in_short(controller: &Controller<'_>) -> String {
+    let evidence = &controller.pid.evidence;
+    match controller.is_proved() {
+        true if !controller.pid.designed_for.quality.allows_design() => {
+            "met on a model that failed validation".into()
+        }
+        true if evidence.robustness.as_ref().is_some_and(|r| !r.met) => {
+            "met on the nominal plant, not on all".into()
+        }
+        is_met => met(is_met),
+    }
+}
+
 fn verdict(controller: &Controller<'_>) -> Block {
     let evidence = &controller.pid.evidence;
     let quality = &controller.pid.designed_for.quality;
@@ -176,6 +190,22 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         let asked = bound.map_or_else(String::new, |v| format!("≤\u{a0}{v}\u{a0}{unit}"));
         row(name, asked, bound, reached, (1.0, digits, unit));
     }
+    let columns = if in_loop.is_some() { 7 } else { 5 };
+    let on_curve = e.curve.as_ref().map(|c| c.steady_state_error_percent);
+    let with_offset = Some(e.step_with_offset.steady_state_error_percent);
+    let mut others = Vec::new();
+    for (name, reached) in [
+        ("steady-state error with the steering 1° off", with_offset),
+        ("steady-state error on a curve", on_curve),
+    ] {
+        if let (Some(bound), Some(reached)) = (s.steady_state_error_percent, reached) {
+            let asked = format!("≤\u{a0}{bound}\u{a0}%");
+            let mut cells =
+                vec![name.to_owned(), asked, value(reached, 2, "%"), met(reached <= bound)];
+            cells.resize(columns, String::new());
+            others.push(cells);
+        }
+    }
     let angles: [(&str, f64, Reached); 2] = [
         ("largest steering angle", pid.largest_angle_rad(), |m| Some(m.largest_angle_rad)),
         ("largest change in a sample", pid.limits.max_increment_rad, |m| {
@@ -186,6 +216,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         let asked = format!("≤\u{a0}{}", value(bound * DEG, 2, "deg"));
         row(name, asked, Some(bound), reached, (DEG, 2, "deg"));
     }
+    others.into_iter().for_each(|cells| table.push(cells));
     table
 }
 

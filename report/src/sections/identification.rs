@@ -216,7 +216,7 @@ fn in_words(plant: &Plant) -> Vec<String> {
     out.push(if x.informative_up_to_hz > 0.0 {
         format!(
             "The log has information on the dynamics up to {} Hz.",
-            text(x.informative_up_to_hz, 2)
+            text(x.informative_up_to_hz, 1)
         )
     } else {
         "At no frequency does steering explain half of the yaw rate.".into()

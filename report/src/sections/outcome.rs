@@ -37,7 +37,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         let overshoot = value(step.overshoot_percent, 2, "%");
         let settled = super::optional(step.settling_time_s, 3, "s", "never");
         let text = format!("overshoot {overshoot}, settled {settled}");
-        table.push([format!("controller: {}", c.name), text, super::met(c.is_proved())]);
+        table.push([format!("controller: {}", c.name), text, super::design::in_short(c)]);
     }
     for (name, track) in &report.tracks {
         let rms = super::length(track.errors().cross_track_rms_m);

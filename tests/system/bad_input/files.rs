@@ -15,7 +15,7 @@ fn vehicle_data() {
         (
             "mass_kg",
             "mas_kg",
-            &["v.toml:5:1: unknown field `mas_kg`", "the keys are name, mass_kg"],
+            &["v.toml:5:1: unknown field `mas_kg`", "a TOML file; its keys are name, mass_kg"],
         ),
         ("= 1791.5995", "= 1e-300", &["v.toml: the model's fastest rate"]),
     ] {
@@ -37,16 +37,19 @@ fn tracks() {
         ("x_m,y_m\n0,0\n1,1e300\n", "", &["t.csv:3:3: y_m is 1e300"]),
         ("x_m,y_m\n0,0\n1e7,0\n2e7,0\n3e7,0\n4e7,0\n", "", &["length of the path is 40000000"]),
         ("x_m,y_m\n0,0\n1,0\n2,0\n3,0\n4,0\n", "--closed", &["t.csv: the curvature reaches inf"]),
-        ("x_m,y_m\n0,0\n1,0\n2,0\n3,0\n", "--speed 0m/s", &["speed is 0"]),
+        ("x_m,y_m\n0,0\n1,0\n2,0\n3,0\n", "--speed 0m/s", &["speed is 0 m/s"]),
         ("x_m,y_m\n", "--pid {chain}/plant.json", &["t.csv: 0 distinct points"]),
     ] {
         refused((&[("t.csv", content)], &format!("path t.csv {arguments}"), says));
     }
     for (line, says) in [
         ("path --speed 1m/s", &["double lane change: a curvature of 4.0000 1/m"] as &[_]),
-        ("path --speed 1e5m/s", &["speed is 100000: it must be at most 150 m/s"]),
-        ("path --lateral-acceleration 1e-6m/s2", &["it must be at least 0.1 m/s2"]),
-        ("path --lateral-acceleration 1e6m/s2", &["it must be at most 50 m/s2"]),
+        ("path --speed 1e5m/s", &["speed is 100000 m/s: it must be at most 150 m/s"]),
+        (
+            "path --lateral-acceleration 1e-6m/s2",
+            &["lateral acceleration is 0.000001 m/s²: it must be at least 0.1 m/s²"],
+        ),
+        ("path --lateral-acceleration 1e6m/s2", &["it must be at most 50 m/s²"]),
         ("path --speed 20", &["'--speed <SPEED>'", "(m/s or km/h)"]),
         (
             "path --pid {chain}/plant.json",
@@ -105,7 +108,13 @@ fn documents() {
             "design",
             &["expected `steerwright/bicycle/1`"],
         ),
-        (pid(|_| ()), "design", &["`steerwright/pid/1` stands here"]),
+        (
+            pid(|_| ()),
+            "design",
+            &["`steerwright/pid/1` stands here, which is no plant, bicycle or vehicle"],
+        ),
+        ("name = \"x\"\n".to_owned(), "design", &["f.json:1:", "not a JSON document"]),
+        (plant(|_| ()), "bicycle", &["f.json:1:1", "vehicle data are a TOML file"]),
         (pid(|p| p["sample_time_s"] = json!(-0.01)), "package", &["at `sample_time_s`: -0.01"]),
         (pid(|p| p["gains"]["kp"] = json!(-1)), "package", &["at `gains.kp`: -1"]),
         (vehicle(|_| ()), "design", &["no rate of the steering is stated"]),
@@ -147,8 +156,8 @@ fn documents() {
         refused((&[("s.toml", content)], line, says));
     }
     for (line, says) in [
-        ("design {chain}/plant.json --settling 0s", &["settling time is 0"] as &[_]),
-        ("design {chain}/plant.json --overshoot -1%", &["overshoot is -1"]),
+        ("design {chain}/plant.json --settling 0s", &["settling time is 0 s: it must be"] as &[_]),
+        ("design {chain}/plant.json --overshoot -1%", &["overshoot is -1 %: it must be"]),
         ("design {chain}/plant.json --max-angle 22", &["'--max-angle <ANGLE>'", "(deg or rad)"]),
         ("design {chain}/plant.json --modulus-margin 2", &["modulus margin is 2"]),
         ("design {chain}/plant.json --settling 30ms", &["fewer than 4 samples"]),

@@ -46,10 +46,7 @@ fn logs() {
         (&format!("{HEADER}\n"), &["log.csv: column `steering_angle_rad` has 0 values"]),
         (&format!("{HEADER}\n0,0,0,15\n"), &["has 1 values"]),
         ("\0\u{1}PK\n", &["log.csv:1: the file is not text"]),
-        (
-            "{\"schema\": 1}\n",
-            &["which column is the steering?", "log.csv", "--input-channel NAME"],
-        ),
+        ("{\"schema\": 1}\n", &["log.csv: this is a JSON document, not a log", "name a log: CSV"]),
         (
             &log("time_s,wheels_rad,yaw_rate_radps,speed_mps", |_, _| {}),
             &["which column is the steering?", "wheels_rad", "--input-channel NAME"],
@@ -143,6 +140,19 @@ fn logs() {
         ("identify a.csv --validation-fraction -5%", &["validation fraction: -5% is out of range"]),
         ("identify a.csv --validation-fraction 0.5", &["'--validation-fraction <SHARE>'", "(%)"]),
         ("identify a.csv --steering-ratio 0", &["steering ratio: 0.0 is out of range"]),
+        (
+            "identify a.csv --channel roll=speed_mps",
+            &["`roll` is not read for the response yaw-rate, expected no further channel"],
+        ),
+        (
+            "identify a.csv --steering-full-scale 20deg",
+            &["that of a command in 1 or %, and the steering is in rad", "(--steering-full-scale"],
+        ),
+        ("accumulate a.csv --window 1s..9s", &["window: not available where logs are read in"]),
+        ("identify a.csv --structure bicycle --delay 50ms", &["--delay is an option of the struc"]),
+        ("identify a.csv --structure torque --max-samples 99", &["--max-samples is an option of"]),
+        ("identify {chain}/pid.json", &["this is a JSON document, not a log", "name a log: CSV"]),
+        ("inspect {chain}/pid.json", &["this is a JSON document, not a log"]),
         ("identify a.csv --window 1s..2s", &["samples of 0.01 s are too few"]),
         ("identify a.csv --window 90s..99s", &["the window covers 90 to 99 s, the log 0 to 19.99"]),
         ("identify a.csv --window 9s..5s", &["9 s is not before 5 s"]),

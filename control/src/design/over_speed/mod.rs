@@ -52,9 +52,9 @@ pub fn design_over_speeds(
 ) -> Result<Pid, Error> {
     options.check()?;
     let [low, high] = speeds;
-    require(low >= LOWEST_MPS, "lowest speed", low, "at least 1 m/s")?;
+    require(low >= LOWEST_MPS, "lowest speed", (low, " m/s"), "at least 1 m/s")?;
     let wide = high.is_finite() && high >= LEAST_RATIO * low;
-    require(wide, "highest speed", high, "at least 5 % above the lowest")?;
+    require(wide, "highest speed", (high, " m/s"), "at least 5 % above the lowest")?;
     let own = plant.speed.clamp(low, high);
     let mut starts = vec![low, own, high];
     starts.dedup();

@@ -49,6 +49,7 @@ impl Curve {
         let too_few = || Error::Option {
             option: "distance between recorded points",
             value: ((x[1] - x[0]).hypot(y[1] - y[0]) * 1e3).round() / 1e3,
+            unit: " m",
             must: "short compared with the bends of the road, some metres",
         };
         let mut curve: Option<Self> = None;

@@ -56,7 +56,7 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
     let steps = cleaned.x.windows(2).zip(cleaned.y.windows(2));
     let length: f64 = steps.map(|(x, y)| (x[1] - x[0]).hypot(y[1] - y[0])).sum();
     let (option, must) = ("length of the path", "at most a million times its points' spacing");
-    require(length <= MOST_POINTS * options.spacing, option, length.round(), must)?;
+    require(length <= MOST_POINTS * options.spacing, option, (length.round(), " m"), must)?;
     let mut warnings = warnings(&cleaned, xs.len(), options.closed);
     let found = smoothed(&cleaned, options)?;
     let (required, used) = (options.smoothing_length, found.smoothing);
@@ -144,9 +144,9 @@ fn curvature(points: &[PathPoint]) -> f64 {
 }
 
 fn check(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<(), Error> {
-    require(xs.len() == ys.len(), "number of y", ys.len() as f64, "the number of x")?;
+    require(xs.len() == ys.len(), "number of y", (ys.len() as f64, ""), "the number of x")?;
     for &v in xs.iter().chain(ys) {
-        require(v.abs() < 1e8, "position", v, "a finite number of metres")?;
+        require(v.abs() < 1e8, "position", (v, " m"), "within 1e8 m")?;
     }
     options.check()
 }

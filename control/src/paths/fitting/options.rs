@@ -50,13 +50,13 @@ impl Default for PointOptions {
 impl PointOptions {
     pub(crate) fn check(&self) -> Result<(), Error> {
         positive([
-            ("minimum spacing", self.minimum_spacing),
-            ("smoothing length", self.smoothing_length),
-            ("largest curvature", self.max_curvature),
-            ("largest jump", self.largest_jump),
-            ("spacing", self.spacing),
-            ("speed", self.speed),
-            ("largest deviation", self.max_deviation.unwrap_or(1.0)),
+            ("minimum spacing", self.minimum_spacing, " m"),
+            ("smoothing length", self.smoothing_length, " m"),
+            ("largest curvature", self.max_curvature, " 1/m"),
+            ("largest jump", self.largest_jump, " m"),
+            ("spacing", self.spacing, " m"),
+            ("speed", self.speed, " m/s"),
+            ("largest deviation", self.max_deviation.unwrap_or(1.0), " m"),
         ])
     }
 

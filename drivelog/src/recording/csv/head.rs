@@ -41,6 +41,9 @@ impl Head {
         let Some(first) = lines.clone().find(|line| !line.is_empty()) else {
             return Err(Error::EmptyFile { file: file.into() });
         };
+        if first.starts_with(b"{") {
+            return Err(Error::Json { file: file.into() });
+        }
         let delimiter = stated_delimiter(first).unwrap_or_else(|| {
             let lines = lines.by_ref().filter(|l| !l.is_empty() && !is_comment(l));
             delimiter_of(&lines.take(SAMPLE).collect::<Vec<_>>())
