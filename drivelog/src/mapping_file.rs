@@ -127,7 +127,7 @@ impl Mapping {
     /// Fills in what the options leave open, for their response; the databases are for the caller to read.
     ///
     /// # Errors
-    /// [`Error::Option`] for an unknown word.
+    /// [`Error::UnknownWord`] for an unknown word.
     pub fn apply(self, options: &mut LogOptions) -> Result<(), Error> {
         let fill = |own: &mut Option<String>, stated| *own = own.take().or(stated);
         // Those of other responses are left out.

@@ -271,7 +271,7 @@ fn a_normalised_command_has_a_stated_full_scale_or_is_taken_as_it_is() {
     let beyond = format!("time_s,steering [1],yaw_rate_degps,speed_kmh\n{percent}");
     assert!(matches!(refused(beyond.into(), &full_only()), Error::BeyondFullScale { .. }));
     let angle = text.replace("steering", "steering [deg]");
-    assert!(matches!(refused(angle.into(), &full_only()), Error::Option { .. }));
+    assert!(matches!(refused(angle.into(), &full_only()), Error::NoCommand { unit: "deg" }));
 }
 
 fn full_only() -> LogOptions {
