@@ -24,7 +24,7 @@ class ReadOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -39,17 +39,18 @@ class ReadOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
-    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
+    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
+    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
+    these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
-    recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
+    of `identify structure torque`; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
-    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
+    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
     sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
@@ -89,7 +90,7 @@ class ModelOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -104,17 +105,18 @@ class ModelOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
-    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
+    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
+    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
+    these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
-    recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
+    of `identify structure torque`; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
-    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
+    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
     sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
@@ -170,12 +172,13 @@ class ModelOptions(TypedDict, total=False):
     validation_fraction: Quantity
     """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
     mass: float
-    """Mass in bicycle.json or vehicle.json, kg; the yaw rate does not depend on it. By default 1500."""
+    """Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500."""
     wheelbase: float
     """Wheelbase of the bicycle or vehicle, m; the steering ratio is then identified. By default the
     wheelbase is identified, with the steering ratio of the log."""
     front_share: Quantity
-    """Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%."""
+    """Share of the weight on the front axle, of the structure bicycle; the yaw rate hardly depends on
+    it. By default 50%."""
     track_width: float
     """Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58
     wheelbases."""
@@ -201,8 +204,9 @@ class IdentifyOptions(ModelOptions, total=False):
     """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
     the lateral acceleration that a steering torque or its normalised command causes. auto is state-space
-    unless the validation data reject it, then the bicycle; single-track is compared; with an option of
-    state-space, with figures and of R factors it is state-space (default auto)."""
+    unless the validation data reject it, then the bicycle; single-track is compared only. With an option
+    of state-space (all under Identification but max_samples and validation_fraction), with plots or
+    report, and from R factors, auto is state-space (default auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):
@@ -215,7 +219,7 @@ class AccumulateOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -230,17 +234,18 @@ class AccumulateOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
-    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
+    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
+    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
+    these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
-    recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
+    of `identify structure torque`; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
-    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
+    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
     sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
@@ -333,14 +338,14 @@ class DesignOptions(TypedDict, total=False):
     """Additional delay of the loop through pose estimator and path; by default that of the path."""
     robust: Literal["on", "off"]
     """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
-    where the model is valid there [default: on]. Requirements that some of these plants miss are
-    reported; with an explicit `on` they fail the design."""
+    where the model was identified over speed [default: on]. Requirements that some of these plants miss
+    are reported; with an explicit `on` they fail the design."""
     latency_spread: Quantity
     """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
     a stated latency, otherwise one sample."""
     speed_spread: Quantity
-    """Speed above and below the designed one that the requirements must tolerate, where the model is
-    valid there [default: 20%, or 5% with a range of speeds]."""
+    """Speed above and below the designed one that the requirements must tolerate, where the model was
+    identified over speed [default: 20%, or 5% with a range of speeds]."""
     ensemble: int
     """Number of plants drawn from the identified uncertainty [default: 100]."""
     seed: int
@@ -383,7 +388,7 @@ class InspectOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -405,7 +410,8 @@ class PackageOptions(TypedDict, total=False):
     out: File
     """Folder for the archives (default .)."""
     step: Quantity
-    """Step size that the archives recommend, such as 10ms; by default the controller's sample time."""
+    """Step size that the archives recommend, such as 10ms; by default the controller's sample time in
+    its archive, and with ssp in all, otherwise 10ms."""
     ssp: str
     """Also connect variables of equal name and write the FMUs as a system structure package (SSP 1.0)
     into the folder. With a path file they start on its first point, at its speed. With an estimator
@@ -425,7 +431,7 @@ class CheckOptions(TypedDict, total=False):
     run: bool
     """Also run the binary of this platform, in a separate process that may crash or hang."""
     time_limit: Quantity
-    """Longest duration of a run; a longer experiment is cut (default 60s)."""
+    """Longest duration of a run of run; a longer experiment is cut (default 60s)."""
     strict: bool
     """Treat warnings as errors."""
 
@@ -435,11 +441,13 @@ class CompareOptions(TypedDict, total=False):
 
     truth: File
     """The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed,
-    outputs x, y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle."""
+    outputs x, y, yaw), vehicle.json, plant.json, bicycle.json, or vehicle data (TOML) for a
+    NonlinearVehicle."""
     pid: Union[Any, Sequence[Any]]
     """A controller, of the model whose hash it carries, or of the named model; may be repeated."""
     log: Union[str, Sequence[str]]
-    """A drive (CSV) to compare the models with; may be repeated for more files."""
+    """A drive to compare the models with, in any format that `identify` reads; may be repeated for more
+    files."""
     validation_fraction: Quantity
     """Share of the log that is validation data, at its end (default 50%)."""
     out: File
@@ -461,7 +469,7 @@ class CompareOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -476,17 +484,18 @@ class CompareOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
-    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
+    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
+    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
+    these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
-    recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
+    of `identify structure torque`; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
-    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
+    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
     sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
@@ -571,14 +580,14 @@ class CompareOptions(TypedDict, total=False):
     """Additional delay of the loop through pose estimator and path; by default that of the path."""
     robust: Literal["on", "off"]
     """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
-    where the model is valid there [default: on]. Requirements that some of these plants miss are
-    reported; with an explicit `on` they fail the design."""
+    where the model was identified over speed [default: on]. Requirements that some of these plants miss
+    are reported; with an explicit `on` they fail the design."""
     latency_spread: Quantity
     """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
     a stated latency, otherwise one sample."""
     speed_spread: Quantity
-    """Speed above and below the designed one that the requirements must tolerate, where the model is
-    valid there [default: 20%, or 5% with a range of speeds]."""
+    """Speed above and below the designed one that the requirements must tolerate, where the model was
+    identified over speed [default: 20%, or 5% with a range of speeds]."""
     ensemble: int
     """Number of plants drawn from the identified uncertainty [default: 100]."""
     seed: int
@@ -620,7 +629,7 @@ class BuildOptions(TypedDict, total=False):
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it."""
+    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
     topic: Union[str, Sequence[str]]
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
@@ -635,17 +644,18 @@ class BuildOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque; recognised by its name by default. For all
-    channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
+    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
+    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
+    these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration;
-    recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
+    of `identify structure torque`; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: of `structure torque` steering (its angle), roll, engaged or override; of
-    `structure single-track` lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
+    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
     sideslip; may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
@@ -753,14 +763,14 @@ class BuildOptions(TypedDict, total=False):
     """Additional delay of the loop through pose estimator and path; by default that of the path."""
     robust: Literal["on", "off"]
     """Design for all plants within the identified uncertainty, for other latencies, and for other speeds
-    where the model is valid there [default: on]. Requirements that some of these plants miss are
-    reported; with an explicit `on` they fail the design."""
+    where the model was identified over speed [default: on]. Requirements that some of these plants miss
+    are reported; with an explicit `on` they fail the design."""
     latency_spread: Quantity
     """Latency above and below the designed one that the requirements must tolerate; by default 30ms with
     a stated latency, otherwise one sample."""
     speed_spread: Quantity
-    """Speed above and below the designed one that the requirements must tolerate, where the model is
-    valid there [default: 20%, or 5% with a range of speeds]."""
+    """Speed above and below the designed one that the requirements must tolerate, where the model was
+    identified over speed [default: 20%, or 5% with a range of speeds]."""
     ensemble: int
     """Number of plants drawn from the identified uncertainty [default: 100]."""
     seed: int
