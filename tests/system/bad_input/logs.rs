@@ -149,7 +149,10 @@ fn logs() {
             &["that of a command in 1 or %, and the steering is in rad", "(--steering-full-scale"],
         ),
         ("accumulate a.csv --window 1s..9s", &["window: not available where logs are read in"]),
-        ("identify a.csv --structure bicycle --delay 50ms", &["--delay is an option of the struc"]),
+        (
+            "identify a.csv --structure bicycle --delay 50ms",
+            &["--delay is an option of the structure state-space"],
+        ),
         ("identify a.csv --structure torque --max-samples 99", &["--max-samples is an option of"]),
         ("identify {chain}/pid.json", &["this is a JSON document, not a log", "name a log: CSV"]),
         ("inspect {chain}/pid.json", &["this is a JSON document, not a log"]),
