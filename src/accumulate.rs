@@ -2,7 +2,7 @@
 
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
-use crate::identify_accumulated::{are_factors, check_factor_options, factor, merged};
+use crate::identify::accumulated::{are_factors, check_factor_options, factor, merged};
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;

@@ -2,13 +2,13 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
+use crate::identify::StructureArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
 use crate::specification::SpecificationArguments;
-use crate::{Global, console, design_summary, evidence, files, overview, quantity};
+use crate::{Global, console, design_summary, files, identify, overview, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::Response;
 
 /// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
@@ -33,6 +33,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     identify: IdentifyArguments,
     #[command(flatten)]
+    structure: StructureArguments,
+    #[command(flatten)]
     gate: GateArguments,
     #[command(flatten)]
     specification: SpecificationArguments,
@@ -44,9 +46,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let inputs = inputs.chain(arguments.specification.files());
     let folder = Outputs::new(global.force, inputs).folder(&arguments.out, "build")?;
     let named = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
+    let wanted = arguments.structure.with(&arguments.identify)?;
     let built = pipeline::build(&Job {
-        log: arguments.log.read(&arguments.logs, Response::YawRate)?,
-        identify: arguments.identify.options(),
+        log: arguments.log.read(&arguments.logs, wanted.response())?,
+        wanted,
+        validation: arguments.identify.options(),
         design: arguments.specification.read()?.design,
         vehicle: named(&arguments.vehicle)?,
         track: named(&arguments.track)?,
@@ -56,7 +60,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         gate: arguments.gate,
     })?;
     folder.commit()?;
-    let mut text = evidence::evidence(&built.plant);
+    if let Some(structures) = &built.structures {
+        console::note(structures);
+    }
+    let mut text = identify::evidence_text(&built.model);
     for controller in &built.controllers {
         let (name, summary) = (controller.basis.name(), design_summary::summary(&controller.pid));
         text.push_str(&format!("\n{name} controller\n{summary}\n"));

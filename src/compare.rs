@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
 use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_comparison::{ControllerFile, Job, Model, Road, Truth};
+use steerwright_comparison::{ComparedModel, ControllerFile, Job, Road, Truth};
 use steerwright_drivelog::{LogOptions, Response};
 use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
@@ -135,7 +135,7 @@ impl Arguments {
         named.cloned().chain(pids).collect()
     }
 
-    fn models(&self) -> Result<Vec<Model>, Failure> {
+    fn models(&self) -> Result<Vec<ComparedModel>, Failure> {
         let read = |path: &PathBuf| {
             let (document, source, _) = self.gate.read(path)?;
             Ok((path.clone(), source, document))
@@ -145,10 +145,10 @@ impl Arguments {
     }
 
     /// The controllers' files; before `=` a model's label or file.
-    fn controllers(&self, models: &[Model]) -> Result<Vec<ControllerFile>, Failure> {
+    fn controllers(&self, models: &[ComparedModel]) -> Result<Vec<ControllerFile>, Failure> {
         let read = |argument: &String| {
             let named = argument.split_once('=').and_then(|(model, file)| {
-                let is_it = |m: &Model| m.label == model || m.path.as_os_str() == model;
+                let is_it = |m: &ComparedModel| m.label == model || m.path.as_os_str() == model;
                 Some((models.iter().position(is_it)?, file))
             });
             let path = PathBuf::from(named.map_or(argument.as_str(), |(_, file)| file));

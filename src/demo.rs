@@ -2,13 +2,17 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
+use crate::identify::Wanted;
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
 use crate::{Global, console, overview};
 use std::path::PathBuf;
 use steerwright_control::DesignOptions;
 use steerwright_drivelog::LogOptions;
-use steerwright_sysid::{IdentifyOptions, InputKind};
+use steerwright_sysid::IdentifyOptions;
+use steerwright_sysid::bicycle::BicycleOptions;
+use steerwright_sysid::single_track::IdentifyVehicleOptions;
+use steerwright_sysid::structures::ChoiceOptions;
 
 /// Run all stages on the three recorded drives in this program
 #[derive(clap::Args)]
@@ -40,8 +44,7 @@ struct Drive {
     steering_ratio: Option<f64>,
     /// Steering angle at a command of 1, rad, where the command has no unit.
     steering_full_scale_rad: Option<f64>,
-    /// The input of the model, and the share of validation data.
-    model_input: InputKind,
+    /// The share of validation data.
     validation_fraction: f64,
     /// Largest rate of the steering servo, rad/s, if it is known.
     servo_rate_radps: Option<f64>,
@@ -62,7 +65,6 @@ const DRIVES: [Drive; 3] = [
         units: &[],
         steering_ratio: Some(1.0),
         steering_full_scale_rad: None,
-        model_input: InputKind::Steering,
         validation_fraction: 0.5,
         servo_rate_radps: Some(0.4),
         lateral_acceleration: 4.0,
@@ -84,7 +86,6 @@ const DRIVES: [Drive; 3] = [
         units: &[],
         steering_ratio: Some(16.88),
         steering_full_scale_rad: None,
-        model_input: InputKind::Steering,
         validation_fraction: 0.5,
         servo_rate_radps: None,
         lateral_acceleration: 4.0,
@@ -107,7 +108,6 @@ const DRIVES: [Drive; 3] = [
         ],
         steering_ratio: None,
         steering_full_scale_rad: Some(0.375),
-        model_input: InputKind::SteeringTimesSpeed,
         validation_fraction: 0.4085,
         servo_rate_radps: None,
         // A lane change of 3.5 m is wide for a car of this size.
@@ -139,13 +139,19 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         )?;
         log.name = drive.name.into();
         let text = |(name, text): File| Text { name: name.into(), text: text.into() };
+        let validation_fraction = drive.validation_fraction;
+        let validation = IdentifyOptions { validation_fraction, ..IdentifyOptions::default() };
         built.push(pipeline::build(&Job {
             log,
-            identify: IdentifyOptions {
-                input_kind: drive.model_input,
-                validation_fraction: drive.validation_fraction,
-                ..IdentifyOptions::default()
-            },
+            wanted: Wanted::Auto(Box::new(ChoiceOptions {
+                state_space: validation.clone(),
+                bicycle: BicycleOptions { validation_fraction, ..BicycleOptions::default() },
+                single_track: IdentifyVehicleOptions {
+                    validation_fraction,
+                    ..IdentifyVehicleOptions::default()
+                },
+            })),
+            validation,
             design: DesignOptions {
                 max_rate_radps: drive.servo_rate_radps,
                 ..DesignOptions::default()

@@ -50,8 +50,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read()?;
     let (model, source, document) = arguments.gate.read(&arguments.plant)?;
-    let plant =
-        model.design_plant().map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
+    let plant = DesignPlant::from_model(&model)
+        .map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
     let progress = Progress::start("designing");
     let pid = designed(&document, &plant, &source, arguments.speeds, &specified, |what| {
         progress.now(what);

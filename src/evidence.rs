@@ -5,8 +5,8 @@ use crate::failure::Failure;
 use crate::output::Files;
 use std::fmt::Write;
 use steerwright_formats::{
-    BandDeparture, ChannelSummary, Evidence, ExcitationBand, Information, Mode, Plant, Provenance,
-    Quality, ResidualTest, SideslipTerm,
+    BandDeparture, ChannelSummary, Evidence, ExcitationBand, Information, Mode, Model, Plant,
+    Provenance, Quality, ResidualTest, SideslipTerm,
 };
 use steerwright_report::Table;
 use steerwright_sysid::Traces;
@@ -105,12 +105,12 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
 }
 
 pub(crate) fn plots(
-    plant: &Plant,
+    model: &Model,
     traces: &steerwright_report::Traces,
     files: &Files,
 ) -> Result<(), Failure> {
     for (name, height, figure) in
-        steerwright_report::figures::of_identification(plant, traces, None)
+        steerwright_report::figures::of_identification(model, traces, None)
     {
         match figure.to_svg(steerwright_report::WIDTH, height) {
             Ok(svg) => {
@@ -158,12 +158,6 @@ pub(crate) fn not_negative(value: f64, error: f64, digits: usize, unit: &str) ->
     } else {
         format!("at most {:.digits$}{unit}", value + error)
     }
-}
-
-/// The band of a quantity by its error, from zero on where it cannot be negative.
-pub(crate) fn band(value: f64, error: f64, is_positive: bool) -> String {
-    let least = if is_positive { 0.0 } else { f64::NEG_INFINITY };
-    format!("{:.5} to {:.5}", (value - error).max(least), value + error)
 }
 
 /// A fit with twice its standard error, about 95 %, or why there is none.

@@ -3,10 +3,9 @@
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
-use crate::{Global, console, files, quantity};
+use crate::{Global, console, quantity};
 use std::path::PathBuf;
-use steerwright_comparison::ModelDocument;
-use steerwright_formats::{Document, Torque};
+use steerwright_formats::{Model, Torque};
 use steerwright_stacks::{Export, Lateral, Stack, Stated};
 
 /// Write the parameters that a driving stack requires, with standard errors and conventions as comments
@@ -48,11 +47,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let mut outputs = Outputs::new(global.force, [&arguments.model]);
     let out =
         arguments.out.as_ref().map(|path| outputs.file(path, Kind::Parameters)).transpose()?;
-    let text = files::read_text(&arguments.model)?;
-    let export = match steerwright_formats::schema_of(&text).as_deref() {
-        Some(Torque::SCHEMA) => of_torque(arguments, &text)?,
-        _ => of_model(arguments)?,
-    };
+    let (model, ..) = arguments.gate.read(&arguments.model)?;
+    let export = exported(arguments, &model)?;
     let text = export.text();
     if let Some(out) = &out {
         out.write(text.as_bytes())?;
@@ -68,13 +64,15 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::Done)
 }
 
-/// The parameters of a plant, a bicycle or a vehicle.
-fn of_model(arguments: &Arguments) -> Result<Export, Failure> {
-    let (model, ..) = arguments.gate.read(&arguments.model)?;
+fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
     let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());
-    let lateral = match &model {
-        ModelDocument::Identified(plant) => Lateral::of_plant(plant),
-        ModelDocument::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
+    let lateral = match model {
+        Model::StateSpace(plant) => Lateral::of_plant(plant),
+        Model::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
+        Model::SingleTrack(vehicle) => {
+            Lateral::of_bicycle(&steerwright_control::bicycle_of_vehicle(vehicle)?)
+        }
+        Model::Torque(torque) => return of_torque(arguments, torque),
     }
     .map_err(failed)?;
     let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);
@@ -89,10 +87,7 @@ fn of_model(arguments: &Arguments) -> Result<Export, Failure> {
 }
 
 /// The parameters of a car steered by torque.
-fn of_torque(arguments: &Arguments, text: &str) -> Result<Export, Failure> {
-    let file = arguments.model.display().to_string();
-    let torque = Torque::from_json(text, &file)?;
-    arguments.gate.check(&file, &torque.quality)?;
+fn of_torque(arguments: &Arguments, torque: &Torque) -> Result<Export, Failure> {
     let stated = [
         ("--max-angle", arguments.max_angle),
         ("--max-rate", arguments.max_rate),
@@ -102,6 +97,6 @@ fn of_torque(arguments: &Arguments, text: &str) -> Result<Export, Failure> {
         let message = format!("{option} is no parameter of a car that is steered by torque");
         return Err(Failure::new(message, "omit it"));
     }
-    steerwright_stacks::export_torque(arguments.stack, &torque)
+    steerwright_stacks::export_torque(arguments.stack, torque)
         .map_err(|e| Failure::in_file(&arguments.model, &e, e.hint()))
 }

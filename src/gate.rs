@@ -3,8 +3,7 @@
 use crate::failure::Failure;
 use crate::files;
 use std::path::Path;
-use steerwright_comparison::ModelDocument;
-use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality, SourceFile, Torque, Vehicle};
+use steerwright_formats::{Document, Model, Pid, Quality, SourceFile};
 
 /// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -32,24 +31,23 @@ impl GateArguments {
         self.accept_untrusted || quality.allows_design()
     }
 
-    /// The model in a plant, bicycle or vehicle file, if its quality allows it, and the file's text.
-    pub(crate) fn read(self, path: &Path) -> Result<(ModelDocument, SourceFile, String), Failure> {
+    /// The model in a file, if its quality allows it, and the file's text.
+    pub(crate) fn read(self, path: &Path) -> Result<(Model, SourceFile, String), Failure> {
         let text = files::read_text(path)?;
         let file = path.display().to_string();
-        let document = ModelDocument::from_json(&text, &file)?;
-        self.check(&file, document.quality())?;
-        Ok((document, SourceFile::of(path, text.as_bytes()), text))
+        let model = Model::from_json(&text, &file)?;
+        self.check(&file, model.quality())?;
+        Ok((model, SourceFile::of(path, text.as_bytes()), text))
     }
 }
 
 /// The quality that a document states of the model that it holds or was made from; `None` for
 /// documents that state none, such as paths.
 pub(crate) fn quality_of(text: &str, file: &str) -> Result<Option<Quality>, Failure> {
+    if Model::is_in(text) {
+        return Ok(Some(Model::from_json(text, file)?.quality().clone()));
+    }
     Ok(match steerwright_formats::schema_of(text).as_deref() {
-        Some(Plant::SCHEMA) => Some(Plant::from_json(text, file)?.quality),
-        Some(Bicycle::SCHEMA) => Some(Bicycle::from_json(text, file)?.quality),
-        Some(Vehicle::SCHEMA) => Some(Vehicle::from_json(text, file)?.quality),
-        Some(Torque::SCHEMA) => Some(Torque::from_json(text, file)?.quality),
         Some(Pid::SCHEMA) => Some(Pid::from_json(text, file)?.designed_for.quality),
         _ => None,
     })

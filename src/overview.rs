@@ -5,16 +5,18 @@ use crate::pipeline::{Basis, Built, Controller, PAGE, RECORDED_ROAD, STANDARD_RO
 use serde::Serialize;
 use std::fmt::Write;
 use steerwright_formats::{
-    DesignEvidence, PidGains, Quality, SourceFile, Specification, StepMetrics,
+    DesignEvidence, Model, PidGains, Quality, SourceFile, Specification, StepMetrics,
 };
 use steerwright_report::Table;
 
 #[derive(Serialize)]
 pub(crate) struct Overview<'a> {
     name: &'a str,
-    order: usize,
+    structure: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<usize>,
     speed_mps: f64,
-    held_out_fit_percent: f64,
+    held_out_fit_percent: Option<f64>,
     bicycle_held_out_fit_percent: Option<f64>,
     quality: &'a Quality,
     controllers: Vec<ControllerOverview<'a>>,
@@ -31,7 +33,8 @@ struct ControllerOverview<'a> {
     met: bool,
     on_the_model: &'a DesignEvidence,
     in_the_loop_of_fmus: &'a StepMetrics,
-    in_the_loop_of_fmus_with_offset: &'a StepMetrics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    in_the_loop_of_fmus_with_offset: Option<&'a StepMetrics>,
     tracks: Vec<TrackOverview>,
 }
 
@@ -44,14 +47,18 @@ struct TrackOverview {
 
 /// A build for scripts.
 pub(crate) fn of(built: &Built) -> Overview<'_> {
-    let plant = &built.plant;
+    let model = &built.model;
     Overview {
-        name: &plant.name,
-        order: plant.order(),
-        speed_mps: plant.operating_point.speed_mps,
-        held_out_fit_percent: plant.evidence.fit.validation,
+        name: model.name(),
+        structure: model.structure().name(),
+        order: match model {
+            Model::StateSpace(plant) => Some(plant.order()),
+            _ => None,
+        },
+        speed_mps: model.speed_mps().unwrap_or_default(),
+        held_out_fit_percent: validation_fit(model),
         bicycle_held_out_fit_percent: built.bicycle_fit,
-        quality: &plant.quality,
+        quality: model.quality(),
         controllers: built
             .controllers
             .iter()
@@ -62,7 +69,7 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
                 met: c.pid.evidence.met && c.step_meets(),
                 on_the_model: &c.pid.evidence,
                 in_the_loop_of_fmus: &c.step_metrics,
-                in_the_loop_of_fmus_with_offset: &c.offset_metrics,
+                in_the_loop_of_fmus_with_offset: c.offset_metrics.as_ref(),
                 tracks: c
                     .runs
                     .iter()
@@ -82,15 +89,21 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
 
 /// One column a drive.
 pub(crate) fn table(all: &[Built]) -> String {
-    let headers = std::iter::once(String::new()).chain(all.iter().map(|b| b.plant.name.clone()));
+    let headers =
+        std::iter::once(String::new()).chain(all.iter().map(|b| b.model.name().to_owned()));
     let mut table = Table::new(headers);
     let mut row = |name: &str, cell: &dyn Fn(&Built) -> String| {
         push(&mut table, name.to_owned(), all.iter().map(cell).collect());
     };
-    row("speed", &|b| format!("{:.2} m/s", b.plant.operating_point.speed_mps));
-    row("order", &|b| b.plant.order().to_string());
-    row("quality", &|b| b.plant.quality.grade.to_string());
-    row("validation fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
+    row("speed", &|b| b.model.speed_mps().map_or_else(none, |speed| format!("{speed:.2} m/s")));
+    row("model", &|b| match &b.model {
+        Model::StateSpace(plant) => format!("order {}", plant.order()),
+        other => other.structure().to_string(),
+    });
+    row("quality", &|b| b.model.quality().grade.to_string());
+    row("validation fit, identified", &|b| {
+        validation_fit(&b.model).map_or_else(none, |fit| format!("{fit:.2} %"))
+    });
     row("validation fit, bicycle", &|b| {
         b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %"))
     });
@@ -119,7 +132,7 @@ pub(crate) fn table(all: &[Built]) -> String {
             let mut figure =
                 |name: &str,
                  required: &dyn Fn(&Specification) -> Option<f64>,
-                 unit: &str,
+                 (unit, absent): (&str, &str),
                  value: &dyn Fn(&Controller) -> Option<f64>| {
                     let shared = one.map_or_else(String::new, |one| at_most(required(one), unit));
                     row(&format!("{name}, {place}{shared}"), &|c| {
@@ -127,20 +140,22 @@ pub(crate) fn table(all: &[Built]) -> String {
                             Some(_) => String::new(),
                             None => at_most(required(&c.pid.specification), unit),
                         };
-                        value(c).map_or("never".into(), |v| format!("{v:.3} {unit}{own}"))
+                        value(c).map_or(absent.into(), |v| format!("{v:.3} {unit}{own}"))
                     });
                 };
             let error = |s: &Specification| s.steady_state_error_percent;
-            figure("overshoot", &|s| s.overshoot_percent, "%", &|c| {
+            figure("overshoot", &|s| s.overshoot_percent, ("%", "-"), &|c| {
                 Some(step(c).overshoot_percent)
             });
-            figure("settling", &|s| s.settling_time_s, "s", &|c| step(c).settling_time_s);
-            figure("error", &error, "%", &|c| Some(step(c).steady_state_error_percent));
+            figure("settling", &|s| s.settling_time_s, ("s", "never"), &|c| {
+                step(c).settling_time_s
+            });
+            figure("error", &error, ("%", "-"), &|c| Some(step(c).steady_state_error_percent));
             let with_offset = |c: &Controller| {
-                if in_loop { c.offset_metrics } else { c.pid.evidence.step_with_offset }
+                if in_loop { c.offset_metrics } else { Some(c.pid.evidence.step_with_offset) }
             };
-            figure("error, steering off by 1°", &error, "%", &|c| {
-                Some(with_offset(c).steady_state_error_percent)
+            figure("error, steering off by 1°", &error, ("%", "-"), &|c| {
+                with_offset(c).map(|m| m.steady_state_error_percent)
             });
         }
         row("largest steering rate", &|c| {
@@ -165,9 +180,9 @@ pub(crate) fn table(all: &[Built]) -> String {
     }
     let mut text = console::table(&table);
     for b in all {
-        let quality = &b.plant.quality;
-        let _ = write!(text, "\n{}: {}: {}\n", b.plant.name, quality.grade, quality.summary);
-        for advice in &b.plant.quality.advice {
+        let quality = b.model.quality();
+        let _ = write!(text, "\n{}: {}: {}\n", b.model.name(), quality.grade, quality.summary);
+        for advice in &quality.advice {
             let _ = writeln!(text, "  {advice}");
         }
         for remark in &b.remarks {
@@ -181,6 +196,11 @@ pub(crate) fn table(all: &[Built]) -> String {
         let _ = writeln!(text, "{} files in {folder}, to read: {}", b.files.len(), page.display());
     }
     text
+}
+
+fn validation_fit(model: &Model) -> Option<f64> {
+    let [_, validation] = model.fits();
+    validation
 }
 
 /// Adds a row, if a drive has a value in it.

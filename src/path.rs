@@ -6,7 +6,7 @@ use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
 use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};
-use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, Vehicle};
+use steerwright_formats::{Document, Model, Path as PathFile, Pid, SourceFile};
 
 /// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
 /// NMEA: GGA, RMC) or from segments (TOML)
@@ -120,9 +120,7 @@ fn sideslip(
     };
     let text = files::read_text(file)?;
     let name = file.display().to_string();
-    let kinds =
-        [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA, <Vehicle as Document>::SCHEMA];
-    if steerwright_formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
+    if !Model::is_in(&text) {
         let hint = "use a plant.json, bicycle.json or vehicle.json";
         return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }

@@ -3,26 +3,22 @@
 //! Each function has the options of one subcommand, by name and text, with the same defaults and checks; so
 //! whatever calls them reads and computes what the command line does. [`options`] describes them.
 
-use crate::identify_accumulated::{check_factor_options, merged};
+use crate::identify::accumulated::{check_factor_options, merged};
 use crate::output::{Kind, Outputs};
 use crate::progress::{self, Progress};
-use crate::structure::{Structure, Wanted};
 use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::{Path, PathBuf};
-use steerwright_comparison::ModelDocument;
+use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
-    AccumulatedDrives, Bicycle, Document, Path as PathFile, Pid, Plant, Provenance, SourceFile,
-    Torque, Vehicle, sha256_hex,
+    AccumulatedDrives, Bicycle, Document, Model, Path as PathFile, Pid, Plant, Provenance,
+    SourceFile, Torque, Vehicle, sha256_hex,
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
-use steerwright_sysid::bicycle::{IdentifiedBicycle, identify_bicycle};
-use steerwright_sysid::single_track::{IdentifiedVehicle, identify_vehicle};
-use steerwright_sysid::structures::{IdentifiedModel, identify_structure};
-use steerwright_sysid::torque::identify_torque;
-use steerwright_sysid::{Accumulated, Identified, Traces};
+use steerwright_sysid::structures::IdentifiedModel;
+use steerwright_sysid::{Accumulated, Traces};
 
 pub use crate::failure::Failure;
 pub use crate::progress::Observer;
@@ -156,70 +152,15 @@ pub fn read(source: Source, options: Options<'_>) -> Result<DriveLog, Failure> {
     }
 }
 
-/// A model identified in a log, with its signals.
-#[derive(Debug)]
-pub enum Found {
-    /// The plant in state space.
-    Plant(Box<Identified>),
-    /// The bicycle scheduled by the speed.
-    Bicycle(Box<IdentifiedBicycle>),
-    /// The vehicle up to the limit of its grip.
-    Vehicle(Box<IdentifiedVehicle>),
-    /// The response to a steering torque.
-    Torque(Box<Torque>),
-}
-
-impl Found {
-    /// The document that the command line writes.
-    #[must_use]
-    pub fn json(&self) -> String {
-        match self {
-            Self::Plant(found) => found.plant.to_json(),
-            Self::Bicycle(found) => found.bicycle.to_json(),
-            Self::Vehicle(found) => found.vehicle.to_json(),
-            Self::Torque(found) => found.to_json(),
-        }
-    }
-
-    /// Measured and simulated signals, where the structure simulates them.
-    #[must_use]
-    pub fn traces(&self) -> Option<&Traces> {
-        match self {
-            Self::Plant(found) => Some(&found.traces),
-            Self::Bicycle(found) => Some(&found.traces),
-            Self::Vehicle(found) => Some(&found.traces),
-            Self::Torque(_) => None,
-        }
-    }
-}
-
 /// Identifies the model of a log that is read, with the options of `identify` that are not those of `read`.
 ///
 /// # Errors
 /// As `steerwright identify`.
-pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<Found, Failure> {
+pub fn identify(log: &DriveLog, options: Options<'_>) -> Result<IdentifiedModel, Failure> {
     let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
     let _progress = Progress::start("identifying");
-    let structure = match arguments.wanted()? {
-        Wanted::Auto(options) => {
-            return Ok(match identify_structure(log, &options)?.model {
-                IdentifiedModel::Plant(found) => Found::Plant(found),
-                IdentifiedModel::Bicycle(found) => Found::Bicycle(found),
-                IdentifiedModel::Vehicle(found) => Found::Vehicle(found),
-            });
-        }
-        Wanted::One(structure) => structure,
-    };
-    Ok(match structure {
-        Structure::StateSpace(options) => {
-            Found::Plant(Box::new(steerwright_sysid::identify(log, &options)?))
-        }
-        Structure::Bicycle(options) => Found::Bicycle(Box::new(identify_bicycle(log, &options)?)),
-        Structure::SingleTrack(options) => {
-            Found::Vehicle(Box::new(identify_vehicle(log, &options)?))
-        }
-        Structure::Torque(options) => Found::Torque(Box::new(identify_torque(log, &options)?)),
-    })
+    let (identified, _) = arguments.wanted()?.identify(log)?;
+    Ok(identified)
 }
 
 /// Accumulates logs, each a drive, with the options of `accumulate`.
@@ -282,11 +223,11 @@ pub fn identify_accumulated(drives: &Accumulated, options: Options<'_>) -> Resul
 pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String, Failure> {
     let arguments: design_command::Arguments = parsed(options, &[file])?;
     let specified = arguments.specification.read()?;
-    let model = ModelDocument::from_json(document, file)?;
+    let model = Model::from_json(document, file)?;
     arguments.gate.check(file, model.quality())?;
     let source = SourceFile::of(file.as_ref(), document.as_bytes());
     let progress = Progress::start("designing");
-    let plant = model.design_plant()?;
+    let plant = DesignPlant::from_model(&model)?;
     let pid = design_command::designed(
         document,
         &plant,
@@ -342,13 +283,13 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     Outputs::new(force, inputs).file(path, kind)?.write(document.as_bytes())
 }
 
-/// The figures of an identified plant as SVG, by name.
+/// The figures of an identified model as SVG, by name.
 ///
 /// # Errors
-/// A document that is no plant.
-pub fn figures_of_plant(document: &str, traces: &Traces) -> Result<Vec<(String, String)>, Failure> {
-    let plant = steerwright_formats::Plant::from_json(document, "plant.json")?;
-    let drawn = figures::of_identification(&plant, &drawn_traces(traces), None);
+/// A document that is no model.
+pub fn figures_of_model(document: &str, traces: &Traces) -> Result<Vec<(String, String)>, Failure> {
+    let model = Model::from_json(document, "the model")?;
+    let drawn = figures::of_identification(&model, &drawn_traces(traces), None);
     let figures = drawn.into_iter().filter_map(|(name, height, figure)| {
         // A short log leaves some of them empty.
         Some((name.to_owned(), figure.to_svg(WIDTH, height).ok()?))
@@ -364,7 +305,7 @@ pub fn figures_of_controller(
     document: &str,
     controller: &str,
 ) -> Result<Vec<(String, String)>, Failure> {
-    let plant = ModelDocument::from_json(document, "the model")?.design_plant()?;
+    let plant = DesignPlant::from_model(&Model::from_json(document, "the model")?)?;
     let pid = Pid::from_json(controller, "pid.json")?;
     let drawn = design_command::figures(&plant, &pid)?;
     let figures = drawn.into_iter().filter_map(|(name, figure, height)| {
@@ -373,16 +314,16 @@ pub fn figures_of_controller(
     Ok(figures.collect())
 }
 
-/// The page of an identified plant, as `identify --report` writes it.
+/// The page of an identified model, as `identify --report` writes it.
 ///
 /// # Errors
-/// A document that is no plant.
-pub fn page_of_plant(document: &str, traces: &Traces) -> Result<String, Failure> {
-    let plant = steerwright_formats::Plant::from_json(document, "plant.json")?;
+/// A document that is no model.
+pub fn page_of_model(document: &str, traces: &Traces) -> Result<String, Failure> {
+    let model = Model::from_json(document, "the model")?;
     let traces = drawn_traces(traces);
     let page = Report {
-        title: format!("{}: the identified model", plant.name),
-        plant: Some(&plant),
+        title: format!("{}: the identified model", model.name()),
+        model: Some(&model),
         traces: Some(&traces),
         ..Report::default()
     };
@@ -394,7 +335,7 @@ pub fn page_of_plant(document: &str, traces: &Traces) -> Result<String, Failure>
 /// # Errors
 /// Documents that are none, or a loop that cannot be evaluated.
 pub fn yaw_step(document: &str, controller: &str, until_s: f64) -> Result<[Vec<f64>; 3], Failure> {
-    let plant = ModelDocument::from_json(document, "the model")?.design_plant()?;
+    let plant = DesignPlant::from_model(&Model::from_json(document, "the model")?)?;
     let pid = Pid::from_json(controller, "pid.json")?;
     let trace = steerwright_control::step_response(&plant, &pid, false, until_s)?;
     Ok([trace.time, trace.yaw, trace.steering])

@@ -2,7 +2,7 @@
 
 use crate::drive::{self, Drive};
 use crate::error::Error;
-use crate::models::{self, Controller, ControllerFile, Model};
+use crate::models::{self, ComparedModel, Controller, ControllerFile};
 use crate::outcome::{self, Outcome};
 use crate::plants::{Plant, Setting};
 use crate::runs::Run;
@@ -26,7 +26,7 @@ const LINEAR_UP_TO: f64 = 6.0;
 #[allow(missing_docs)]
 pub struct Job {
     /// Two or more, or one with two controllers.
-    pub models: Vec<Model>,
+    pub models: Vec<ComparedModel>,
     /// A controller is designed for each model without one.
     pub controllers: Vec<ControllerFile>,
     pub design: DesignOptions,
@@ -67,7 +67,7 @@ pub enum Shape {
 /// The result.
 #[allow(missing_docs)]
 pub struct Comparison {
-    pub models: Vec<Model>,
+    pub models: Vec<ComparedModel>,
     pub controllers: Vec<Controller>,
     /// The road; guidance is each controller's own.
     pub road: PathFile,
@@ -193,11 +193,13 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
             remarks.push(format!("the controller of {} {text}", controller.label));
         }
     }
-    remarks.extend(models.iter().filter_map(Model::doubt));
+    remarks.extend(models.iter().filter_map(ComparedModel::doubt));
     let archive = truth.map(|truth| {
         remarks.extend(truth.remark);
         let of_it = |s: &SourceFile| s.sha256 == truth.source.sha256;
-        let akin = |m: &&Model| of_it(&m.source) || m.provenance().sources.iter().any(of_it);
+        let akin = |m: &&ComparedModel| {
+            of_it(&m.source) || m.document.provenance().is_some_and(|p| p.sources.iter().any(of_it))
+        };
         remarks.extend(models.iter().filter(akin).map(|m| {
             let file = &truth.source.name;
             format!("the truth is made of {file}, as {} is: that favours it", m.label)
@@ -252,7 +254,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
 }
 
 /// The speed to drive at: that of the road, the stated one, or that of the models.
-fn speed(road: &Road, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, Error> {
+fn speed(road: &Road, models: &[ComparedModel], remarks: &mut Vec<String>) -> Result<f64, Error> {
     let mut all: Vec<f64> = models.iter().map(|m| m.design.speed).collect();
     all.sort_by(f64::total_cmp);
     let (low, high) = (all.first().copied().unwrap_or(0.0), all.last().copied().unwrap_or(0.0));
@@ -291,7 +293,11 @@ fn largest_curvature(road: &PathFile) -> f64 {
 }
 
 /// Rejects a road that is tighter than a controller may steer.
-fn steerable(road: &PathFile, models: &[Model], controllers: &[Controller]) -> Result<(), Error> {
+fn steerable(
+    road: &PathFile,
+    models: &[ComparedModel],
+    controllers: &[Controller],
+) -> Result<(), Error> {
     let curvature = largest_curvature(road);
     for controller in controllers {
         let Some(model) = models.get(controller.model) else { continue };

@@ -2,9 +2,9 @@
 //! data.
 
 use crate::Error;
-use crate::models::{Model, ModelDocument};
+use crate::models::ComparedModel;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::SourceFile;
+use steerwright_formats::{Model, SourceFile};
 use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
@@ -40,7 +40,7 @@ pub struct OnDrive {
 
 /// Validates every model on the end of the log.
 pub(crate) fn validate(
-    models: &[Model],
+    models: &[ComparedModel],
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
@@ -99,7 +99,11 @@ pub(crate) fn validate(
     })
 }
 
-fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Validated, Error> {
+fn on_log(
+    model: &ComparedModel,
+    log: &DriveLog,
+    options: &IdentifyOptions,
+) -> Result<Validated, Error> {
     let ratio = model.design.steering_ratio / log.steering_ratio;
     if !(0.8..=1.25).contains(&ratio) {
         return Err(Error::LogSteeringRatio {
@@ -108,16 +112,20 @@ fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Va
         });
     }
     Ok(match &model.document {
-        ModelDocument::Identified(plant) => steerwright_sysid::validate_plant(log, options, plant)?,
-        ModelDocument::Bicycle(bicycle) => {
+        Model::StateSpace(plant) => steerwright_sysid::validate_plant(log, options, plant)?,
+        Model::Bicycle(bicycle) => {
             steerwright_sysid::bicycle::validate_bicycle(log, options, bicycle)?
+        }
+        // Which `models` makes none of.
+        Model::SingleTrack(_) | Model::Torque(_) => {
+            return Err(steerwright_control::Error::SteeredByTorque.into());
         }
     })
 }
 
 /// A warning, if the model was estimated on the validation data.
-fn remark(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Option<String> {
-    let provenance = model.provenance();
+fn remark(model: &ComparedModel, log: &DriveLog, options: &IdentifyOptions) -> Option<String> {
+    let provenance = model.document.provenance()?;
     let own = provenance.sources.iter().any(|s| log.sources.iter().any(|l| l.sha256 == s.sha256));
     let own_fraction: Option<f64> =
         provenance.options.get("validation_fraction").and_then(|text| text.parse().ok());

@@ -27,8 +27,6 @@ pub enum Error {
     Report(#[from] steerwright_report::Error),
     #[error("{file}:{line}:{column}: not a JSON document: {problem}")]
     NotJson { file: String, line: usize, column: usize, problem: String },
-    #[error("{file}: at `schema`: `{schema}` stands here, which is no plant, bicycle or vehicle")]
-    NoModel { file: String, schema: String },
     #[error("{variable} was not recorded")]
     NotRecorded { variable: String },
     #[error("the path has no points")]
@@ -98,9 +96,6 @@ impl Error {
             Self::Fmu(error) => return error.hint(),
             Self::Report(error) => error.hint(),
             Self::NotJson { .. } => "use a JSON file that steerwright wrote",
-            Self::NoModel { .. } => {
-                "use a plant.json, bicycle.json or vehicle.json, such as identify writes"
-            }
             Self::NotRecorded { .. } => "report this as a fault",
             Self::EmptyPath => "make the path again",
             Self::NoStartPose { .. } => {

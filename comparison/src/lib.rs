@@ -28,7 +28,7 @@ pub use compare::{Comparison, Job, Road, Shape, compare};
 pub use drive::{Drive, OnDrive};
 pub use error::Error;
 pub use json::{Overview, json};
-pub use models::{Controller, ControllerFile, Model, ModelDocument, models};
+pub use models::{ComparedModel, Controller, ControllerFile, models};
 pub use outcome::Outcome;
 pub use packed::{Named, PackedLoop, fmu_of, pack, pack_loop};
 pub use page::{OutputFile, PAGE, files};

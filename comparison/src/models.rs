@@ -3,72 +3,22 @@
 use crate::Error;
 use std::path::PathBuf;
 use steerwright_control::{DesignOptions, DesignPlant, Master};
-use steerwright_formats::{
-    Bicycle, Document, Guidance, Path as PathFile, Pid, Plant, Provenance, Quality, SourceFile,
-    StepMetrics, Vehicle,
-};
+use steerwright_formats::{Guidance, Model, Path as PathFile, Pid, SourceFile, StepMetrics};
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
 const SAME_PLACE: f64 = 1.25;
 
 /// A model and its file.
 #[allow(missing_docs)]
-pub struct Model {
+pub struct ComparedModel {
     /// Short and unique.
     pub label: String,
     pub path: PathBuf,
     pub source: SourceFile,
-    pub document: ModelDocument,
+    /// A vehicle as the bicycle that it is in gentle driving.
+    pub document: Model,
     /// The model for the design of controllers.
     pub design: DesignPlant,
-}
-
-/// The content of a model's file.
-#[allow(missing_docs)]
-pub enum ModelDocument {
-    Identified(Box<Plant>),
-    Bicycle(Box<Bicycle>),
-}
-
-impl ModelDocument {
-    /// Reads a plant, a bicycle, or the bicycle that a vehicle is in gentle driving; `file` is its name in errors.
-    ///
-    /// # Errors
-    /// A file that is none of them.
-    pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
-        // Of any version, so that another version is rejected as such.
-        let schema = steerwright_formats::schema_of(text).unwrap_or_default();
-        Ok(if schema.starts_with("steerwright/bicycle/") {
-            Self::Bicycle(Box::new(Bicycle::from_json(text, file)?))
-        } else if schema.starts_with("steerwright/vehicle/") {
-            let vehicle = Vehicle::from_json(text, file)?;
-            Self::Bicycle(Box::new(steerwright_control::bicycle_of_vehicle(&vehicle)?))
-        } else if schema.is_empty() || schema.starts_with("steerwright/plant/") {
-            Self::Identified(Box::new(Plant::from_json(text, file)?))
-        } else {
-            return Err(Error::NoModel { file: file.into(), schema });
-        })
-    }
-
-    /// The model's quality.
-    #[must_use]
-    pub fn quality(&self) -> &Quality {
-        match self {
-            Self::Identified(plant) => &plant.quality,
-            Self::Bicycle(bicycle) => &bicycle.quality,
-        }
-    }
-
-    /// The model as controllers are designed on it.
-    ///
-    /// # Errors
-    /// A model that no controller can be designed on.
-    pub fn design_plant(&self) -> Result<DesignPlant, steerwright_control::Error> {
-        match self {
-            Self::Identified(plant) => DesignPlant::from_plant(plant),
-            Self::Bicycle(bicycle) => DesignPlant::from_bicycle(bicycle),
-        }
-    }
 }
 
 /// A controller's file.
@@ -95,21 +45,7 @@ pub struct Controller {
     pub predicted: StepMetrics,
 }
 
-impl Model {
-    pub(crate) fn text(&self) -> String {
-        match &self.document {
-            ModelDocument::Identified(plant) => plant.to_json(),
-            ModelDocument::Bicycle(bicycle) => bicycle.to_json(),
-        }
-    }
-
-    pub(crate) fn provenance(&self) -> &Provenance {
-        match &self.document {
-            ModelDocument::Identified(plant) => &plant.provenance,
-            ModelDocument::Bicycle(bicycle) => &bicycle.provenance,
-        }
-    }
-
+impl ComparedModel {
     /// Why a design on it may mean little, from its evidence.
     pub(crate) fn doubt(&self) -> Option<String> {
         let quality = self.document.quality();
@@ -121,9 +57,9 @@ impl Model {
     /// For people.
     pub(crate) fn kind(&self) -> String {
         match &self.document {
-            ModelDocument::Identified(plant) => format!("identified, order {}", plant.order()),
-            ModelDocument::Bicycle(b) if b.evidence.is_some() => "bicycle, identified".into(),
-            ModelDocument::Bicycle(_) => "bicycle, vehicle data".into(),
+            Model::StateSpace(plant) => format!("identified, order {}", plant.order()),
+            other if other.channels().is_empty() => format!("{}, vehicle data", other.structure()),
+            other => format!("{}, identified", other.structure()),
         }
     }
 }
@@ -132,15 +68,23 @@ impl Model {
 ///
 /// # Errors
 /// A model that no controller can be designed on, and [`Error::SteeringRatios`].
-pub fn models(files: Vec<(PathBuf, SourceFile, ModelDocument)>) -> Result<Vec<Model>, Error> {
+pub fn models(files: Vec<(PathBuf, SourceFile, Model)>) -> Result<Vec<ComparedModel>, Error> {
     let paths: Vec<PathBuf> = files.iter().map(|(path, ..)| path.clone()).collect();
-    let mut models: Vec<Model> = Vec::new();
+    let mut models: Vec<ComparedModel> = Vec::new();
     for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
-        let design = document.design_plant().map_err(|e| Error::from(e).of(path.display()))?;
-        models.push(Model { label, path, source, document, design });
+        let failed = |e| Error::from(e).of(path.display());
+        let document = match document {
+            Model::SingleTrack(vehicle) => Model::Bicycle(Box::new(
+                steerwright_control::bicycle_of_vehicle(&vehicle).map_err(failed)?,
+            )),
+            other => other,
+        };
+        let design = DesignPlant::from_model(&document).map_err(failed)?;
+        models.push(ComparedModel { label, path, source, document, design });
     }
-    let by_ratio =
-        |a: &&Model, b: &&Model| a.design.steering_ratio.total_cmp(&b.design.steering_ratio);
+    let by_ratio = |a: &&ComparedModel, b: &&ComparedModel| {
+        a.design.steering_ratio.total_cmp(&b.design.steering_ratio)
+    };
     if let (Some(low), Some(high)) =
         (models.iter().min_by(by_ratio), models.iter().max_by(by_ratio))
         && high.design.steering_ratio > SAME_PLACE * low.design.steering_ratio
@@ -177,7 +121,7 @@ fn labels(paths: &[PathBuf]) -> Vec<String> {
 
 /// The controllers: those of the files, and for every model without a file one that is designed here.
 pub(crate) fn controllers(
-    models: &[Model],
+    models: &[ComparedModel],
     files: Vec<ControllerFile>,
     options: &DesignOptions,
     master: Master,
@@ -245,7 +189,7 @@ impl Controller {
 
     fn new(
         label: String,
-        (index, model): (usize, &Model),
+        (index, model): (usize, &ComparedModel),
         pid: Pid,
         source: Option<SourceFile>,
         master: Master,

@@ -1,6 +1,6 @@
 //! The vehicles that are driven, with the gain and the sideslip of each in a steady turn.
 
-use crate::models::{Controller, Model};
+use crate::models::{ComparedModel, Controller};
 use crate::track::{add, drive_at, name_of};
 use crate::{Error, packed};
 use steerwright_control::Sideslip;
@@ -37,7 +37,7 @@ pub struct Plant {
 
 /// The settings of every loop.
 pub(crate) struct Setting<'a> {
-    pub(crate) models: &'a [Model],
+    pub(crate) models: &'a [ComparedModel],
     pub(crate) controllers: &'a [Controller],
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
@@ -55,7 +55,7 @@ impl Setting<'_> {
     pub(crate) fn plants(&self, truth: Option<Archive>) -> Result<Vec<Plant>, Error> {
         let mut plants = Vec::new();
         for (index, model) in self.models.iter().enumerate() {
-            let archive = packed::archive(&model.text(), &model.label)?;
+            let archive = packed::archive(&model.document.to_json(), &model.label)?;
             plants.push(self.plant(model.label.clone(), Some(index), archive)?);
         }
         if let Some(archive) = truth {

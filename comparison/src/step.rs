@@ -4,7 +4,7 @@ use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
 use steerwright_control::DesignPlant;
-use steerwright_formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
+use steerwright_formats::{Document, FmuLoop, Model, Pid, Plant, StepMetrics};
 use steerwright_host::{Archive, Coupling, InputTable, Recording, System};
 use steerwright_report::StepResponse;
 
@@ -36,18 +36,20 @@ pub fn yaw_step(
     step(plant, controller, pid, ticks_before_step(pid), master)
 }
 
-/// The step of an identified plant at the moment at which the specification's steering offset appears.
+/// The step at the moment at which the specification's steering offset appears; `None` for a model whose FMU has no
+/// steering offset.
 ///
 /// # Errors
 /// Those of packing and running the FMUs.
 pub fn yaw_step_with_offset(
-    plant: &Plant,
+    model: &Model,
     controller: &Archive,
     pid: &Pid,
     master: Coupling,
-) -> Result<LoopStep, Error> {
+) -> Result<Option<LoopStep>, Error> {
+    let Model::StateSpace(plant) = model else { return Ok(None) };
     let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
-    step(&with_offset(plant, offset)?, controller, pid, 0, master)
+    step(&with_offset(plant, offset)?, controller, pid, 0, master).map(Some)
 }
 
 /// Samples of a straight course before the step.

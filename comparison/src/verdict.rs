@@ -2,7 +2,7 @@
 //! tracks better and by how much, and how good the predictions were.
 
 use crate::drive::Drive;
-use crate::models::{Controller, Model};
+use crate::models::{ComparedModel, Controller};
 use crate::outcome::Outcome;
 use crate::plants::Plant;
 use crate::runs::Run;
@@ -50,7 +50,7 @@ pub(crate) struct Compared<'a> {
     /// One for each run.
     pub(crate) outcomes: &'a [Outcome],
     pub(crate) drive: Option<&'a Drive>,
-    pub(crate) models: &'a [Model],
+    pub(crate) models: &'a [ComparedModel],
 }
 
 impl Compared<'_> {
@@ -232,7 +232,7 @@ fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<St
 }
 
 /// The model whose simulation is closest to the drive.
-fn fits(drive: &Drive, models: &[Model]) -> Option<String> {
+fn fits(drive: &Drive, models: &[ComparedModel]) -> Option<String> {
     let mut all: Vec<(&str, f64)> =
         models.iter().zip(&drive.models).map(|(m, d)| (m.label.as_str(), d.fit_percent)).collect();
     all.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -25,6 +25,8 @@ pub enum Error {
         "{model}: operating_point.speed_mps is 0: the speed at which the plant holds is unknown"
     )]
     NoSpeed { model: String },
+    #[error("a model of the steering torque has no steering angle to control")]
+    SteeredByTorque,
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
     UnstablePlant { model: String, speed_mps: f64, text: String },
     #[error(
@@ -123,6 +125,9 @@ impl Error {
             Self::Identified { source, .. } => return source.hint().into(),
             Self::NoSpeed { .. } => {
                 "identify with the log's speed channel, or write the speed of the drive into the file"
+            }
+            Self::SteeredByTorque => {
+                "identify a model from the steering angle, or export this one: steerwright export"
             }
             Self::UnstablePlant { .. } => {
                 "design at a lower speed, or correct the vehicle data: an oversteering vehicle is \

@@ -27,6 +27,7 @@ mod closed_loop;
 mod design;
 mod error;
 mod guidance;
+mod model;
 pub mod paths;
 mod plants;
 mod requirement;
@@ -47,6 +48,7 @@ pub use guidance::track::{Master, TrackTrace, track, track_with};
 pub use guidance::{
     Sideslip, guidance_for, guidance_schedule, plant_sideslip, sideslip, with_sideslip,
 };
+pub use model::model_sideslip;
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;

@@ -11,6 +11,10 @@ pub enum Error {
     Syntax { file: String, line: usize, column: usize, path: String, problem: String },
     #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
     Schema { file: String, found: String, expected: &'static str },
+    #[error(
+        "{file}: at `schema`: `{schema}` stands here, which is no plant, bicycle, vehicle or torque"
+    )]
+    NoModel { file: String, schema: String },
     #[error("{file}: at `{path}`: {problem}")]
     Value { file: String, path: String, problem: String },
 }
@@ -37,6 +41,9 @@ impl Error {
             Self::Schema { expected, .. } => format!(
                 "use a file with \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
             ),
+            Self::NoModel { .. } => {
+                "use a plant.json, bicycle.json or vehicle.json, such as identify writes".into()
+            }
             Self::Value { .. } => "correct the value at the named path".into(),
         }
     }

@@ -1,7 +1,7 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
 //! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`],
-//! [`Estimator`], [`Start`]. Every type has a schema name (`steerwright/plant/1` …), is read by
+//! [`Estimator`], [`Start`]; [`Model`] is any of those that are identified. Every type has a schema name (`steerwright/plant/1` …), is read by
 //! [`Document::from_json`], which rejects unknown versions, wrong shapes and non-finite numbers with the
 //! JSON path of the fault, and is written by [`Document::to_json`], which returns the same bytes for the
 //! same content.
@@ -26,6 +26,7 @@ mod estimator;
 mod evidence;
 pub mod interruption;
 mod matrix;
+mod model;
 mod path;
 mod pid;
 mod plant;
@@ -56,6 +57,7 @@ pub use evidence::{
     ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
 };
 pub use matrix::Matrix;
+pub use model::{Model, Structure};
 pub use path::{Guidance, Path, PathPoint};
 pub use pid::{
     DesignedFor, GuidanceAdvice, LargeErrors, LateralAcceleration, Limits, Pid, PidGains,

@@ -47,6 +47,7 @@ fn fault(text: &str) -> String {
     match Plant::from_json(text, "p.json").unwrap_err() {
         Error::Syntax { path, .. } | Error::Value { path, .. } => path,
         Error::Schema { found, .. } => format!("schema {found}"),
+        other => panic!("{other}"),
     }
 }
 

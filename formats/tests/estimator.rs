@@ -31,6 +31,7 @@ fn faults_are_named_by_their_place() {
                 assert_eq!(path, expected, "{from} -> {to}");
             }
             Error::Schema { found, .. } => assert_eq!(found, expected),
+            other => panic!("{other}"),
         }
     }
     let newer = EXAMPLE.replacen("estimator/1", "estimator/2", 1);

@@ -38,6 +38,7 @@ fn faults_are_named_by_their_place() {
                 assert_eq!(path, expected, "{from} -> {to}");
             }
             Error::Schema { found, .. } => assert_eq!(found, expected),
+            other => panic!("{other}"),
         }
     }
     let newer = EXAMPLE.replacen("vehicle/1", "vehicle/2", 1);

@@ -31,9 +31,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(identify, module)?,
         wrap_pyfunction!(design, module)?,
         wrap_pyfunction!(yaw_step, module)?,
-        wrap_pyfunction!(figures_of_plant, module)?,
+        wrap_pyfunction!(figures_of_model, module)?,
         wrap_pyfunction!(figures_of_controller, module)?,
-        wrap_pyfunction!(page_of_plant, module)?,
+        wrap_pyfunction!(page_of_model, module)?,
     ] {
         module.add_function(function)?;
     }
@@ -127,7 +127,7 @@ fn identify(
     let options = options::of_keywords("identify", keywords)?;
     let log = log.get().shared();
     let found = work::done(py, progress, move || stages::identify(&log, &options))?;
-    Ok((found.json(), found.traces().cloned().map(Traces::new)))
+    Ok((found.model.to_json(), found.traces.map(Traces::new)))
 }
 
 /// Designs a controller: its document.
@@ -155,15 +155,15 @@ fn yaw_step(
     step.into_iter().map(|values| arrays::owned(py, values)).collect()
 }
 
-/// The figures of a plant, SVG by name.
+/// The figures of a model, SVG by name.
 #[pyfunction]
-fn figures_of_plant(
+fn figures_of_model(
     py: Python<'_>,
     document: String,
     traces: &Bound<'_, Traces>,
 ) -> PyResult<Vec<(String, String)>> {
     let traces = traces.get().shared();
-    work::done(py, None, move || stages::figures_of_plant(&document, &traces))
+    work::done(py, None, move || stages::figures_of_model(&document, &traces))
 }
 
 /// The figures of a controller, SVG by name.
@@ -176,9 +176,9 @@ fn figures_of_controller(
     work::done(py, None, move || stages::figures_of_controller(&document, &controller))
 }
 
-/// The page of a plant, HTML.
+/// The page of a model, HTML.
 #[pyfunction]
-fn page_of_plant(py: Python<'_>, document: String, traces: &Bound<'_, Traces>) -> PyResult<String> {
+fn page_of_model(py: Python<'_>, document: String, traces: &Bound<'_, Traces>) -> PyResult<String> {
     let traces = traces.get().shared();
-    work::done(py, None, move || stages::page_of_plant(&document, &traces))
+    work::done(py, None, move || stages::page_of_model(&document, &traces))
 }

@@ -39,19 +39,18 @@ class ReadOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
-    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
-    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
-    these."""
+    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
+    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
+    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
-    of `identify structure torque`; recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
+    of the lateral acceleration; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
-    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; may be repeated. Recognised by their names by default."""
+    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
+    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -105,19 +104,18 @@ class ModelOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
-    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
-    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
-    these."""
+    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
+    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
+    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
-    of `identify structure torque`; recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
+    of the lateral acceleration; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
-    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; may be repeated. Recognised by their names by default."""
+    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
+    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -205,8 +203,8 @@ class IdentifyOptions(ModelOptions, total=False):
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
     the lateral acceleration that a steering torque or its normalised command causes. auto is state-space
     unless the validation data reject it, then the bicycle; single-track is compared only. With an option
-    of state-space (all under Identification but max_samples and validation_fraction), with plots or
-    report, and from R factors, auto is state-space (default auto)."""
+    of state-space (all under Identification but max_samples and validation_fraction) and from R factors,
+    auto is state-space (default auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):
@@ -234,19 +232,18 @@ class AccumulateOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
-    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
-    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
-    these."""
+    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
+    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
+    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
-    of `identify structure torque`; recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
+    of the lateral acceleration; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
-    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; may be repeated. Recognised by their names by default."""
+    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
+    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -484,19 +481,18 @@ class CompareOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
-    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
-    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
-    these."""
+    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
+    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
+    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
-    of `identify structure torque`; recognised by its name by default."""
+    """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
+    of the lateral acceleration; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
-    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; may be repeated. Recognised by their names by default."""
+    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
+    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -615,7 +611,7 @@ class ExportOptions(TypedDict, total=False):
     never overwritten, a foreign file in a folder never removed."""
 
 
-class BuildOptions(TypedDict, total=False):
+class BuildOptions(IdentifyOptions, total=False):
     """The options of `build`."""
 
     out: File
@@ -626,90 +622,6 @@ class BuildOptions(TypedDict, total=False):
     """Recorded points (CSV) of a road to track, in addition to the standard road."""
     lateral_acceleration: Quantity
     """Largest lateral acceleration on the standard road (default 4m/s2)."""
-    time_channel: str
-    """Column of the time in every file; by default the first one with such a name."""
-    unit: Union[Mapping[str, Any], Sequence[str], str]
-    """Unit of a channel whose name does not state it, such as steer=deg; may be repeated."""
-    topic: Union[str, Sequence[str]]
-    """Topic, message or channel group to use; may be repeated. By default all."""
-    dbc: Union[File, Sequence[File]]
-    """CAN database that decodes a raw bus; may be repeated."""
-    mapping: File
-    """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
-    line override it."""
-    mapping_vehicle: str
-    """Vehicle of the mapping file."""
-    decimal: Literal["point", "comma"]
-    """Decimal mark of the numbers; by default the one that the first rows determine."""
-    row_period: Quantity
-    """Time between rows of files without a clock."""
-    input_channel: str
-    """Channel of the steering angle, or of the torque of `identify structure torque`; recognised by its
-    name by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several
-    files, GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of
-    these."""
-    output_channel: str
-    """Channel of the yaw rate, or of the yaw, which is then differenced, or of the lateral acceleration
-    of `identify structure torque`; recognised by its name by default."""
-    speed_channel: str
-    """Channel of the speed; recognised by its name by default, and optional."""
-    channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel of a structure of `identify`: of torque steering (its angle), roll, engaged or
-    override; of single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; may be repeated. Recognised by their names by default."""
-    steering_full_scale: Quantity
-    """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
-    taken as it is."""
-    steering_ratio: float
-    """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
-    vehicle_class: Literal["car", "truck", "bus", "scale"]
-    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
-    those of one of them."""
-    drive: Union[File, Sequence[File]]
-    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
-    drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
-    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
-    speed_window: Union[tuple[float, float], str]
-    """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
-    (m/s) or 50km/h..60km/h."""
-    sample_time: Quantity
-    """Sample time of the merged log; by default chosen from the log's rate."""
-    intersample: Literal["auto", "zoh", "foh", "bl"]
-    """Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
-    angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
-    max_gap: Quantity
-    """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
-    gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
-    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
-    is stated."""
-    antenna_x: Quantity
-    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
-    method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
-    """Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data;
-    auto decides by a test for feedback (default auto)."""
-    order: Union[int, str]
-    """Order of the model (default auto)."""
-    max_order: int
-    """Highest order among which `order auto` chooses (default 8)."""
-    horizon: Union[int, str]
-    """Block rows of the Hankel matrices (default auto)."""
-    model_input: Literal["steering", "steering*speed"]
-    """Input of the model: the steering angle, or its product with the speed (default steering)."""
-    delay: Quantity
-    """Pure delay of the steering; auto estimates it, and uses none if the data do not support one
-    (default auto)."""
-    detrend: Literal["mean", "linear", "none"]
-    """Offsets and trends to remove: the means of the estimation data, a straight line over time for each
-    drive, or none (default mean)."""
-    feedthrough: Union[Literal["auto", "on", "off"], bool]
-    """Feedthrough: the yaw rate depends on the steering of the same sample (default auto)."""
-    max_samples: Union[int, str]
-    """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
-    validation_fraction: Quantity
-    """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     requirements: File

@@ -73,6 +73,38 @@ def _restored(kind: type[Document], text: str, file: str) -> Document:
     return kind(text, file=file)
 
 
+class SimulatedModel(Document):
+    """A model with the signals of its log, where it was identified here."""
+
+    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
+        super().__init__(text, file=file)
+        self._traces = traces
+
+    @property
+    def traces(self) -> Traces | None:
+        """Measured and simulated signals, where the model was identified here from a log."""
+        return self._traces
+
+    def figures(self) -> dict[str, str]:
+        """The figures of the report as SVG, by name; without the traces none.
+
+        Raises :class:`Error` where the model was not identified here, so that its signals are unknown.
+        """
+        return dict(_native.figures_of_model(self._text, self._signals()))
+
+    def report(self) -> str:
+        """The page that ``steerwright identify --report`` writes, HTML."""
+        return _native.page_of_model(self._text, self._signals())
+
+    def _signals(self) -> Traces:
+        if self._traces is None:
+            raise Error(
+                f"{self._file}: the signals of the log are not in it",
+                "identify the model from its log",
+            )
+        return self._traces
+
+
 class FrequencyResponse(NamedTuple):
     """A frequency response."""
 
@@ -101,22 +133,13 @@ class Model(NamedTuple):
     K: Array
 
 
-class Plant(Document, documents.Plant):
+class Plant(SimulatedModel, documents.Plant):
     """An identified plant: steering angle (rad, minus the steering offset) in, yaw rate (rad/s) out.
 
     The attributes are the keys of plant.json; matrices are also here: ``A``, ``B``, ``C``, ``D``, ``K``, ``x0``.
     """
 
     FILE = "plant.json"
-
-    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
-        super().__init__(text, file=file)
-        self._traces = traces
-
-    @property
-    def traces(self) -> Traces | None:
-        """Measured and simulated signals, where the plant was identified here from a log."""
-        return self._traces
 
     @property
     def A(self) -> Array:
@@ -284,25 +307,6 @@ class Plant(Document, documents.Plant):
             start = end
         return Model(*matrices)
 
-    def figures(self) -> dict[str, str]:
-        """The figures of the report as SVG, by name; without the traces none.
-
-        Raises :class:`Error` where the plant was not identified here, so that its signals are unknown.
-        """
-        return dict(_native.figures_of_plant(self._text, self._signals()))
-
-    def report(self) -> str:
-        """The page that ``steerwright identify --report`` writes, HTML."""
-        return _native.page_of_plant(self._text, self._signals())
-
-    def _signals(self) -> Traces:
-        if self._traces is None:
-            raise Error(
-                f"{self.name}: the signals of the log are not in {self._file}",
-                "identify the plant from its log",
-            )
-        return self._traces
-
     def _repr_html_(self) -> str:
         rows = [
             ("order", str(self.order)),
@@ -320,19 +324,10 @@ class Plant(Document, documents.Plant):
         return f"<Plant {self.name}: order {self.order}, fit {self.fit:.2f} % on validation data{grade}>"
 
 
-class Bicycle(Document, documents.Bicycle):
+class Bicycle(SimulatedModel, documents.Bicycle):
     """The two-wheel bicycle model (eq 13). The attributes are the keys of bicycle.json."""
 
     FILE = "bicycle.json"
-
-    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
-        super().__init__(text, file=file)
-        self._traces = traces
-
-    @property
-    def traces(self) -> Traces | None:
-        """Measured and simulated signals, where the bicycle was identified here from a log."""
-        return self._traces
 
     @property
     def fit(self) -> float | None:
@@ -392,19 +387,10 @@ class Bicycle(Document, documents.Bicycle):
         return f"<Bicycle: wheelbase {length:.3f} m, steering ratio {v.steering_ratio:.2f}{fit}>"
 
 
-class Vehicle(Document, documents.Vehicle):
+class Vehicle(SimulatedModel, documents.Vehicle):
     """A vehicle up to the limit of its grip. The attributes are the keys of vehicle.json."""
 
     FILE = "vehicle.json"
-
-    def __init__(self, text: str, *, file: str | None = None, traces: Traces | None = None) -> None:
-        super().__init__(text, file=file)
-        self._traces = traces
-
-    @property
-    def traces(self) -> Traces | None:
-        """Measured and simulated signals, where the vehicle was identified here from a log."""
-        return self._traces
 
     @property
     def fit(self) -> float | None:

@@ -94,5 +94,7 @@ def test_the_structure_is_chosen_by_the_data(columns: dict[str, np.ndarray]) -> 
     found = steerwright.identify(yaw_rate_alone, structure="single-track")
     assert isinstance(found, steerwright.Vehicle)
     assert found.quality.grade == "warn"
+    assert set(found.figures()) == {"drive", "comparison"}
+    assert "cornering stiffness front" in found.report()
     controller = steerwright.design(found)
     assert controller.designed_for.model == "bicycle"

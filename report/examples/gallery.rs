@@ -15,6 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (near, far) = (common::track(0.21), common::track(0.55));
     let tracks = [("identified model", &near), ("bicycle model", &far)];
     let e = &plant.evidence;
+    let model = common::model();
     let s = &good.specification;
     let driven = Driven {
         time_s: &traces.time_s,
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let (points, largest) = (&path.points, good.largest_angle_rad());
     let title = "Controller along the road";
-    let mut all = figures::of_identification(&plant, &traces, Some(61.0));
+    let mut all = figures::of_identification(&model, &traces, Some(61.0));
     all.extend([
         ("step", 700, figures::yaw_step("Yaw step", &step, s, &good.evidence.step, largest)),
         (
@@ -50,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bicycle = common::bicycle();
     let page = Report {
         title: "From a drive to a steering controller".into(),
-        plant: Some(&plant),
+        model: Some(&model),
         traces: Some(&traces),
         bicycle: Some(&bicycle),
         bicycle_fit: Some(61.0),

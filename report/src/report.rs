@@ -1,14 +1,14 @@
 //! The report: what is known, as one page.
 
 use crate::{StepResponse, Traces, Track};
-use steerwright_formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
+use steerwright_formats::{Bicycle, Model, Path, Pid, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.
 #[derive(Debug, Clone, Default)]
 #[allow(missing_docs)]
 pub struct Report<'a> {
     pub title: String,
-    pub plant: Option<&'a Plant>,
+    pub model: Option<&'a Model>,
     /// The drive and the model's simulation of it.
     pub traces: Option<&'a Traces>,
     pub bicycle: Option<&'a Bicycle>,

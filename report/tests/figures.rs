@@ -40,7 +40,7 @@ fn all() -> Vec<Figure> {
     let (e, s) = (&plant.evidence, &pid.specification);
     vec![
         figures::drive(&traces(30_000)),
-        figures::comparison(&traces(30_000), &e.fit, Some(61.0)),
+        figures::comparison(&traces(30_000), model().fits(), Some(61.0)),
         figures::coherence(&e.excitation),
         figures::order_table(&e.order_table, 2),
         figures::prediction(e.held_out.as_ref().unwrap()),
@@ -147,8 +147,7 @@ fn panels_stacked_share_left_edges_and_time() {
 
 #[test]
 fn legends_carry_the_fits_and_the_rms() {
-    let plant = plant();
-    let svg = figures::comparison(&traces(3000), &plant.evidence.fit, None).to_svg(900, 700);
+    let svg = figures::comparison(&traces(3000), model().fits(), None).to_svg(900, 700);
     assert!(svg.unwrap().contains("identified (fit 81.2 %, validation 77.9 %)"));
     let mut run = track(0.0);
     run.cross_track_error_m = [0.3, -0.4].repeat(1000);
@@ -257,7 +256,7 @@ fn a_simulation_that_runs_away_leaves_the_picture_and_not_the_axes() {
     let mut t = traces(3000);
     let grow = |k: usize| (k as f64 * 0.05).exp();
     t.simulated_yaw_rate_radps = (0..3000).map(grow).collect();
-    let figure = figures::comparison(&t, &plant().evidence.fit, None);
+    let figure = figures::comparison(&t, model().fits(), None);
     let (low, high) = figure.panels[0].y_limits.unwrap();
     assert!(low > -100.0 && high < 100.0);
     for line in polylines(&figure.to_svg(900, 700).unwrap()) {

@@ -4,16 +4,18 @@
 use crate::common;
 
 use common::*;
+use steerwright_formats::Model;
 use steerwright_report::{Controller, LoopStep, Report};
 
 /// The page of a controller that meets its specification on its model, or not; and in the loop
 /// likewise.
 fn page_with_loop(met: bool, in_loop: bool) -> String {
     let (plant, traces, bicycle, path) = (plant(), traces(3000), bicycle(), path());
+    let model = model();
     let (pid, step, run) = (pid(met), step(1.0), track(0.2));
     Report {
         title: "A <drive> & more".into(),
-        plant: Some(&plant),
+        model: Some(&model),
         traces: Some(&traces),
         bicycle: Some(&bicycle),
         bicycle_fit: Some(61.0),
@@ -92,7 +94,8 @@ fn each_reason_is_stated_once_and_backticks_become_code() {
         ],
         vec!["check `b` and `c`; this ` stands alone".into()],
     );
-    let page = Report { plant: Some(&plant), ..Report::default() }.to_html();
+    let model = Model::StateSpace(Box::new(plant));
+    let page = Report { model: Some(&model), ..Report::default() }.to_html();
     parse(&page);
     let body = page.split("<main>").nth(1).unwrap();
     assert_eq!(body.matches("column <code>a_mps</code> is slow").count(), 1, "{body}");
@@ -190,8 +193,8 @@ fn untrusted_names_are_text() {
 
 #[test]
 fn a_long_drive_does_not_make_a_large_page() {
-    let (plant, traces) = (plant(), traces(150_000));
-    let page = Report { plant: Some(&plant), traces: Some(&traces), ..Report::default() }.to_html();
+    let (model, traces) = (model(), traces(150_000));
+    let page = Report { model: Some(&model), traces: Some(&traces), ..Report::default() }.to_html();
     assert!(page.len() < 2_000_000 && page.contains("To limit the size"), "{}", page.len());
 }
 
@@ -237,11 +240,35 @@ fn every_requirement_is_marked_met_or_not_met() {
 
 #[test]
 fn a_figure_without_data_leaves_a_remark_and_an_empty_report_a_page() {
-    let plant = plant();
+    let model = model();
     let traces = steerwright_report::Traces::default();
-    let report = Report { plant: Some(&plant), traces: Some(&traces), ..Report::default() };
+    let report = Report { model: Some(&model), traces: Some(&traces), ..Report::default() };
     let page = report.to_html();
     parse(&page);
     assert!(page.contains("is missing"));
     parse(&Report::default().to_html());
+}
+
+#[test]
+fn a_bicycle_has_its_parameters_with_their_bands() {
+    let mut bicycle = bicycle();
+    bicycle.evidence = Some(steerwright_formats::BicycleEvidence {
+        identified: vec![steerwright_formats::Estimated {
+            name: "wheelbase".into(),
+            value: 2.7,
+            standard_error: 0.05,
+            unit: "m".into(),
+        }],
+        validation_samples: 100,
+        validation_fit: 91.28,
+        ..Default::default()
+    });
+    let (model, traces) = (Model::Bicycle(Box::new(bicycle)), traces(3000));
+    let page = Report { model: Some(&model), traces: Some(&traces), ..Report::default() }.to_html();
+    parse(&page);
+    for text in
+        ["identified bicycle", "2.60000 to 2.80000", "91.3\u{a0}%", "Measured and identified"]
+    {
+        assert!(page.contains(text), "{text}");
+    }
 }

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use steerwright_formats::{Bicycle, Document, Plant, Vehicle};
+use steerwright_formats::{Bicycle, Document, Plant, Structure, Torque, Vehicle};
 use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
@@ -37,6 +37,16 @@ impl Kind {
     pub(crate) fn of<D: Document>() -> Self {
         let end = D::SCHEMA.rfind('/').map_or(D::SCHEMA.len(), |slash| slash + 1);
         Self::Document(&D::SCHEMA[..end])
+    }
+
+    /// The kind of a model's file.
+    pub(crate) fn of_model(structure: Structure) -> Self {
+        match structure {
+            Structure::StateSpace => Self::of::<Plant>(),
+            Structure::Bicycle => Self::of::<Bicycle>(),
+            Structure::SingleTrack => Self::IdentifiedVehicle,
+            Structure::Torque => Self::of::<Torque>(),
+        }
     }
 
     pub(crate) fn in_words(self) -> String {

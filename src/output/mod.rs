@@ -13,7 +13,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use steerwright_formats::Document;
+use steerwright_formats::{Document, Model};
 
 pub(crate) use folder::Folder;
 pub(crate) use kind::Kind;
@@ -168,6 +168,12 @@ impl Output {
     pub(crate) fn document<D: Document>(&self, document: &D) -> Result<(), Failure> {
         document.checked(&self.to_string())?;
         self.write(document.to_json().as_bytes())
+    }
+
+    /// As [`Output::document`].
+    pub(crate) fn model(&self, model: &Model) -> Result<(), Failure> {
+        model.checked(&self.to_string())?;
+        self.write(model.to_json().as_bytes())
     }
 
     /// Writes a file whole or not at all, making its folder.

@@ -7,6 +7,7 @@ mod present;
 use crate::evidence;
 use crate::failure::Failure;
 use crate::gate::GateArguments;
+use crate::identify::Wanted;
 use crate::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::Loop;
@@ -14,7 +15,7 @@ use steerwright_control::paths::{self, PointOptions};
 use steerwright_control::{DesignOptions, DesignPlant};
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
-    Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics,
+    Bicycle, Document, Model, Path as PathFile, Pid, SourceFile, StepMetrics,
 };
 use steerwright_host::{Archive, Coupling};
 use steerwright_report::{StepResponse, Traces, Track, TrackErrors};
@@ -23,7 +24,9 @@ use steerwright_sysid::IdentifyOptions;
 /// The inputs and options.
 pub(crate) struct Job {
     pub(crate) log: DriveLog,
-    pub(crate) identify: IdentifyOptions,
+    pub(crate) wanted: Wanted,
+    /// The validation data of the bicycle to compare with.
+    pub(crate) validation: IdentifyOptions,
     pub(crate) design: DesignOptions,
     /// Vehicle data (TOML) for a bicycle model to compare with.
     pub(crate) vehicle: Option<Text>,
@@ -45,7 +48,9 @@ pub(crate) struct Text {
 }
 
 pub(crate) struct Built {
-    pub(crate) plant: Plant,
+    pub(crate) model: Model,
+    /// The table of the structures, where the data chose among some.
+    pub(crate) structures: Option<String>,
     /// Fit of the bicycle model on the validation data, percent.
     pub(crate) bicycle_fit: Option<f64>,
     /// The controllers that could be designed: on the identified model, on the bicycle model.
@@ -63,8 +68,8 @@ pub(crate) struct Controller {
     pub(crate) pid: Pid,
     pub(crate) step: StepResponse,
     pub(crate) step_metrics: StepMetrics,
-    /// With the specification's steering offset.
-    pub(crate) offset_metrics: StepMetrics,
+    /// With the specification's steering offset, which only a plant in state space has.
+    pub(crate) offset_metrics: Option<StepMetrics>,
     pub(crate) runs: Vec<Run>,
 }
 
@@ -73,7 +78,7 @@ impl Controller {
     pub(crate) fn step_meets(&self) -> bool {
         let specification = &self.pid.specification;
         specification.is_met_by(&self.step_metrics)
-            && specification.error_is_met_by(&self.offset_metrics)
+            && self.offset_metrics.is_none_or(|m| specification.error_is_met_by(&m))
     }
 }
 
@@ -125,21 +130,26 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let progress = Progress::start(format!("{name}: identifying"));
     let mut remarks = Vec::new();
 
-    let identified = steerwright_sysid::identify(&job.log, &job.identify)?;
-    let plant = identified.plant;
-    let plant_source = out.document("plant.json", &plant)?;
-    let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
+    let (identified, structures) = job.wanted.identify(&job.log)?;
+    let (model, Some(signals)) = (identified.model, identified.traces) else {
+        return Err(Failure::new(
+            "a model of the steering torque has no loop to build",
+            "identify it with steerwright identify, and export it",
+        ));
+    };
+    let source = out.model(&model)?;
+    let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&model, v)).transpose()?;
     let validated = bicycle
         .as_ref()
-        .map(|b| steerwright_sysid::bicycle::validate_bicycle(&job.log, &job.identify, b))
+        .map(|b| steerwright_sysid::bicycle::validate_bicycle(&job.log, &job.validation, b))
         .transpose()?;
     let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
-    let traces = evidence::traces_csv(&identified.traces, bicycle_trace);
+    let traces = evidence::traces_csv(&signals, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
-    let controllers = if job.gate.allows(&plant.quality) {
+    let controllers = if job.gate.allows(model.quality()) {
         progress.now(format!("{name}: designing and running the loops of FMUs"));
-        controllers(job, &mut out, (&plant, plant_source), bicycle.as_ref(), &mut remarks)?
+        controllers(job, &mut out, (&model, source), bicycle.as_ref(), &mut remarks)?
     } else {
         // The loops would run on the identified plant, which does not represent the vehicle.
         remarks.push(
@@ -152,8 +162,15 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     progress.now(format!("{name}: drawing"));
     let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
     let bicycle_fit = validated.map(|j| j.validation_fit);
-    let mut built =
-        Built { plant, bicycle_fit, controllers, remarks, out: job.out.clone(), files: Vec::new() };
+    let mut built = Built {
+        model,
+        structures,
+        bicycle_fit,
+        controllers,
+        remarks,
+        out: job.out.clone(),
+        files: Vec::new(),
+    };
     present::write(&mut out, &built, bicycle.as_ref(), &traces)?;
     built.files = out.into_written();
     Ok(built)
@@ -163,32 +180,38 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
 fn controllers(
     job: &Job,
     out: &mut Writer,
-    (plant, plant_source): (&Plant, SourceFile),
+    (model, source): (&Model, SourceFile),
     bicycle: Option<&Bicycle>,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Controller>, Failure> {
-    let archive = Archive::open(out.archive("fmu", plant)?)?;
-    let roads = roads(job, plant, remarks)?;
-    let mut bases =
-        vec![(Basis::Identified, DesignPlant::from_plant(plant), plant_source, plant.to_json())];
+    let document = model.to_json();
+    let archive = Archive::open(out.archive("fmu", &document)?)?;
+    let roads = roads(job, model.speed_mps(), remarks)?;
+    let mut bases = vec![(Basis::Identified, DesignPlant::from_model(model), source, document)];
     if let Some(bicycle) = bicycle {
-        let source = out.document("bicycle.json", bicycle)?;
-        out.archive("fmu", bicycle)?;
-        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
+        // Next to an identified one its files have other names.
+        let (name, folder) = match model {
+            Model::Bicycle(_) => ("bicycle-from-data.json", "fmu-from-bicycle"),
+            _ => ("bicycle.json", "fmu"),
+        };
+        let source = out.document(name, bicycle)?;
+        let document = bicycle.to_json();
+        out.archive(folder, &document)?;
+        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, document));
     }
     let mut controllers = Vec::new();
     // The bicycle is of the same vehicle, and its data have no actuator rate.
-    let driven = bases.iter().filter_map(|(_, model, ..)| model.as_ref().ok());
-    let options = driven.fold(job.design, |options, model| options.with_rate_of(model));
-    for (basis, model, source, document) in bases {
+    let driven = bases.iter().filter_map(|(_, plant, ..)| plant.as_ref().ok());
+    let options = driven.fold(job.design, |options, plant| options.with_rate_of(plant));
+    for (basis, plant, source, document) in bases {
         // A model that no controller can be designed on is reported, and does not end the rest.
-        let designed = model.and_then(|model| {
-            steerwright_control::design(&model, &source, &options).map(|pid| (model, pid))
+        let designed = plant.and_then(|plant| {
+            steerwright_control::design(&plant, &source, &options).map(|pid| (plant, pid))
         });
         match designed {
-            Ok((model, mut pid)) => {
-                steerwright_comparison::verify(&mut pid, &document, &model)?;
-                controllers.push(run_loops(out, (&archive, plant), basis, pid, &roads)?);
+            Ok((plant, mut pid)) => {
+                steerwright_comparison::verify(&mut pid, &document, &plant)?;
+                controllers.push(run_loops(out, (&archive, model), basis, pid, &roads)?);
             }
             Err(error) => {
                 remarks.push(format!("no {} controller: {error}", basis.name()));
@@ -199,12 +222,9 @@ fn controllers(
 }
 
 /// The bicycle model at the speed of the drive, which is where the two are compared.
-fn bicycle_at_speed_of(plant: &Plant, vehicle: &Text) -> Result<Bicycle, Failure> {
+fn bicycle_at_speed_of(model: &Model, vehicle: &Text) -> Result<Bicycle, Failure> {
     let written = steerwright_control::bicycle_from_toml(&vehicle.text, &vehicle.name)?;
-    let speed_mps = plant.operating_point.speed_mps;
-    if speed_mps <= 0.0 {
-        return Ok(written);
-    }
+    let Some(speed_mps) = model.speed_mps() else { return Ok(written) };
     let data = steerwright_formats::VehicleData { speed_mps, ..written.vehicle };
     let mut bicycle = steerwright_control::bicycle(&data)?;
     bicycle.provenance = written.provenance;
@@ -214,14 +234,13 @@ fn bicycle_at_speed_of(plant: &Plant, vehicle: &Text) -> Result<Bicycle, Failure
 /// The standard road and, where points were recorded, theirs.
 fn roads(
     job: &Job,
-    plant: &Plant,
+    speed: Option<f64>,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<(&'static str, PathFile)>, Failure> {
-    let speed = plant.operating_point.speed_mps;
-    if speed <= 0.0 {
+    let Some(speed) = speed else {
         remarks.push("no road is tracked: the log has no speed".into());
         return Ok(Vec::new());
-    }
+    };
     let mut roads = vec![(STANDARD_ROAD, paths::reference_road(speed, job.lateral_acceleration)?)];
     if let Some(Text { name, text }) = &job.track {
         let options = PointOptions { name: name.clone(), speed, ..PointOptions::default() };
@@ -238,7 +257,7 @@ fn roads(
 /// Packs a controller with its roads and runs the loops of the packed FMUs.
 fn run_loops(
     out: &mut Writer,
-    (plant_archive, plant): (&Archive, &Plant),
+    (archive, model): (&Archive, &Model),
     basis: Basis,
     pid: Pid,
     roads: &[(&'static str, PathFile)],
@@ -246,30 +265,32 @@ fn run_loops(
     let suffix = basis.suffix();
     let folder = format!("fmu{suffix}");
     out.document(&format!("pid{suffix}.json"), &pid)?;
-    let controller = Archive::open(out.archive(&folder, &pid)?)?;
+    let controller = Archive::open(out.archive(&folder, &pid.to_json())?)?;
 
-    let step = steerwright_comparison::yaw_step(plant_archive, &controller, &pid, MASTER)?;
+    let step = steerwright_comparison::yaw_step(archive, &controller, &pid, MASTER)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
     let with_offset =
-        steerwright_comparison::yaw_step_with_offset(plant, &controller, &pid, MASTER)?;
-    out.bytes(&format!("step-with-offset{suffix}.csv"), with_offset.csv.as_bytes())?;
+        steerwright_comparison::yaw_step_with_offset(model, &controller, &pid, MASTER)?;
+    if let Some(step) = &with_offset {
+        out.bytes(&format!("step-with-offset{suffix}.csv"), step.csv.as_bytes())?;
+    }
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
         let speed = path.speed_mps;
-        let sideslip = steerwright_control::plant_sideslip(plant).unwrap_or_default();
+        let sideslip = steerwright_control::model_sideslip(model, Some(speed))?.unwrap_or_default();
         let guidance = steerwright_control::guidance_for(&pid, speed);
         path.guidance = steerwright_control::with_sideslip(guidance, &sideslip, speed);
         // The standard road is in the folder of the controller, others are in folders next to it.
         let own = if *road == STANDARD_ROAD { String::new() } else { format!("-{road}") };
         let (result, folder) = (format!("result{own}{suffix}.csv"), format!("{folder}{own}"));
         out.document(&format!("path{own}{suffix}.json"), &path)?;
-        let path_archive = Archive::open(out.archive(&folder, &path)?)?;
-        let documents = [plant.to_json(), path.to_json(), pid.to_json()];
+        let path_archive = Archive::open(out.archive(&folder, &path.to_json())?)?;
+        let documents = [model.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
-        let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
+        let run = Loop { plant: archive, path: &path_archive, controller: &controller };
         let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip.at(speed))?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
@@ -281,7 +302,7 @@ fn run_loops(
         pid,
         step: step.response,
         step_metrics: step.metrics,
-        offset_metrics: with_offset.metrics,
+        offset_metrics: with_offset.map(|step| step.metrics),
         runs,
     })
 }
@@ -320,13 +341,17 @@ impl Writer {
         Ok(SourceFile::of(Path::new(name), text.as_bytes()))
     }
 
+    /// As [`Writer::document`], under the usual name.
+    fn model(&mut self, model: &Model) -> Result<SourceFile, Failure> {
+        let (name, text) = (model.structure().file_name(), model.to_json());
+        model.checked(name)?;
+        self.bytes(name, text.as_bytes())?;
+        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
+    }
+
     /// Packs a document's FMU into a folder below.
-    pub(crate) fn archive<D: Document>(
-        &mut self,
-        folder: &str,
-        document: &D,
-    ) -> Result<PathBuf, Failure> {
-        let packed = steerwright_comparison::pack(&document.to_json(), folder, None)?;
+    fn archive(&mut self, folder: &str, document: &str) -> Result<PathBuf, Failure> {
+        let packed = steerwright_comparison::pack(document, folder, None)?;
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 

@@ -13,12 +13,12 @@ pub(super) fn write(
     bicycle: Option<&Bicycle>,
     traces: &Traces,
 ) -> Result<(), Failure> {
-    let plant = &built.plant;
+    let model = &built.model;
     let mut draw = |name: &str, figure: &Figure, height: u32| -> Result<(), Failure> {
         let svg = figure.to_svg(WIDTH, height)?;
         out.bytes(&format!("figures/{name}.svg"), svg.as_bytes()).map(|_| ())
     };
-    for (name, height, figure) in figures::of_identification(plant, traces, built.bicycle_fit) {
+    for (name, height, figure) in figures::of_identification(model, traces, built.bicycle_fit) {
         draw(name, &figure, height)?;
     }
     for c in &built.controllers {
@@ -39,8 +39,8 @@ pub(super) fn write(
     }
 
     let page = Report {
-        title: format!("{}: from drive to controller", plant.name),
-        plant: Some(plant),
+        title: format!("{}: from drive to controller", model.name()),
+        model: Some(model),
         traces: Some(traces),
         bicycle,
         bicycle_fit: built.bicycle_fit,

@@ -13,12 +13,12 @@ use crate::error::check_yaw_rate;
 use crate::identify::plant::{Identified, Traces};
 use crate::selection::options::IdentifyOptions;
 use crate::single_track::{self, IdentifiedVehicle, IdentifyVehicleOptions};
+use crate::torque::{TorqueOptions, identify_torque};
 use crate::validation::fit::{FitWithError, fit_with_error};
 use std::borrow::Cow;
-use std::fmt;
-use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
-use steerwright_formats::BLOCK_S;
+use steerwright_drivelog::{DriveLog, Response};
+use steerwright_formats::{BLOCK_S, Model, Structure};
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
 const LEAST_SPREAD: f64 = 0.05;
@@ -29,27 +29,6 @@ const LARGEST_GROWTH: f64 = 1.05;
 
 /// Why a vehicle is never chosen, and at most a warning where it is identified by its name.
 pub(crate) const NOT_AS_VALIDATED: &str = "vehicle.json leaves out the relaxation of the tyres, the lift of a wheel and a negative delay, which the validated model has";
-
-/// A structure; simpler ones first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Structure {
-    /// State space at one speed.
-    StateSpace,
-    /// The bicycle of eq 13, scheduled by the speed.
-    Bicycle,
-    /// The single-track model.
-    SingleTrack,
-}
-
-impl fmt::Display for Structure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::StateSpace => "state-space",
-            Self::Bicycle => "bicycle",
-            Self::SingleTrack => "single-track",
-        })
-    }
-}
 
 /// A structure and what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,24 +46,79 @@ pub struct StructureRow {
     pub excluded: Option<&'static str>,
 }
 
-/// An identified model of one of the structures.
+/// An identified model with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]
-pub enum IdentifiedModel {
-    /// Of state space.
-    Plant(Box<Identified>),
-    /// A bicycle.
-    Bicycle(Box<IdentifiedBicycle>),
-    /// A vehicle.
-    Vehicle(Box<IdentifiedVehicle>),
+pub struct IdentifiedModel {
+    /// The document.
+    pub model: Model,
+    /// Measured and simulated signals, where the structure simulates them.
+    pub traces: Option<Traces>,
 }
 
-impl IdentifiedModel {
-    fn traces(&self) -> &Traces {
+impl From<Identified> for IdentifiedModel {
+    fn from(found: Identified) -> Self {
+        Self { model: Model::StateSpace(Box::new(found.plant)), traces: Some(found.traces) }
+    }
+}
+
+impl From<IdentifiedBicycle> for IdentifiedModel {
+    fn from(found: IdentifiedBicycle) -> Self {
+        Self { model: Model::Bicycle(Box::new(found.bicycle)), traces: Some(found.traces) }
+    }
+}
+
+impl From<IdentifiedVehicle> for IdentifiedModel {
+    fn from(found: IdentifiedVehicle) -> Self {
+        Self { model: Model::SingleTrack(Box::new(found.vehicle)), traces: Some(found.traces) }
+    }
+}
+
+/// A structure with its options.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // the structures
+pub enum StructureOptions {
+    StateSpace(IdentifyOptions),
+    Bicycle(BicycleOptions),
+    SingleTrack(IdentifyVehicleOptions),
+    Torque(TorqueOptions),
+}
+
+impl StructureOptions {
+    /// Which structure.
+    #[must_use]
+    pub fn structure(&self) -> Structure {
         match self {
-            Self::Plant(found) => &found.traces,
-            Self::Bicycle(found) => &found.traces,
-            Self::Vehicle(found) => &found.traces,
+            Self::StateSpace(_) => Structure::StateSpace,
+            Self::Bicycle(_) => Structure::Bicycle,
+            Self::SingleTrack(_) => Structure::SingleTrack,
+            Self::Torque(_) => Structure::Torque,
         }
+    }
+
+    /// What a log is read for.
+    #[must_use]
+    pub fn response(&self) -> Response {
+        match self {
+            Self::StateSpace(_) | Self::Bicycle(_) => Response::YawRate,
+            Self::SingleTrack(_) => Response::Motion,
+            Self::Torque(_) => Response::LateralAcceleration,
+        }
+    }
+
+    /// Identifies a model of this structure.
+    ///
+    /// # Errors
+    /// Those of the structure.
+    pub fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
+        Ok(match self {
+            Self::StateSpace(options) => crate::identify::identify(log, options)?.into(),
+            Self::Bicycle(options) => bicycle::identify_bicycle(log, options)?.into(),
+            Self::SingleTrack(options) => single_track::identify_vehicle(log, options)?.into(),
+            Self::Torque(options) => {
+                let torque = Box::new(identify_torque(log, options)?);
+                IdentifiedModel { model: Model::Torque(torque), traces: None }
+            }
+        })
     }
 }
 
@@ -92,14 +126,14 @@ impl IdentifiedModel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// The model.
-    pub model: IdentifiedModel,
+    pub identified: IdentifiedModel,
     /// All structures, the simplest first.
     pub rows: Vec<StructureRow>,
 }
 
-/// Options of each structure.
+/// Options of the structures that a choice has.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct StructureOptions {
+pub struct ChoiceOptions {
     /// Of state space.
     pub state_space: IdentifyOptions,
     /// Of the bicycle.
@@ -112,7 +146,7 @@ pub struct StructureOptions {
 ///
 /// # Errors
 /// That of the state space, where no structure gives a model.
-pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<Choice, Error> {
+pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Choice, Error> {
     check_yaw_rate(log)?;
     let stated = options.bicycle.least_speed_mps;
     let least_mps = least_speed(log, stated, options.bicycle.wheelbase_m);
@@ -122,49 +156,30 @@ pub fn identify_structure(log: &DriveLog, options: &StructureOptions) -> Result<
         Err(error) => (Cow::Borrowed(log), Some(error.to_string())),
     };
     let log = &*log;
-    let chances = [Structure::Bicycle, Structure::SingleTrack]
-        .map(|structure| too_slow.clone().or_else(|| no_chance(log, structure)));
-    let mut first_error = None;
-    let mut models: Vec<(Structure, Result<IdentifiedModel, String>)> = Vec::new();
+    let chance = |structure| match &too_slow {
+        Some(reason) => Err(reason.clone()),
+        None => no_chance(log, structure).map_or(Ok(()), Err),
+    };
+    let text = |error: Error| error.to_string();
     let plant = crate::identify::identify(log, &options.state_space);
-    models.push((
-        Structure::StateSpace,
-        plant.map(|found| IdentifiedModel::Plant(Box::new(found))).map_err(|error| {
-            let text = error.to_string();
-            first_error = Some(error);
-            text
-        }),
-    ));
-    let [bicycle, single_track] = chances;
-    models.push((
-        Structure::Bicycle,
-        bicycle.map_or_else(
-            || {
-                let found = bicycle::identify_moving(log, least_mps, &options.bicycle)
-                    .map_err(|e| e.to_string())?;
-                Ok(IdentifiedModel::Bicycle(Box::new(found)))
-            },
-            Err,
-        ),
-    ));
-    models.push((
-        Structure::SingleTrack,
-        single_track.map_or_else(
-            || {
-                let found = single_track::identify_moving(log, least_mps, &options.single_track)
-                    .map_err(|e| e.to_string())?;
-                Ok(IdentifiedModel::Vehicle(Box::new(found)))
-            },
-            Err,
-        ),
-    ));
+    let first_error = plant.as_ref().err().cloned();
+    let bicycle = chance(Structure::Bicycle)
+        .and_then(|()| bicycle::identify_moving(log, least_mps, &options.bicycle).map_err(text));
+    let vehicle = chance(Structure::SingleTrack).and_then(|()| {
+        single_track::identify_moving(log, least_mps, &options.single_track).map_err(text)
+    });
+    let models = vec![
+        (Structure::StateSpace, plant.map(IdentifiedModel::from).map_err(text)),
+        (Structure::Bicycle, bicycle.map(IdentifiedModel::from)),
+        (Structure::SingleTrack, vehicle.map(IdentifiedModel::from)),
+    ];
     choose(log, models, first_error)
 }
 
 /// Why a structure is not chosen whatever the data.
 fn exclusion(structure: Structure) -> Option<&'static str> {
     match structure {
-        Structure::StateSpace | Structure::Bicycle => None,
+        Structure::StateSpace | Structure::Bicycle | Structure::Torque => None,
         Structure::SingleTrack => Some(NOT_AS_VALIDATED),
     }
 }
@@ -193,9 +208,9 @@ fn choose(
     let mut simulated_structures = Vec::new();
     let mut traces: Vec<&Traces> = Vec::new();
     for (structure, model) in &models {
-        if let Ok(model) = model {
+        if let Ok(IdentifiedModel { traces: Some(signals), .. }) = model {
             simulated_structures.push(*structure);
-            traces.push(model.traces());
+            traces.push(signals);
         }
     }
     let common: Vec<usize> =
@@ -236,7 +251,7 @@ fn choose(
         }
     }
     match (chosen, error) {
-        (Some(model), _) => Ok(Choice { model, rows }),
+        (Some(identified), _) => Ok(Choice { identified, rows }),
         (None, Some(error)) => Err(error),
         (None, None) => Err(Error::no_model("no structure gives a model")),
     }

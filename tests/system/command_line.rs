@@ -305,3 +305,30 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     assert!(text_of(&output).contains("not met: settling"), "{}", text_of(&output));
 }
+
+#[test]
+fn a_bicycle_is_built_as_a_plant_is_next_to_that_of_the_data_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    let built = json(
+        folder.path(),
+        "build {data}/multibody/drive.csv --input-channel steering_command_rad --robust off \
+         --structure bicycle --vehicle {data}/multibody/vehicle.toml",
+    );
+    assert_eq!(built["structure"], "bicycle");
+    assert_eq!(built["controllers"].as_array().unwrap().len(), 2);
+    let out = folder.path().join("out");
+    let bicycle = read_json(&out.join("bicycle.json"));
+    assert_eq!(built["held_out_fit_percent"], bicycle["evidence"]["validation_fit"]);
+    assert!(read_json(&out.join("bicycle-from-data.json"))["evidence"].is_null());
+    for file in ["fmu/BicyclePlant.fmu", "fmu-from-bicycle/BicyclePlant.fmu", "report.html"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let line = "identify {data}/multibody/drive.csv --input-channel steering_command_rad \
+                --structure bicycle --report bicycle.html --plots figures";
+    assert_eq!(run(folder.path(), line).status.code(), Some(0));
+    let page = std::fs::read_to_string(folder.path().join("bicycle.html")).unwrap();
+    assert!(page.contains("identified bicycle") && page.contains("95 % band"), "{page}");
+    assert!(folder.path().join("figures/comparison.svg").is_file());
+    // The same model as `identify` alone.
+    assert_eq!(read_json(&folder.path().join("bicycle.json"))["vehicle"], bicycle["vehicle"]);
+}

@@ -309,7 +309,7 @@ fn a_torque_returns_the_steady_turns_of_the_simulated_car_in_openpilots_formula(
         ("export torque.json --for px4", "px4 does not steer by torque"),
         ("export torque.json --for openpilot --wheelbase 2.7", "no parameter of a car"),
         ("export newton.json --for openpilot", "is in Nm"),
-        ("design torque.json", "steerwright/torque/1"),
+        ("design torque.json", "a model of the steering torque has no steering angle"),
         ("identify drive.csv --structure torque --order 2", "of the structure state-space"),
         (
             "identify drive.csv --structure state-space --min-speed 5m/s",

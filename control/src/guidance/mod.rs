@@ -3,9 +3,7 @@
 pub(crate) mod track;
 
 use crate::Error;
-use steerwright_formats::{
-    Bicycle, Document, Guidance, GuidanceAdvice, GuidanceEntry, Pid, Plant, Vehicle,
-};
+use steerwright_formats::{Bicycle, Guidance, GuidanceAdvice, GuidanceEntry, Model, Pid, Plant};
 use steerwright_loading::{guidance_over_speed, guidance_parameters};
 pub use steerwright_models::Sideslip;
 
@@ -90,21 +88,14 @@ pub fn with_sideslip(guidance: Guidance, sideslip: &Sideslip, speed: f64) -> Gui
 /// # Errors
 /// [`Error::Document`] where a document of these kinds is invalid.
 pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option<Sideslip>, Error> {
-    match steerwright_formats::schema_of(document).as_deref() {
-        Some(Plant::SCHEMA) => {
-            let stated = plant_sideslip(&Plant::from_json(document, file)?);
-            Ok(stated.map(|s| s.at(speed.unwrap_or(s.reference_speed))))
-        }
-        Some(Bicycle::SCHEMA) => Ok(bicycle_sideslip(&Bicycle::from_json(document, file)?, speed)),
-        Some(Vehicle::SCHEMA) => {
-            let vehicle = Vehicle::from_json(document, file)?;
-            Ok(bicycle_sideslip(&crate::bicycle_of_vehicle(&vehicle)?, speed))
-        }
-        _ => Ok(None),
+    if !Model::is_in(document) {
+        return Ok(None);
     }
+    let stated = crate::model_sideslip(&Model::from_json(document, file)?, speed)?;
+    Ok(stated.map(|s| s.at(speed.unwrap_or(s.reference_speed))))
 }
 
-fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
+pub(crate) fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
     let vehicle = &bicycle.vehicle;
     let speed = speed.unwrap_or(vehicle.speed_mps);
     let parameters = steerwright_loading::bicycle_parameters(vehicle);

@@ -4,7 +4,7 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Traces};
-use steerwright_formats::{Excitation, Fits, OrderRow};
+use steerwright_formats::{Excitation, OrderRow};
 
 /// Length of the magnified part of a long drive, s.
 const NEAR_S: f64 = 20.0;
@@ -45,12 +45,12 @@ pub fn drive(traces: &Traces) -> Figure {
 /// Measured and simulated yaw rate and yaw (the paper's Fig. 3), with the fits in the legend and
 /// the validation data shaded.
 ///
-/// `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
+/// `fits` are those on estimation and on validation data, percent; `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
 /// [`Traces::bicycle_yaw_rate_radps`].
-pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
+pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f64>) -> Figure {
     let t = &traces.time_s;
-    let fits =
-        format!("fit {} %, validation {} %", text(fit.estimation, 1), text(fit.validation, 1));
+    let [estimation, validation] = fits.map(|fit| text(fit.unwrap_or(f64::NAN), 1));
+    let fits = format!("fit {estimation} %, validation {validation} %");
     let mut result = format!("The identified model: {fits}");
     let measured = Style::line(BLACK).width(1.1);
     let reference = Series::over("measured", t, (&traces.yaw_rate_radps, DEG), measured);

@@ -19,7 +19,7 @@ pub use open_loop::{OpenLoop, bode, nyquist};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
 use crate::{Figure, Traces};
-use steerwright_formats::Plant;
+use steerwright_formats::{Model, Plant};
 
 /// The names of [`of_identification`].
 pub const OF_IDENTIFICATION: [&str; 8] = [
@@ -33,21 +33,31 @@ pub const OF_IDENTIFICATION: [&str; 8] = [
     "poles-and-zeros",
 ];
 
-/// Every figure of an identified plant and its drive: a name for a file, a height in pixels that suits
+/// Every figure of an identified model and its drive: a name for a file, a height in pixels that suits
 /// a width of 900, and the figure. Figures without data are omitted.
 #[must_use]
 pub fn of_identification(
-    plant: &Plant,
+    model: &Model,
     traces: &Traces,
     bicycle_fit: Option<f64>,
 ) -> Vec<(&'static str, u32, Figure)> {
-    let e = &plant.evidence;
-    let step = plant.discrete.sample_time_s;
-    let [driven, compared, coherent, orders, ahead, residual, frequency, poles] = OF_IDENTIFICATION;
+    let [driven, compared, ..] = OF_IDENTIFICATION;
     let mut all = vec![
         (driven, 600, drive(traces)),
-        (compared, 720, comparison(traces, &e.fit, bicycle_fit)),
+        (compared, 720, comparison(traces, model.fits(), bicycle_fit)),
     ];
+    if let Model::StateSpace(plant) = model {
+        all.extend(of_plant(plant));
+    }
+    all
+}
+
+/// The figures of the evidence that only a plant in state space has.
+fn of_plant(plant: &Plant) -> Vec<(&'static str, u32, Figure)> {
+    let e = &plant.evidence;
+    let step = plant.discrete.sample_time_s;
+    let [.., coherent, orders, ahead, residual, frequency, poles] = OF_IDENTIFICATION;
+    let mut all = Vec::new();
     if !e.excitation.coherence.is_empty() {
         all.push((coherent, 330, coherence(&e.excitation)));
     }

@@ -4,17 +4,17 @@ use super::{significant, value};
 use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
 use steerwright_formats::{
-    ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, Provenance, ResidualTest,
+    ChannelSummary, DataFactor, Evidence, Excitation, FactorMethod, InputKind, Model, Plant,
+    Provenance, ResidualTest,
 };
 
-/// The channels of the log and their information.
-pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
-    let e = &plant.evidence;
+/// The channels of the log.
+pub(crate) fn log(model: &Model, traces: Option<&Traces>) -> Section {
     let mut blocks = Vec::new();
-    if !e.channels.is_empty() {
+    if !model.channels().is_empty() {
         let headers = ["channel", "column", "read as", "rows", "rate", "least", "mean", "largest"];
         let mut table = Table::new(headers);
-        for c in &e.channels {
+        for c in model.channels() {
             let (factor, unit) = shown_in(c);
             table.push([
                 c.role.clone(),
@@ -29,7 +29,7 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
         }
         blocks.push(Block::Table(table));
     }
-    if let Some(start) = start_in_words(&plant.provenance) {
+    if let Some(start) = model.provenance().and_then(start_in_words) {
         blocks.push(Block::Text(start));
     }
     if let Some(traces) = traces {
@@ -37,13 +37,19 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
                        of the measured yaw rate.";
         blocks.push(Block::figure(figures::drive(traces), 600, caption));
     }
-    if !e.excitation.coherence.is_empty() {
+    Section::new("The log", blocks)
+}
+
+/// The information of the log by frequency.
+pub(crate) fn information(e: &Excitation) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    if !e.coherence.is_empty() {
         let caption = "Coherence is the share of the yaw rate that steering explains linearly, by \
                        frequency. Beyond the limit a model is a guess.";
-        blocks.push(Block::figure(figures::coherence(&e.excitation), 330, caption));
+        blocks.push(Block::figure(figures::coherence(e), 330, caption));
     }
-    blocks.extend(super::evidence::bands(&e.excitation));
-    Section::new("The log", blocks)
+    blocks.extend(super::evidence::bands(e));
+    blocks
 }
 
 /// When the log starts on its own clock, where that is not at 0: all times are counted from there.
@@ -122,9 +128,10 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     }
     let mut blocks = vec![Block::Table(table)];
     if let Some(traces) = traces {
+        let fits = [Some(e.fit.estimation), Some(e.fit.validation)];
         let caption = "Simulation from the steering alone: the model never sees the measured yaw \
                        rate, and of the shaded part it saw nothing at all.";
-        blocks.push(Block::figure(figures::comparison(traces, &e.fit, bicycle_fit), 720, caption));
+        blocks.push(Block::figure(figures::comparison(traces, fits, bicycle_fit), 720, caption));
     }
     if !e.order_table.is_empty() {
         let caption = "Singular values of the chosen method and horizon: a gap after the n-th, and \

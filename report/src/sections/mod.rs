@@ -3,9 +3,11 @@
 mod design;
 mod evidence;
 mod identification;
+mod model;
 mod outcome;
 
 pub use identification::{factor_in_words, start_in_words};
+pub use model::parameter_tables;
 
 use crate::figures::text;
 use crate::{Block, Report, Section, Tone, report_html};
@@ -14,10 +16,8 @@ use steerwright_formats::{Grade, Quality};
 impl Report<'_> {
     fn sections(&self) -> Vec<Section> {
         let mut out = vec![outcome::summary(self)];
-        if let Some(plant) = self.plant {
-            out.push(identification::log(plant, self.traces));
-            out.push(identification::model(plant, self.traces, self.bicycle_fit));
-            out.extend(evidence::evidence(plant));
+        if let Some(model) = self.model {
+            out.extend(model::sections(model, self.traces, self.bicycle_fit));
         }
         if let Some(bicycle) = self.bicycle {
             out.push(design::bicycle(bicycle, self.bicycle_fit));

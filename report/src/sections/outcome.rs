@@ -3,31 +3,31 @@
 use super::value;
 use crate::figures::{self, DEG};
 use crate::{Block, Report, Section, Table, Track};
-use steerwright_formats::{Path, Provenance};
+use steerwright_formats::{Model, Path, Provenance};
 
 /// The conclusions of the files, before the numbers.
 pub(crate) fn summary(report: &Report<'_>) -> Section {
     let mut blocks = Vec::new();
-    if let Some(plant) = report.plant {
-        let quality = &plant.quality;
+    if let Some(model) = report.model {
+        let quality = model.quality();
         blocks.push(super::quality(quality, "The model"));
         if !quality.advice.is_empty() {
             blocks.push(Block::Heading("Limits of the model, and what to do".into()));
             blocks.push(Block::List(quality.advice.clone()));
         }
-        if !plant.evidence.warnings.is_empty() {
+        if !model.warnings().is_empty() {
             blocks.push(Block::Heading("Warnings".into()));
-            blocks.push(Block::List(plant.evidence.warnings.clone()));
+            blocks.push(Block::List(model.warnings().to_vec()));
         }
     }
     if !blocks.is_empty() {
         blocks.push(Block::Heading("At a glance".into()));
     }
     let mut table = Table::new(["what", "result", "requirements"]);
-    if let Some(plant) = report.plant {
-        let fit = value(plant.evidence.fit.validation, 1, "%");
-        let name = format!("identified model of order {}", plant.order());
-        table.push([name, format!("validation fit {fit}"), String::new()]);
+    if let Some(model) = report.model {
+        let [_, validated] = model.fits();
+        let fit = super::optional(validated, 1, "%", "–");
+        table.push([super::model::name(model), format!("validation fit {fit}"), String::new()]);
     }
     if let Some(fit) = report.bicycle_fit {
         table.push(["bicycle model".into(), format!("fit {}", value(fit, 1, "%")), String::new()]);
@@ -98,12 +98,13 @@ pub(crate) fn provenance(report: &Report<'_>) -> Section {
         report.files.iter().for_each(|f| table.push([f.name.as_str(), &f.sha256]));
         blocks.push(Block::Table(table));
     }
-    let plant = report.plant.map(|p| ("Identified model".to_owned(), &p.provenance));
+    let identified = report.model.and_then(Model::provenance);
+    let identified = identified.map(|p| ("Identified model".to_owned(), p));
     let bicycle = report.bicycle.map(|b| ("Bicycle model".to_owned(), &b.provenance));
     let pids =
         report.controllers.iter().map(|c| (format!("Controller: {}", c.name), &c.pid.provenance));
     let path = report.path.map(|p| ("Reference road".to_owned(), &p.provenance));
-    for (name, p) in plant.into_iter().chain(bicycle).chain(pids).chain(path) {
+    for (name, p) in identified.into_iter().chain(bicycle).chain(pids).chain(path) {
         push_provenance(&mut blocks, name, p);
     }
     Section { folded: true, ..Section::new("Provenance", blocks) }

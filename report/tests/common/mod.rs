@@ -47,6 +47,11 @@ pub fn provenance() -> Provenance {
     }
 }
 
+/// The plant as a model.
+pub fn model() -> Model {
+    Model::StateSpace(Box::new(plant()))
+}
+
 pub fn plant() -> Plant {
     let m = |rows: &[&[f64]]| Matrix(rows.iter().map(|r| r.to_vec()).collect());
     Plant {

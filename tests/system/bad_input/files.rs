@@ -111,7 +111,7 @@ fn documents() {
         (
             pid(|_| ()),
             "design",
-            &["`steerwright/pid/1` stands here, which is no plant, bicycle or vehicle"],
+            &["`steerwright/pid/1` stands here, which is no plant, bicycle, vehicle or torque"],
         ),
         ("name = \"x\"\n".to_owned(), "design", &["f.json:1:", "not a JSON document"]),
         (plant(|_| ()), "bicycle", &["f.json:1:1", "vehicle data are a TOML file"]),

@@ -4,15 +4,14 @@ use super::{DRIVE, Drive, drive};
 use crate::common::{car, recording};
 use crate::known::limit_drive::LimitDrive;
 use steerwright_drivelog::DriveLog;
+use steerwright_formats::Structure;
 use steerwright_sysid::Error;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::single_track::{SingleTrackModel, identify_vehicle};
-use steerwright_sysid::structures::{
-    Choice, IdentifiedModel, Structure, StructureOptions, identify_structure,
-};
+use steerwright_sysid::structures::{Choice, ChoiceOptions, identify_structure};
 
 fn choice(log: &DriveLog) -> Choice {
-    let found = identify_structure(log, &StructureOptions::default()).unwrap();
+    let found = identify_structure(log, &ChoiceOptions::default()).unwrap();
     for row in &found.rows {
         println!("{}: {:?} {:?} {}", row.structure, row.fit, row.errors, row.is_rejected);
     }
@@ -25,11 +24,11 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
     let noisy = Drive { noise: 0.004, ..DRIVE };
     let one_speed = drive(car(), Drive { slowest: 15.0, fastest: 15.0, ..noisy });
     let found = choice(&one_speed);
-    assert!(matches!(found.model, IdentifiedModel::Plant(_)));
+    assert_eq!(found.identified.model.structure(), Structure::StateSpace);
     assert!(found.rows[1].fit.as_ref().unwrap_err().contains("hardly varies"));
 
     let found = choice(&drive(car(), noisy));
-    assert!(matches!(found.model, IdentifiedModel::Bicycle(_)));
+    assert_eq!(found.identified.model.structure(), Structure::Bicycle);
     assert!(found.rows[0].is_rejected && !found.rows[1].is_rejected);
 
     // A car at its limit of grip.
@@ -46,7 +45,7 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
     };
     // A vehicle.json is not the model that was validated: the best of the others is chosen.
     let found = choice(&log);
-    assert!(!matches!(found.model, IdentifiedModel::Vehicle(_)));
+    assert_ne!(found.identified.model.structure(), Structure::SingleTrack);
     let [state_space, bicycle, single_track] = &found.rows[..] else { panic!("{:?}", found.rows) };
     let (ratio, error) = single_track.errors.unwrap();
     assert!(ratio + 2.0 * error < 1.0, "{ratio} ± {error}");
@@ -61,7 +60,7 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
 fn without_speed_there_is_one_structure() {
     let log = DriveLog { speed: None, ..drive(car(), Drive { noise: 0.004, ..DRIVE }) };
     let found = choice(&log);
-    assert!(matches!(found.model, IdentifiedModel::Plant(_)));
+    assert_eq!(found.identified.model.structure(), Structure::StateSpace);
     for row in &found.rows[1..] {
         assert_eq!(row.fit, Err("the log has no speed".into()));
     }
@@ -98,7 +97,7 @@ fn drives_without_a_fast_part_are_models_or_errors() {
         ("fast at one end", at_speeds(|k| if k < 2980 { 0.5 } else { 20.0 })),
         ("without an end", at_speeds(|k| if k < 100 { 20.0 } else { f64::NAN })),
     ] {
-        let options = StructureOptions::default();
+        let options = ChoiceOptions::default();
         match identify_structure(&log, &options) {
             Ok(found) => println!("{name}: {:?}", found.rows),
             Err(error) => assert!(!error.hint().is_empty(), "{name}: {error}"),

@@ -1,20 +1,24 @@
 //! `steerwright identify`: the plant in a drive log.
 
+pub(crate) mod accumulated;
+mod auto;
+mod bicycle;
+mod structure;
+mod torque;
+mod vehicle;
+
 use crate::evidence::{evidence, plots, traces_csv};
 use crate::failure::{Failure, Outcome};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::structure::{Structure, StructureArguments, Wanted};
-use crate::{
-    Global, console, identify_accumulated, identify_auto, identify_bicycle, identify_torque,
-    identify_vehicle,
-};
+use crate::{Global, console};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::Response;
-use steerwright_formats::{Bicycle, Plant, Torque};
-use steerwright_sysid::Identified;
+use steerwright_formats::{Model, Structure};
+use steerwright_sysid::structures::IdentifiedModel;
+
+pub(crate) use structure::{StructureArguments, Wanted};
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -61,92 +65,91 @@ impl Arguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let mut outputs =
         Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
-    let is_of_factors = identify_accumulated::are_factors(&arguments.logs)?;
-    let is_drawn = arguments.plots.is_some() || arguments.report.is_some();
-    let structure = match arguments.wanted()? {
-        Wanted::Auto(options) if !is_of_factors && !is_drawn => {
-            let out = outputs.optional(arguments.out.as_ref(), Kind::Model)?;
-            let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
-            let log = arguments.log.read(&arguments.logs, Response::YawRate)?;
-            return identify_auto::run(&log, &options, out, &mut outputs, traces.as_ref());
-        }
-        wanted => wanted.without_choice(),
-    };
-    let (default, kind) = match structure {
-        Structure::StateSpace(_) => ("plant.json", Kind::of::<Plant>()),
-        Structure::Bicycle(_) => ("bicycle.json", Kind::of::<Bicycle>()),
-        Structure::Torque(_) => ("torque.json", Kind::of::<Torque>()),
-        Structure::SingleTrack(_) => ("vehicle.json", Kind::IdentifiedVehicle),
-    };
-    let out = outputs.file(arguments.out.clone().unwrap_or_else(|| default.into()), kind)?;
+    let is_of_factors = accumulated::are_factors(&arguments.logs)?;
+    let wanted = arguments.wanted()?;
+    // Before the work, unless the data choose the structure.
+    let structure = if is_of_factors { Some(Structure::StateSpace) } else { wanted.structure() };
+    let named = structure.map(|structure| PathBuf::from(structure.file_name()));
+    let named = arguments.out.clone().or(named);
+    let out = outputs.optional(named.as_ref(), structure.map_or(Kind::Model, Kind::of_model))?;
     let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
     let shown = Shown::decide(arguments, &mut outputs)?;
-    if is_of_factors {
-        let asked = [
-            ("--structure", !matches!(structure, Structure::StateSpace(_))),
-            ("--traces", traces.is_some()),
-            ("--plots", arguments.plots.is_some()),
-            ("--report", arguments.report.is_some()),
-        ];
-        if let Some((option, _)) = asked.iter().find(|(_, asked)| *asked) {
+    let of_signals = [
+        ("--traces", traces.is_some()),
+        ("--plots", arguments.plots.is_some()),
+        ("--report", arguments.report.is_some()),
+    ];
+    let of_signals = of_signals.iter().find(|(_, is_stated)| *is_stated).map(|(name, _)| name);
+    if let Some(out) = out.as_ref().filter(|_| is_of_factors) {
+        let is_other = wanted.structure().is_some_and(|other| other != Structure::StateSpace);
+        if let Some(option) = is_other.then_some(&"--structure").or(of_signals) {
             return Err(Failure::new(
                 format!("{option}: an R factor holds no signals"),
                 "identify from the log itself, or omit the option",
             ));
         }
-        let (log, identify) = (&arguments.log, &arguments.identify);
-        return identify_accumulated::run(&arguments.logs, log, identify, &out);
+        return accumulated::run(&arguments.logs, &arguments.log, &arguments.identify, out);
     }
-    let of_state_space = [
-        ("--plots", arguments.plots.is_some()),
-        ("--report", arguments.report.is_some()),
-        ("--traces", matches!(structure, Structure::Torque(_)) && traces.is_some()),
-    ];
-    if !matches!(structure, Structure::StateSpace(_))
-        && let Some((name, _)) = of_state_space.iter().find(|(_, is_stated)| *is_stated)
+    if structure == Some(Structure::Torque)
+        && let Some(name) = of_signals
     {
         let message = format!("{name} is not available for this structure");
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }
-    let log = arguments.log.read(&arguments.logs, structure.response())?;
-    match structure {
-        Structure::Bicycle(options) => identify_bicycle::run(&log, &options, &out, traces.as_ref()),
-        Structure::Torque(options) => identify_torque::run(&log, &options, &out),
-        Structure::SingleTrack(options) => {
-            identify_vehicle::run(&log, &options, &out, traces.as_ref())
-        }
-        Structure::StateSpace(options) => {
-            let progress = Progress::start("identifying");
-            let identified = steerwright_sysid::identify(&log, &options)?;
-            drop(progress);
-            present(&identified, &out, traces.as_ref(), &shown)
-        }
+    let log = arguments.log.read(&arguments.logs, wanted.response())?;
+    let progress = Progress::start("identifying");
+    let (identified, table) = wanted.identify(&log)?;
+    drop(progress);
+    if let Some(table) = table {
+        console::note(table);
     }
+    let structure = identified.model.structure();
+    let out = match out {
+        Some(out) => out,
+        None => outputs.file(structure.file_name(), Kind::of_model(structure))?,
+    };
+    present(&identified, &out, traces.as_ref(), &shown)
 }
 
-/// Writes, draws and prints a plant.
-pub(crate) fn present(
-    identified: &Identified,
+/// Writes, draws and prints a model.
+fn present(
+    identified: &IdentifiedModel,
     out: &Output,
     traces: Option<&Output>,
     shown: &Shown<'_>,
 ) -> Result<Outcome, Failure> {
-    out.document(&identified.plant)?;
-    // The signals as text are several times the log in memory.
-    let is_wanted = traces.is_some() || shown.is_wanted();
-    let csv = if is_wanted { traces_csv(&identified.traces, None) } else { String::new() };
-    if let Some(traces) = traces {
-        traces.write(csv.as_bytes())?;
+    let model = &identified.model;
+    out.model(model)?;
+    let mut drawn = String::new();
+    if let Some(signals) = &identified.traces
+        && (traces.is_some() || shown.is_wanted())
+    {
+        // The signals as text are several times the log in memory.
+        let csv = traces_csv(signals, None);
+        if let Some(traces) = traces {
+            traces.write(csv.as_bytes())?;
+        }
+        drawn = shown.write(model, &csv)?;
     }
-    let drawn = shown.write(&identified.plant, &csv)?;
-    console::result(&evidence(&identified.plant), &identified.plant)?;
+    console::result(&evidence_text(model), model)?;
     console::note(format!("written to {out}{drawn}"));
-    Ok(Outcome::of(&identified.plant.quality))
+    Ok(Outcome::of(model.quality()))
+}
+
+/// The evidence behind a model, for people.
+pub(crate) fn evidence_text(model: &Model) -> String {
+    let tables = steerwright_report::parameter_tables(model);
+    let tables: String = tables.iter().map(|table| console::table(table) + "\n").collect();
+    match model {
+        Model::StateSpace(plant) => evidence(plant),
+        Model::Bicycle(bicycle) => bicycle::text(bicycle, &tables),
+        Model::SingleTrack(vehicle) => vehicle::text(vehicle, &tables),
+        Model::Torque(torque) => torque::text(torque, &tables),
+    }
 }
 
 /// The outputs that the evidence is drawn into.
-#[derive(Default)]
-pub(crate) struct Shown<'a> {
+struct Shown<'a> {
     plots: Option<(&'a Path, Files)>,
     report: Option<Output>,
 }
@@ -167,20 +170,20 @@ impl<'a> Shown<'a> {
     }
 
     /// Draws the requested evidence; returns the places that it was written to, for people.
-    fn write(&self, plant: &Plant, csv: &str) -> Result<String, Failure> {
+    fn write(&self, model: &Model, csv: &str) -> Result<String, Failure> {
         let mut text = String::new();
         if !self.is_wanted() {
             return Ok(text);
         }
         let traces = steerwright_report::Traces::from_csv(csv.as_bytes(), "traces")?;
         if let Some((folder, files)) = &self.plots {
-            plots(plant, &traces, files)?;
+            plots(model, &traces, files)?;
             let _ = write!(text, "\nfigures in {}", folder.display());
         }
         if let Some(out) = &self.report {
             let page = steerwright_report::Report {
-                title: format!("{}: the identified model", plant.name),
-                plant: Some(plant),
+                title: format!("{}: the identified model", model.name()),
+                model: Some(model),
                 traces: Some(&traces),
                 ..steerwright_report::Report::default()
             };

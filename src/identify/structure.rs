@@ -1,12 +1,14 @@
 //! The structure of the model that `identify` estimates, and the options of each structure.
 
 use crate::failure::Failure;
+use crate::identify::auto;
 use crate::log_options::IdentifyArguments;
 use crate::quantity;
-use steerwright_drivelog::Response;
+use steerwright_drivelog::{DriveLog, Response};
+use steerwright_formats::Structure;
 use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
-use steerwright_sysid::structures::StructureOptions;
+use steerwright_sysid::structures::{ChoiceOptions, IdentifiedModel, StructureOptions};
 use steerwright_sysid::torque::TorqueOptions;
 use steerwright_sysid::{IdentifyOptions, InputKind};
 
@@ -18,10 +20,9 @@ pub(crate) struct StructureArguments {
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
     /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
     /// validation data reject it, then the bicycle; single-track is compared only. With an option of state-space
-    /// (all under Identification but --max-samples and --validation-fraction), with --plots or --report, and from R
-    /// factors, auto is state-space
+    /// (all under Identification but --max-samples and --validation-fraction) and from R factors, auto is state-space
     #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
-    structure: Name,
+    structure: NamedOrAuto,
     /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
@@ -54,64 +55,42 @@ pub(crate) struct StructureArguments {
     friction_rate: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Name {
-    Auto,
-    StateSpace,
-    Bicycle,
-    SingleTrack,
-    Torque,
-}
+/// A structure; `None` for auto.
+type NamedOrAuto = Option<Structure>;
 
-impl Name {
-    const ALL: [Self; 5] =
-        [Self::Auto, Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
-
-    fn text(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::StateSpace => "state-space",
-            Self::Bicycle => "bicycle",
-            Self::SingleTrack => "single-track",
-            Self::Torque => "torque",
-        }
-    }
-}
-
-/// The structures that are wanted.
+/// The wanted structure with its options.
 #[derive(Debug)]
 pub(crate) enum Wanted {
     /// The simplest that the data do not reject.
-    Auto(Box<StructureOptions>),
-    One(Structure),
-}
-
-/// A structure with its options.
-#[derive(Debug)]
-pub(crate) enum Structure {
-    StateSpace(IdentifyOptions),
-    Bicycle(BicycleOptions),
-    SingleTrack(IdentifyVehicleOptions),
-    Torque(TorqueOptions),
-}
-
-impl Structure {
-    /// What a log is read for.
-    pub(crate) fn response(&self) -> Response {
-        match self {
-            Self::StateSpace(_) | Self::Bicycle(_) => Response::YawRate,
-            Self::SingleTrack(_) => Response::Motion,
-            Self::Torque(_) => Response::LateralAcceleration,
-        }
-    }
+    Auto(Box<ChoiceOptions>),
+    One(Box<StructureOptions>),
 }
 
 impl Wanted {
-    /// The same without a choice: then it is state space.
-    pub(crate) fn without_choice(self) -> Structure {
+    /// Which structure; `None` where the data choose it.
+    pub(crate) fn structure(&self) -> Option<Structure> {
         match self {
-            Self::Auto(options) => Structure::StateSpace(options.state_space),
-            Self::One(structure) => structure,
+            Self::Auto(_) => None,
+            Self::One(options) => Some(options.structure()),
+        }
+    }
+
+    /// What a log is read for.
+    pub(crate) fn response(&self) -> Response {
+        match self {
+            Self::Auto(_) => Response::YawRate,
+            Self::One(options) => options.response(),
+        }
+    }
+
+    /// Identifies the model; with the table of the structures where the data choose among some.
+    pub(crate) fn identify(
+        &self,
+        log: &DriveLog,
+    ) -> Result<(IdentifiedModel, Option<String>), Failure> {
+        match self {
+            Self::Auto(options) => auto::identify(log, options),
+            Self::One(options) => Ok((options.identify(log)?, None)),
         }
     }
 }
@@ -143,22 +122,22 @@ impl StructureArguments {
         let scheduled = [(self.min_speed.is_some(), "--min-speed")];
         let is_stated = of_state_space.iter().any(|(is_stated, _)| *is_stated);
         let structure = match self.structure {
-            Name::Auto if is_stated => Name::StateSpace,
+            None if is_stated => Some(Structure::StateSpace),
             other => other,
         };
+        let [state_space, bicycle, single_track, torque] = Structure::ALL.map(Some);
         let all = [
-            (&[Name::StateSpace][..], &of_state_space[..]),
-            (&[Name::Bicycle, Name::SingleTrack, Name::Auto], &of_vehicles),
-            (&[Name::Bicycle], &of_bicycle),
-            (&[Name::SingleTrack], &of_single_track),
-            (&[Name::Torque], &of_torque),
-            (&[Name::StateSpace, Name::Bicycle, Name::SingleTrack, Name::Auto], &sampled),
-            (&[Name::Bicycle, Name::SingleTrack, Name::Torque, Name::Auto], &scheduled),
+            (&[state_space][..], &of_state_space[..]),
+            (&[bicycle, single_track, None], &of_vehicles),
+            (&[bicycle], &of_bicycle),
+            (&[single_track], &of_single_track),
+            (&[torque], &of_torque),
+            (&[state_space, bicycle, single_track, None], &sampled),
+            (&[bicycle, single_track, torque, None], &scheduled),
         ];
         for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&structure)) {
             if let Some((_, option)) = options.iter().find(|(is_stated, _)| *is_stated) {
-                let names = structures.iter().filter(|name| **name != Name::Auto);
-                let names: Vec<&str> = names.map(|name| name.text()).collect();
+                let names: Vec<&str> = structures.iter().flatten().map(|s| s.name()).collect();
                 let of = names.join(" or ");
                 return Err(Failure::new(
                     format!("{option} is an option of the structure {of}"),
@@ -167,26 +146,28 @@ impl StructureArguments {
             }
         }
         let (fraction, most) = (stated.validation_fraction, stated.max_samples);
-        Ok(Wanted::One(match structure {
-            Name::Auto => {
-                return Ok(Wanted::Auto(Box::new(StructureOptions {
-                    state_space: stated,
-                    bicycle: self.bicycle(fraction, most),
-                    single_track: self.single_track(fraction, most),
-                })));
+        let Some(structure) = structure else {
+            return Ok(Wanted::Auto(Box::new(ChoiceOptions {
+                state_space: stated,
+                bicycle: self.bicycle(fraction, most),
+                single_track: self.single_track(fraction, most),
+            })));
+        };
+        Ok(Wanted::One(Box::new(match structure {
+            Structure::StateSpace => StructureOptions::StateSpace(stated),
+            Structure::Bicycle => StructureOptions::Bicycle(self.bicycle(fraction, most)),
+            Structure::SingleTrack => {
+                StructureOptions::SingleTrack(self.single_track(fraction, most))
             }
-            Name::StateSpace => Structure::StateSpace(stated),
-            Name::Bicycle => Structure::Bicycle(self.bicycle(fraction, most)),
-            Name::SingleTrack => Structure::SingleTrack(self.single_track(fraction, most)),
-            Name::Torque => {
+            Structure::Torque => {
                 let default = TorqueOptions::default();
-                Structure::Torque(TorqueOptions {
+                StructureOptions::Torque(TorqueOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     friction_rate_radps: self.friction_rate.unwrap_or(default.friction_rate_radps),
                     validation_fraction: fraction,
                 })
             }
-        }))
+        })))
     }
 
     fn bicycle(&self, validation_fraction: f64, max_samples: Option<usize>) -> BicycleOptions {
@@ -219,9 +200,12 @@ impl StructureArguments {
     }
 }
 
-fn structure(text: &str) -> Result<Name, String> {
-    let named = Name::ALL.into_iter().find(|name| name.text() == text);
-    named.ok_or_else(|| "expected auto, state-space, bicycle, single-track or torque".into())
+fn structure(text: &str) -> Result<NamedOrAuto, String> {
+    if text == "auto" {
+        return Ok(None);
+    }
+    let named = text.parse().map(Some);
+    named.map_err(|()| "expected auto, state-space, bicycle, single-track or torque".into())
 }
 
 /// `NAME=MEAN,DEVIATION`.

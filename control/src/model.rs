@@ -1,0 +1,34 @@
+//! What control needs of each structure of a model.
+
+use crate::guidance::{Sideslip, bicycle_sideslip, plant_sideslip};
+use crate::{DesignPlant, Error, bicycle_of_vehicle};
+use steerwright_formats::Model;
+
+impl DesignPlant {
+    /// The plant of a model as controllers are designed on it: a vehicle as it is in gentle driving.
+    ///
+    /// # Errors
+    /// Those of [`DesignPlant::from_plant`] and [`DesignPlant::from_bicycle`]; [`Error::SteeredByTorque`].
+    pub fn from_model(model: &Model) -> Result<Self, Error> {
+        match model {
+            Model::StateSpace(plant) => Self::from_plant(plant),
+            Model::Bicycle(bicycle) => Self::from_bicycle(bicycle),
+            Model::SingleTrack(vehicle) => Self::from_bicycle(&bicycle_of_vehicle(vehicle)?),
+            Model::Torque(_) => Err(Error::SteeredByTorque),
+        }
+    }
+}
+
+/// The sideslip that a model states: the measured one of a plant, at the speed of its identification, or that of the
+/// model at `speed` in m/s, by default its own. `None` where it states none.
+///
+/// # Errors
+/// A vehicle that is no bicycle in gentle driving.
+pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sideslip>, Error> {
+    Ok(match model {
+        Model::StateSpace(plant) => plant_sideslip(plant),
+        Model::Bicycle(bicycle) => bicycle_sideslip(bicycle, speed),
+        Model::SingleTrack(vehicle) => bicycle_sideslip(&bicycle_of_vehicle(vehicle)?, speed),
+        Model::Torque(_) => None,
+    })
+}

@@ -1,0 +1,280 @@
+//! A model of the lateral dynamics, whatever its structure.
+//!
+//! A structure is a variant of [`Structure`] and of [`Model`]. What another crate does for each of them stands in one
+//! `match`, in the file `model.rs` of that crate.
+
+use crate::{
+    Bicycle, ChannelSummary, Document, Error, Plant, Provenance, Quality, Torque, Vehicle,
+    schema_of,
+};
+use std::fmt;
+use std::str::FromStr;
+
+/// The structure of a model; simpler ones first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Structure {
+    /// Linear at one speed, in state space.
+    StateSpace,
+    /// The bicycle of eq 13, scheduled by the speed.
+    Bicycle,
+    /// A vehicle up to the limit of its grip.
+    SingleTrack,
+    /// The response to a steering torque.
+    Torque,
+}
+
+impl Structure {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
+
+    /// Its name in options and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StateSpace => "state-space",
+            Self::Bicycle => "bicycle",
+            Self::SingleTrack => "single-track",
+            Self::Torque => "torque",
+        }
+    }
+
+    /// The usual name of a model's file.
+    #[must_use]
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::StateSpace => "plant.json",
+            Self::Bicycle => "bicycle.json",
+            Self::SingleTrack => "vehicle.json",
+            Self::Torque => "torque.json",
+        }
+    }
+}
+
+impl fmt::Display for Structure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Structure {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        Self::ALL.into_iter().find(|structure| structure.name() == text).ok_or(())
+    }
+}
+
+/// The kind of document of a schema such as `steerwright/plant/1`, empty where it is another program's; `None` without
+/// a schema.
+fn kind(schema: &str) -> Option<&str> {
+    if schema.is_empty() {
+        return None;
+    }
+    let own = schema.strip_prefix("steerwright/").and_then(|rest| rest.split('/').next());
+    Some(own.unwrap_or_default())
+}
+
+/// A model: the document of its structure.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Model {
+    /// `plant.json`.
+    StateSpace(Box<Plant>),
+    /// `bicycle.json`.
+    Bicycle(Box<Bicycle>),
+    /// `vehicle.json`.
+    SingleTrack(Box<Vehicle>),
+    /// `torque.json`.
+    Torque(Box<Torque>),
+}
+
+impl Model {
+    /// Whether a JSON text states the schema of a model, of any version.
+    #[must_use]
+    pub fn is_in(text: &str) -> bool {
+        let schema = schema_of(text).unwrap_or_default();
+        matches!(kind(&schema), Some("plant" | "bicycle" | "vehicle" | "torque"))
+    }
+
+    /// Reads a model; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// [`Error`] with the place of the first fault; [`Error::NoModel`] for a document of another kind.
+    pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
+        // Of any version, so that another version is rejected as such.
+        let schema = schema_of(text).unwrap_or_default();
+        Ok(match kind(&schema) {
+            Some("bicycle") => Self::Bicycle(Box::new(Bicycle::from_json(text, file)?)),
+            Some("vehicle") => Self::SingleTrack(Box::new(Vehicle::from_json(text, file)?)),
+            Some("torque") => Self::Torque(Box::new(Torque::from_json(text, file)?)),
+            // Without a schema, it may be no JSON.
+            Some("plant") | None => Self::StateSpace(Box::new(Plant::from_json(text, file)?)),
+            Some(_) => return Err(Error::NoModel { file: file.into(), schema }),
+        })
+    }
+
+    /// The document as text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        match self {
+            Self::StateSpace(plant) => plant.to_json(),
+            Self::Bicycle(bicycle) => bicycle.to_json(),
+            Self::SingleTrack(vehicle) => vehicle.to_json(),
+            Self::Torque(torque) => torque.to_json(),
+        }
+    }
+
+    /// As [`Document::checked`].
+    ///
+    /// # Errors
+    /// [`Error::Value`] with the JSON path of the first fault.
+    pub fn checked(&self, file: &str) -> Result<(), Error> {
+        match self {
+            Self::StateSpace(plant) => plant.checked(file),
+            Self::Bicycle(bicycle) => bicycle.checked(file),
+            Self::SingleTrack(vehicle) => vehicle.checked(file),
+            Self::Torque(torque) => torque.checked(file),
+        }
+    }
+
+    /// Its structure.
+    #[must_use]
+    pub fn structure(&self) -> Structure {
+        match self {
+            Self::StateSpace(_) => Structure::StateSpace,
+            Self::Bicycle(_) => Structure::Bicycle,
+            Self::SingleTrack(_) => Structure::SingleTrack,
+            Self::Torque(_) => Structure::Torque,
+        }
+    }
+
+    /// The name of the vehicle or of the log.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::StateSpace(plant) => &plant.name,
+            Self::Bicycle(bicycle) => &bicycle.vehicle.name,
+            Self::SingleTrack(vehicle) => &vehicle.name,
+            Self::Torque(torque) => &torque.name,
+        }
+    }
+
+    /// Whether a controller may be designed on it.
+    #[must_use]
+    pub fn quality(&self) -> &Quality {
+        match self {
+            Self::StateSpace(plant) => &plant.quality,
+            Self::Bicycle(bicycle) => &bicycle.quality,
+            Self::SingleTrack(vehicle) => &vehicle.quality,
+            Self::Torque(torque) => &torque.quality,
+        }
+    }
+
+    /// The sources of the file, where it states them.
+    #[must_use]
+    pub fn provenance(&self) -> Option<&Provenance> {
+        match self {
+            Self::StateSpace(plant) => Some(&plant.provenance),
+            Self::Bicycle(bicycle) => Some(&bicycle.provenance),
+            Self::SingleTrack(vehicle) => vehicle.provenance.as_ref(),
+            Self::Torque(torque) => Some(&torque.provenance),
+        }
+    }
+
+    /// Speed at which it was identified or is stated, m/s; `None` where the log had none.
+    #[must_use]
+    pub fn speed_mps(&self) -> Option<f64> {
+        let speed = match self {
+            Self::StateSpace(plant) => plant.operating_point.speed_mps,
+            Self::Bicycle(bicycle) => bicycle.vehicle.speed_mps,
+            Self::SingleTrack(vehicle) => vehicle.speed_mps,
+            Self::Torque(torque) => torque.evidence.mean_speed_mps,
+        };
+        Some(speed).filter(|speed| *speed > 0.0)
+    }
+
+    /// Fit on the estimation data and on the validation data, %, where it was identified and these exist.
+    #[must_use]
+    pub fn fits(&self) -> [Option<f64>; 2] {
+        let validated = |fit: f64, samples: usize| (samples > 0).then_some(fit);
+        match self {
+            Self::StateSpace(plant) => {
+                let e = &plant.evidence;
+                [Some(e.fit.estimation), validated(e.fit.validation, e.validation_samples)]
+            }
+            Self::Bicycle(bicycle) => match &bicycle.evidence {
+                Some(e) => {
+                    [Some(e.estimation_fit), validated(e.validation_fit, e.validation_samples)]
+                }
+                None => [None; 2],
+            },
+            Self::SingleTrack(vehicle) => match &vehicle.evidence {
+                Some(e) => [Some(e.estimation.yaw_rate), e.validation.map(|fit| fit.yaw_rate)],
+                None => [None; 2],
+            },
+            Self::Torque(torque) => {
+                let e = &torque.evidence;
+                [Some(e.estimation_fit), validated(e.validation_fit, e.validation_samples)]
+            }
+        }
+    }
+
+    /// The channels of the log.
+    #[must_use]
+    pub fn channels(&self) -> &[ChannelSummary] {
+        match self {
+            Self::StateSpace(plant) => &plant.evidence.channels,
+            Self::Bicycle(bicycle) => bicycle.evidence.as_ref().map_or(&[], |e| &e.channels),
+            Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.channels),
+            Self::Torque(torque) => &torque.evidence.channels,
+        }
+    }
+
+    /// Warnings of the log reader and of the identification.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        match self {
+            Self::StateSpace(plant) => &plant.evidence.warnings,
+            Self::Bicycle(bicycle) => bicycle.evidence.as_ref().map_or(&[], |e| &e.warnings),
+            Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.warnings),
+            Self::Torque(torque) => &torque.evidence.warnings,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_is_read_by_its_schema_and_other_documents_are_none() {
+        let read =
+            |schema: &str| Model::from_json(&format!("{{\"schema\": \"{schema}\"}}"), "m.json");
+        for (kind, rejected) in [
+            ("plant", false),
+            ("bicycle", false),
+            ("vehicle", false),
+            ("torque", false),
+            ("pid", true),
+        ] {
+            let schema = format!("steerwright/{kind}/1");
+            let error = read(&schema).unwrap_err();
+            assert_eq!(matches!(error, Error::NoModel { .. }), rejected, "{error}");
+            assert_eq!(Model::is_in(&format!("{{\"schema\": \"{schema}\"}}")), !rejected);
+            // Of a later version, which is named.
+            let later = read(&format!("steerwright/{kind}/99")).unwrap_err().to_string();
+            assert!(later.contains("/99`"), "{later}");
+        }
+        assert!(matches!(read("plant"), Err(Error::NoModel { .. })));
+        assert!(matches!(Model::from_json("{", "m.json"), Err(Error::Syntax { .. })));
+        assert!(matches!(Model::from_json("{}", "m.json"), Err(Error::Schema { .. })));
+    }
+
+    #[test]
+    fn structures_are_read_by_their_names() {
+        for structure in Structure::ALL {
+            assert_eq!(structure.name().parse(), Ok(structure));
+        }
+        assert_eq!("auto".parse::<Structure>(), Err(()));
+    }
+}

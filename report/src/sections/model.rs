@@ -1,0 +1,167 @@
+//! The sections and tables of an identified model, by its structure.
+
+use super::{evidence, identification};
+use crate::figures;
+use crate::{Block, Section, Table, Traces};
+use steerwright_formats::{
+    BicycleEvidence, Model, NORMAL_95, Torque, VehicleEvidence, VehicleParameter,
+};
+
+/// What was recorded, the model and the evidence for it.
+pub(crate) fn sections(
+    model: &Model,
+    traces: Option<&Traces>,
+    bicycle_fit: Option<f64>,
+) -> Vec<Section> {
+    let mut log = identification::log(model, traces);
+    if let Model::StateSpace(plant) = model {
+        log.blocks.extend(identification::information(&plant.evidence.excitation));
+        let mut all = vec![log, identification::model(plant, traces, bicycle_fit)];
+        all.extend(evidence::evidence(plant));
+        return all;
+    }
+    let [estimation, validation] = model.fits().map(|fit| super::optional(fit, 1, "%", "–"));
+    let mut blocks = vec![Block::Text(format!(
+        "The {} of {}: its simulation fits the yaw rate of the estimation data by {estimation}, of the validation data by {validation}.",
+        name(model),
+        model.name()
+    ))];
+    blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
+    if let Some(traces) = traces {
+        let caption = "Simulation from steering and speed alone: the model never sees the measured \
+                       yaw rate, and of the shaded part it saw nothing at all.";
+        let figure = figures::comparison(traces, model.fits(), bicycle_fit);
+        blocks.push(Block::figure(figure, 720, caption));
+    }
+    vec![log, Section::new("The identified model", blocks)]
+}
+
+/// The model in a table of results.
+pub(crate) fn name(model: &Model) -> String {
+    match model {
+        Model::StateSpace(plant) => format!("identified model of order {}", plant.order()),
+        Model::Bicycle(_) => "identified bicycle".into(),
+        Model::SingleTrack(_) => "identified vehicle".into(),
+        Model::Torque(_) => "identified response to the steering torque".into(),
+    }
+}
+
+/// The identified parameters with their uncertainty, and those that the drive does not determine; none of a plant in
+/// state space, or of a model that was not identified.
+#[must_use]
+pub fn parameter_tables(model: &Model) -> Vec<Table> {
+    match model {
+        Model::StateSpace(_) => Vec::new(),
+        Model::Bicycle(bicycle) => {
+            bicycle.evidence.as_ref().map_or_else(Vec::new, parameters_of_bicycle)
+        }
+        Model::SingleTrack(vehicle) => vehicle.evidence.iter().map(parameters_of_vehicle).collect(),
+        Model::Torque(torque) => vec![parameters_of_torque(torque)],
+    }
+}
+
+fn parameters_of_bicycle(e: &BicycleEvidence) -> Vec<Table> {
+    let mut identified = Table::new(["identified", "value", "95 % band", "unit"]);
+    for q in &e.identified {
+        // Only the gradient and the offsets have either sign.
+        let is_positive = q.name != "understeer_gradient" && !q.name.contains("offset");
+        identified = identified.row([
+            q.name.replace('_', " "),
+            format!("{:.5}", q.value),
+            band(q.value, 2.0 * q.standard_error, is_positive),
+            q.unit.clone(),
+        ]);
+    }
+    let mut stated = Table::new(["not identified", "value", "origin"]);
+    for s in &e.stated {
+        stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
+    }
+    vec![identified, stated]
+}
+
+fn parameters_of_torque(torque: &Torque) -> Table {
+    let command = &torque.command_unit;
+    let estimates = [
+        (
+            "lateral acceleration per command",
+            Some(torque.acceleration_per_command),
+            format!("m/s² per {command}"),
+        ),
+        ("friction", Some(torque.friction), command.clone()),
+        ("roll coefficient", torque.roll_coefficient, "1".into()),
+        ("offset", Some(torque.offset_mps2), "m/s²".into()),
+        ("delay", Some(torque.delay_s), "s".into()),
+    ];
+    let mut table = Table::new(["identified", "value", "95 % band", "unit"]);
+    for (name, estimate, unit) in estimates {
+        let Some(estimate) = estimate else { continue };
+        let is_positive = matches!(name, "friction" | "delay");
+        table = table.row([
+            name.into(),
+            format!("{:.5}", estimate.value),
+            band(estimate.value, NORMAL_95 * estimate.standard_error, is_positive),
+            unit,
+        ]);
+    }
+    table
+}
+
+/// The band of a quantity by its error, from zero on where it cannot be negative.
+fn band(value: f64, error: f64, is_positive: bool) -> String {
+    let least = if is_positive { 0.0 } else { f64::NEG_INFINITY };
+    format!("{:.5} to {:.5}", (value - error).max(least), value + error)
+}
+
+fn parameters_of_vehicle(e: &VehicleEvidence) -> Table {
+    let columns = ["parameter", "value", "95 % band", "prior (68 %)", "moved by", "from"];
+    let mut table = Table::new(columns);
+    for p in &e.parameters {
+        let is_stated = p.prior.standard_deviation == 0.0;
+        let unless_stated = |text: String| if is_stated { "–".into() } else { text };
+        let error = 0.5 * (p.band_95[1] - p.band_95[0]);
+        let unit = if p.unit.is_empty() { String::new() } else { format!(", {}", p.unit) };
+        table = table.row([
+            p.name.replace('_', " ") + &unit,
+            if is_stated { format!("{}", p.value) } else { as_its_error(p.value, error) },
+            unless_stated(range_text(p.band_95)),
+            unless_stated(range_text(prior_range(p))),
+            unless_stated(format!("{:+.1}", p.moved_deviations)),
+            origin(p).into(),
+        ]);
+    }
+    table
+}
+
+/// Where the value of a parameter comes from.
+fn origin(p: &VehicleParameter) -> &'static str {
+    match (p.prior.standard_deviation > 0.0, p.is_determined, p.is_at_bound) {
+        (false, ..) => "stated",
+        (_, _, true) => "bound",
+        (_, true, _) => "drive",
+        (..) if p.posterior_per_prior > 0.9 => "prior",
+        _ => "both",
+    }
+}
+
+/// With the digits that an error leaves two of.
+fn as_its_error(value: f64, error: f64) -> String {
+    let digits = (1.0 - error.abs().max(1e-9).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// From and to, with the digits that the width leaves two of.
+fn range_text([low, high]: [f64; 2]) -> String {
+    let half = 0.5 * (high - low);
+    format!("{} to {}", as_its_error(low, half), as_its_error(high, half))
+}
+
+/// The prior to one standard deviation, within the bounds.
+fn prior_range(p: &VehicleParameter) -> [f64; 2] {
+    let prior = &p.prior;
+    let end = |deviations: f64| {
+        let by = deviations * prior.standard_deviation;
+        let value = if p.is_logarithmic { prior.mean * by.exp() } else { prior.mean + by };
+        value.clamp(prior.min, prior.max)
+    };
+    [end(-1.0), end(1.0)]
+}
