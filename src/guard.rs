@@ -2,12 +2,14 @@
 //! a message, and no success.
 //!
 //! The process repeats the command line with [`PARENT`] in its environment. Only a command that came to its end
-//! has an exit status from [`FINISHED`] on; an FMU that calls `exit(0)` has not.
+//! has an exit status from [`FINISHED`] on; an FMU that calls `exit(0)` has not. The rows that a run has until then
+//! are in a file of the waiting process, which keeps them.
 
 use crate::failure::Failure;
 use crate::program;
 use std::ffi::OsString;
-use std::io::IsTerminal;
+use std::fs::File;
+use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitStatus};
 use steerwright_host::process::{Subprocess, end_with_parent};
 
@@ -16,6 +18,35 @@ const PARENT: &str = "STEERWRIGHT_GUARDED_BY";
 const REPORT: &str = "report this with the command";
 /// The exit status of a guarded command that ended with 0.
 const FINISHED: u8 = 96;
+/// The rows of a run, in the folder of temporary files that the waiting process owns.
+const ROWS: &str = "rows.csv";
+
+/// The rows of a run, written as soon as they are there: an FMU that crashes loses none of them.
+#[derive(Debug)]
+pub(crate) struct KeptRows {
+    file: std::io::Result<File>,
+}
+
+impl KeptRows {
+    /// No rows yet; in the guarded process.
+    pub(crate) fn new() -> Self {
+        Self { file: File::create(std::env::temp_dir().join(ROWS)) }
+    }
+
+    /// Writes lines, unless an earlier one could not be written.
+    pub(crate) fn write(&mut self, lines: &str) {
+        if let Ok(file) = &mut self.file
+            && let Err(error) = file.write_all(lines.as_bytes())
+        {
+            self.file = Err(error);
+        }
+    }
+
+    /// Why rows are missing.
+    pub(crate) fn error(&self) -> Option<&std::io::Error> {
+        self.file.as_ref().err()
+    }
+}
 
 /// Whether this process is the guarded one.
 pub(crate) fn is_guarded() -> bool {
@@ -40,19 +71,29 @@ pub(crate) fn guarded(work: impl FnOnce() -> u8) -> u8 {
     FINISHED + work()
 }
 
-/// Runs the command line in another process and returns its exit status.
-pub(crate) fn run(arguments: &[OsString]) -> u8 {
+/// Runs the command line in another process and returns its exit status. Where that process does not come to its
+/// end, `keep` receives the rows of its run as CSV, and returns what became of them.
+pub(crate) fn run(
+    arguments: &[OsString],
+    keep: impl FnOnce(&str) -> Result<Option<String>, Failure>,
+) -> u8 {
+    let hint = "an FMU crashed or ended the process: steerwright check --run FMU names the call";
     match started(arguments) {
-        Ok(status) => match status.code().and_then(|code| u8::try_from(code).ok()) {
+        Ok((status, rows)) => match status.code().and_then(|code| u8::try_from(code).ok()) {
             Some(code @ FINISHED..) => code - FINISHED,
-            _ => Failure::new(
-                format!(
+            _ => {
+                let mut message = format!(
                     "the process that runs the FMUs {} before the command was done",
                     describe(status)
-                ),
-                "an FMU crashed or ended the process: steerwright check --run FMU names the call",
-            )
-            .report(),
+                );
+                match keep(complete_lines(&rows)) {
+                    Ok(kept) => message.extend(kept.map(|kept| format!("; {kept}"))),
+                    Err(error) => {
+                        message += &format!("; its rows are not kept: {}", error.message())
+                    }
+                }
+                Failure::new(message, hint).report()
+            }
         },
         Err(error) => Failure::new(
             format!("the process that runs the FMUs cannot be started: {error}"),
@@ -62,7 +103,13 @@ pub(crate) fn run(arguments: &[OsString]) -> u8 {
     }
 }
 
-fn started(arguments: &[OsString]) -> std::io::Result<ExitStatus> {
+/// Without a last line that was cut off.
+fn complete_lines(text: &str) -> &str {
+    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
+}
+
+/// The exit status of the process, and the rows of its run.
+fn started(arguments: &[OsString]) -> std::io::Result<(ExitStatus, String)> {
     let (program, first) = program::words()?;
     let mut command = Command::new(program);
     command.args(first).args(&arguments[1.min(arguments.len())..]);
@@ -75,7 +122,10 @@ fn started(arguments: &[OsString]) -> std::io::Result<ExitStatus> {
     };
     // `Child::wait` closes the standard input.
     let _input = process.take_input();
-    process.child().wait()
+    let status = process.child().wait()?;
+    // Where the run did not begin there is no file.
+    let rows = std::fs::read_to_string(process.folder().join(ROWS)).unwrap_or_default();
+    Ok((status, rows))
 }
 
 #[cfg(unix)]

@@ -128,10 +128,8 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
-            let runs_fmus = matches!(command, Command::Simulate(_));
-            let work = || failure::status(|| execute(command, &global));
-            if runs_fmus && guard::is_guarded() {
-                return guard::guarded(work);
+            if matches!(command, Command::Simulate(_)) && guard::is_guarded() {
+                return guard::guarded(|| failure::status(|| execute(command, &global)));
             }
             if global.end_with_parent
                 && let Err(error) = steerwright_host::process::end_with_parent()
@@ -139,7 +137,12 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
                 let hint = "leave --end-with-parent out";
                 return Failure::new(format!("standard input: {error}"), hint).report();
             }
-            if runs_fmus { guard::run(&arguments) } else { work() }
+            match command {
+                Command::Simulate(simulation) => {
+                    guard::run(&arguments, |rows| simulation.keep(rows, &global))
+                }
+                command => failure::status(|| execute(command, &global)),
+            }
         }
         Err(error) => failure::report_usage(&error),
     }

@@ -1,7 +1,8 @@
 //! `steerwright simulate`: archives, or a system structure package, in closed loop.
 
 use crate::failure::{Failure, Outcome};
-use crate::output::{Kind, Outputs};
+use crate::guard::KeptRows;
+use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console, quantity};
 use serde::Serialize;
@@ -18,8 +19,8 @@ use steerwright_host::{
 /// y of the plant unless --input has columns for them. It uses such a fix every gnss_period, which a
 /// package (`package --ssp`) sets; the fixes of --input are marked by gnss_fix_count and gnss_std.
 ///
-/// The binaries of the FMUs run in a process of their own: one that crashes or ends it is an error, without
-/// the rows of the run. `steerwright check --run` names the call in which an FMU does so.
+/// The binaries of the FMUs run in a process of their own: one that crashes or ends it is an error, and the
+/// rows until then are written. `steerwright check --run` names the call in which an FMU does so.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,
@@ -73,9 +74,8 @@ struct Done {
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let units: Vec<Unit> = arguments.fmus.iter().map(|text| Unit::new(text)).collect();
-    let inputs = units.iter().map(|unit| &unit.file).chain(&arguments.input);
-    let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::Recording)?;
+    let units = arguments.units();
+    let out = arguments.output(&units, global)?;
     let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments, &units)?;
     out.check_columns(&system.recorded()?)?;
     // Before the run, since they may explain its failure.
@@ -91,9 +91,18 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     };
     let progress = Progress::start(format!("simulating {} s", stop - start));
     let mut recording = Recording::default();
-    let result = system.run_into(&mut recording, master, start, stop, step);
+    let mut kept = KeptRows::new();
+    let result = system.run_into(&mut recording, master, start, stop, step, |recording| {
+        if recording.rows.len() == 1 {
+            kept.write(&recording.csv_header());
+        }
+        kept.write(&recording.csv_last_row());
+    });
     drop(progress);
-    let of_the_run = warnings(&mut system)?;
+    let mut of_the_run = warnings(&mut system)?;
+    of_the_run.extend(kept.error().map(|error| {
+        format!("an FMU that had crashed would have lost rows, since a temporary file cannot be written: {error}")
+    }));
     if !recording.rows.is_empty() {
         out.write(recording.to_csv().as_bytes())?;
     }
@@ -132,12 +141,38 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::Done)
 }
 
+impl Arguments {
+    fn units(&self) -> Vec<Unit> {
+        self.fmus.iter().map(|text| Unit::new(text)).collect()
+    }
+
+    fn output(&self, units: &[Unit], global: &Global) -> Result<Output, Failure> {
+        let inputs = units.iter().map(|unit| &unit.file).chain(&self.input);
+        Outputs::new(global.force, inputs).file(&self.out, Kind::Recording)
+    }
+
+    /// Writes the rows of a run that an FMU ended with the process, as CSV; returns a statement of where they are.
+    pub(crate) fn keep(&self, rows: &str, global: &Global) -> Result<Option<String>, Failure> {
+        let mut lines = rows.lines();
+        let _header = lines.next();
+        let Some(last) = lines.next_back() else { return Ok(None) };
+        let out = self.output(&self.units(), global)?;
+        out.write(rows.as_bytes())?;
+        let time = last.split(',').next().unwrap_or_default();
+        let count = lines.count() + 1;
+        Ok(Some(format!("{out} has its {} until t = {time} s", counted(count))))
+    }
+}
+
+fn counted(rows: usize) -> String {
+    if rows == 1 { "1 row".into() } else { format!("{rows} rows") }
+}
+
 /// The failure of a run, with what is kept of it.
 fn failed(error: Error, recording: &Recording, out: &impl std::fmt::Display) -> Failure {
     let Some(last) = recording.times.last() else { return error.into() };
-    let rows = recording.rows.len();
-    let message =
-        format!("the run failed after t = {last} s, its {rows} rows are in {out}: {error}");
+    let rows = counted(recording.rows.len());
+    let message = format!("the run failed after t = {last} s; {out} has its {rows}: {error}");
     Failure::new(message, error.hint())
 }
 

@@ -105,7 +105,7 @@ fn a_run_that_fails_leaves_its_rows_and_names_the_time() {
     let Some(()) = integrator(folder.path(), "Fails.fmu", &[]) else { return };
     let (status, text) = run(folder.path(), "simulate Fails.fmu --set Test.misbehaviour=13");
     assert_eq!(status, Some(2), "{text}");
-    let failed = "the run failed after t = 0.5 s, its 6 rows are in result.csv: Test: fmi2DoStep \
+    let failed = "the run failed after t = 0.5 s; result.csv has its 6 rows: Test: fmi2DoStep \
                   returned error at t = 0.5 s";
     assert!(text.contains(failed) && text.contains("broken at last"), "{text}");
     assert_eq!(column(&folder.path().join("result.csv"), "time").len(), 6);
@@ -121,11 +121,31 @@ fn an_fmu_that_ends_the_process_is_no_success() {
         text.contains("error: the process that runs the FMUs ended with exit status: 0"),
         "{text}"
     );
-    assert!(!folder.path().join("result.csv").exists());
+    assert!(text.contains("result.csv has its 1 row until t = 0 s"), "{text}");
+    assert_eq!(column(&folder.path().join("result.csv"), "time"), [0.0]);
     let (status, text) = run(folder.path(), "simulate Exits.fmu --set Test.misbehaviour=9");
     assert_eq!(status, Some(2), "{text}");
     let signal = "ended with signal SIGABRT before the command was done";
     assert!(!cfg!(unix) || text.contains(signal), "{text}");
+}
+
+#[test]
+fn an_fmu_that_crashes_leaves_the_rows_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(()) = integrator(folder.path(), "Crashes.fmu", &[]) else { return };
+    let line = "simulate Crashes.fmu --set Test.misbehaviour=16 --set Test.u=1";
+    let (status, text) = run(folder.path(), line);
+    assert_eq!(status, Some(2), "{text}");
+    assert!(text.contains("; result.csv has its 6 rows until t = 0.5 s"), "{text}");
+    let file = folder.path().join("result.csv");
+    let (times, y) = (column(&file, "time"), column(&file, "Test.y"));
+    assert_eq!((times.len(), times[5]), (6, 0.5));
+    assert!((y[5] - 0.5).abs() < 1e-12);
+    // By the rules of all outputs: what is no recording of these variables is not written over.
+    std::fs::write(&file, "my notes").unwrap();
+    let (status, text) = run(folder.path(), line);
+    assert_eq!(status, Some(2), "{text}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "my notes");
 }
 
 #[cfg(unix)]

@@ -8,6 +8,7 @@
 
 use crate::scratch::Scratch;
 use std::io::{BufRead, Read};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 
@@ -21,7 +22,7 @@ pub struct Subprocess {
     child: Child,
     /// Closed when this value is dropped or this process ends.
     pipe: Option<Pipe>,
-    _folder: Scratch,
+    folder: Scratch,
 }
 
 /// The end of a process's pipe that its parent holds.
@@ -72,7 +73,13 @@ impl Subprocess {
         }
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
-        Ok(Self { child: command.spawn()?, pipe, _folder: folder })
+        Ok(Self { child: command.spawn()?, pipe, folder })
+    }
+
+    /// The folder of its temporary files; removed with this value.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
     }
 
     /// The process, for its output and its status.

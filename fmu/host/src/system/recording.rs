@@ -32,6 +32,16 @@ impl Recording {
     /// As CSV: `time` first, then the names, numbers in the shortest form that reads back exactly.
     #[must_use]
     pub fn to_csv(&self) -> String {
+        let mut text = self.csv_header();
+        for (time, row) in self.times.iter().zip(&self.rows) {
+            write_row(&mut text, *time, row);
+        }
+        text
+    }
+
+    /// The first line of [`Recording::to_csv`].
+    #[must_use]
+    pub fn csv_header(&self) -> String {
         let mut text = String::from("time");
         for name in &self.names {
             text.push(',');
@@ -43,16 +53,27 @@ impl Recording {
             }
         }
         text.push('\n');
-        for (time, row) in self.times.iter().zip(&self.rows) {
-            // Writing to a String cannot fail.
-            let _ = write!(text, "{}", Shortest(*time));
-            for value in row {
-                let _ = write!(text, ",{}", Shortest(*value));
-            }
-            text.push('\n');
+        text
+    }
+
+    /// The line of [`Recording::to_csv`] with the last row; empty without rows.
+    #[must_use]
+    pub fn csv_last_row(&self) -> String {
+        let mut text = String::new();
+        if let (Some(time), Some(row)) = (self.times.last(), self.rows.last()) {
+            write_row(&mut text, *time, row);
         }
         text
     }
+}
+
+fn write_row(text: &mut String, time: f64, row: &[f64]) {
+    // Writing to a String cannot fail.
+    let _ = write!(text, "{}", Shortest(time));
+    for value in row {
+        let _ = write!(text, ",{}", Shortest(*value));
+    }
+    text.push('\n');
 }
 
 /// A float in the shortest decimal that reads back as the same float, with an exponent where
@@ -86,6 +107,7 @@ mod tests {
             initially_settled: true,
         };
         let text = recording.to_csv();
+        assert_eq!(text, recording.csv_header() + &recording.csv_last_row());
         let mut csv = csv::Reader::from_reader(text.as_bytes());
         assert_eq!(&csv.headers().unwrap()[1], "a.v[0,0]");
         let row = csv.records().next().unwrap().unwrap();

@@ -36,11 +36,12 @@ impl System {
         step: f64,
     ) -> Result<Recording, Error> {
         let mut recording = Recording::default();
-        self.run_into(&mut recording, coupling, start, stop, step)?;
+        self.run_into(&mut recording, coupling, start, stop, step, |_| {})?;
         Ok(recording)
     }
 
-    /// As [`System::run`], into a recording that keeps its rows where the run fails or an FMU ends it.
+    /// As [`System::run`], into a recording that keeps its rows where the run fails or an FMU ends it;
+    /// `after_row` is called after each row.
     /// Where the FMU of a system of one ends it between two communication points, the last row is that
     /// of the time that the FMU reached.
     ///
@@ -54,6 +55,7 @@ impl System {
         start: f64,
         stop: f64,
         step: f64,
+        mut after_row: impl FnMut(&Recording),
     ) -> Result<(), Error> {
         let steps = grid(start, stop, step)?;
         let mut grid = Grid { start, stop, step, steps };
@@ -91,6 +93,7 @@ impl System {
         let mut record = |time: f64, values: &[f64]| {
             recording.times.push(time);
             recording.rows.push(places.iter().map(|place| values[*place]).collect());
+            after_row(recording);
         };
         record(start, run.values());
         for k in 0..steps {

@@ -87,7 +87,8 @@ fn misbehaving(misbehaviour: i32) -> Option<System> {
 fn an_fmu_may_end_the_simulation_which_keeps_its_rows() {
     let Some(mut system) = misbehaving(12) else { return };
     let mut recording = Recording::default();
-    let ended = system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1).unwrap_err();
+    let ended =
+        system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1, |_| {}).unwrap_err();
     let Error::Terminated { instance: unit, time, .. } = &ended else { panic!("{ended}") };
     assert_eq!((unit.as_str(), *time), ("plant", 0.525));
     assert_eq!(system.instances()[0].phase(), Phase::Terminated);
@@ -98,7 +99,7 @@ fn an_fmu_may_end_the_simulation_which_keeps_its_rows() {
     }
     // With another FMU the rows end where both are.
     system.add(instance(Behaviour::Integrator, "other", "v", "w").unwrap()).unwrap();
-    system.run_into(&mut recording, Coupling::GaussSeidel, 0.0, 1.0, 0.1).unwrap_err();
+    system.run_into(&mut recording, Coupling::GaussSeidel, 0.0, 1.0, 0.1, |_| {}).unwrap_err();
     assert_eq!(recording.times.last(), Some(&0.5));
     assert_eq!(system.instances()[1].phase(), Phase::Terminated);
 }
@@ -107,7 +108,8 @@ fn an_fmu_may_end_the_simulation_which_keeps_its_rows() {
 fn a_run_that_fails_keeps_its_rows() {
     let Some(mut system) = misbehaving(13) else { return };
     let mut recording = Recording::default();
-    let error = system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1).unwrap_err();
+    let error =
+        system.run_into(&mut recording, Coupling::Jacobi, 0.0, 1.0, 0.1, |_| {}).unwrap_err();
     assert!(error.to_string().contains("returned error at t = 0.5 s"), "{error}");
     assert_eq!((recording.times.len(), recording.rows.len()), (6, 6));
     assert_eq!(recording.times[5], 0.5);

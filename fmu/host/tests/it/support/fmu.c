@@ -292,6 +292,8 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
         case 13: if (t > 0.45) return say(c, ERROR, "broken at last"); break;
         /* Ends the process as if all were well. */
         case 14: _Exit(0);
+        /* Crashes at t = 0.5. */
+        case 16: if (t > 0.45) abort(); break;
         /* Other pointers than the environment that was passed. */
         case 11:
             c->callbacks.logger((void *)1, c->name, WARNING, "logStatusError", "%s", "a number");
