@@ -84,7 +84,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
     text + &conclusion(&e.warnings, &plant.quality)
 }
 
-/// Warnings, quality and advice, whatever was identified.
+/// Warnings, quality, remarks and advice, whatever was identified.
 pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     let mut text = String::new();
     for warning in warnings {
@@ -98,8 +98,11 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
         let (grade, code) = (console::grade(reason.grade), reason.code.name());
         let _ = writeln!(text, "         {grade} ({code}): {}", reason.message);
     }
+    for remark in &quality.remarks {
+        let _ = writeln!(text, "remark   {remark}");
+    }
     for advice in &quality.advice {
-        let _ = writeln!(text, "         {advice}");
+        let _ = writeln!(text, "advice   {advice}");
     }
     text
 }

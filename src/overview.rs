@@ -182,11 +182,11 @@ pub(crate) fn table(all: &[Built]) -> String {
     for b in all {
         let quality = b.model.quality();
         let _ = write!(text, "\n{}: {}: {}\n", b.model.name(), quality.grade, quality.summary);
-        for advice in &quality.advice {
-            let _ = writeln!(text, "  {advice}");
-        }
-        for remark in &b.remarks {
+        for remark in quality.remarks.iter().chain(&b.remarks) {
             let _ = writeln!(text, "  remark: {remark}");
+        }
+        for advice in &quality.advice {
+            let _ = writeln!(text, "  advice: {advice}");
         }
     }
     // Last, where it is seen.

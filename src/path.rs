@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed, default_value = "15m/s")]
     speed: f64,
     /// Largest lateral acceleration of the standard road
-    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
+    #[arg(long, value_name = "ACCELERATION", conflicts_with = "track", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
     /// Connect the last point of the track with its first
     #[arg(long, requires = "track")]

@@ -104,6 +104,11 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     };
     log.fill(&drives, options)?;
     log.gnss = Gnss::of(&drives, options);
+    if log.gnss.is_none() && (options.gnss_latency_s.is_some() || options.antenna_x_m != 0.0) {
+        log.warnings.push(
+            "the log has no fixes (x_m and y_m, or latitude and longitude): the stated latency of the receiver and place of the antenna are not used".into(),
+        );
+    }
     log.options.insert("sample_time_used_s".into(), log.sample_time_s.to_string());
     let mut seen = std::collections::BTreeSet::new();
     log.warnings.retain(|warning| seen.insert(warning.clone()));

@@ -153,7 +153,10 @@ pub struct Quality {
     /// The reasons for the grade, the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reasons: Vec<Reason>,
-    /// The next step, such as the manoeuvre to drive.
+    /// Limits of the model and of the log that cause no reason.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
+    /// What to do next, such as the manoeuvre to drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub advice: Vec<String>,
 }
@@ -164,7 +167,13 @@ impl Quality {
     pub fn new(summary: impl Into<String>, mut reasons: Vec<Reason>, advice: Vec<String>) -> Self {
         reasons.sort_by_key(|reason| std::cmp::Reverse(reason.grade));
         let grade = reasons.first().map_or(Grade::Pass, |worst| worst.grade);
-        Self { grade, summary: summary.into(), reasons, advice }
+        Self { grade, summary: summary.into(), reasons, remarks: Vec::new(), advice }
+    }
+
+    /// The same with remarks.
+    #[must_use]
+    pub fn with_remarks(self, remarks: Vec<String>) -> Self {
+        Self { remarks, ..self }
     }
 
     /// Of a model that no recorded data have validated.

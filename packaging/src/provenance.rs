@@ -241,6 +241,7 @@ fn quality(quality: steerwright_formats::Quality) -> Vec<Fact> {
         let line = format!("{} ({}): {}", reason.grade, reason.code.name(), reason.message);
         fact("quality_reason", line, "")
     }));
+    facts.extend(quality.remarks.into_iter().map(|line| fact("remark", line, "")));
     facts.extend(quality.advice.into_iter().map(|line| fact("advice", line, "")));
     facts
 }

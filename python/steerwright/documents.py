@@ -478,8 +478,10 @@ class Quality(Record):
     """One or two sentences."""
     reasons: Union[tuple[Reason, ...], None]
     """The reasons for the grade, the worst first."""
+    remarks: Union[tuple[str, ...], None]
+    """Limits of the model and of the log that cause no reason."""
     advice: Union[tuple[str, ...], None]
-    """The next step, such as the manoeuvre to drive."""
+    """What to do next, such as the manoeuvre to drive."""
 
 
 class Provenance(Record):

@@ -93,7 +93,8 @@ fn each_reason_is_stated_once_and_backticks_become_code() {
             reason(ReasonCode::Spikes, "it has spikes"),
         ],
         vec!["check `b` and `c`; this ` stands alone".into()],
-    );
+    )
+    .with_remarks(vec!["above 2 Hz there is no information".into()]);
     let model = Model::StateSpace(Box::new(plant));
     let page = Report { model: Some(&model), ..Report::default() }.to_html();
     parse(&page);
@@ -102,7 +103,11 @@ fn each_reason_is_stated_once_and_backticks_become_code() {
     assert_eq!(body.matches("it has spikes").count(), 1, "{body}");
     let advice = "check <code>b</code> and <code>c</code>; this ` stands alone";
     assert!(body.contains(advice), "{body}");
-    assert!(!body.contains("What to do next"), "{body}");
+    // Statements stand apart from what to do.
+    let [limits, remark, next, advice] =
+        ["Limits of the model", "above 2 Hz there is no", "What to do next", advice]
+            .map(|part| body.find(part).unwrap());
+    assert!(limits < remark && remark < next && next < advice, "{body}");
 }
 
 fn parse(page: &str) -> roxmltree::Document<'_> {

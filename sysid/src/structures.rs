@@ -197,7 +197,7 @@ fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
     let mut lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
     lateral.sort_by(f64::total_cmp);
     let largest = lateral[(0.99 * (lateral.len() - 1) as f64) as usize];
-    (largest < LINEAR_MPS2).then(|| format!("{largest:.1} m/s2 is no limit of grip"))
+    (largest < LINEAR_MPS2).then(|| format!("{largest:.1} m/s² is no limit of grip"))
 }
 
 fn choose(

@@ -142,6 +142,7 @@ fn channels_of_other_axes_or_units_are_named() {
         ("--unit lateral_acceleration_mps2=g", "times yaw rate times speed"),
         ("--prior tyre=1,0", "one of cornering_stiffness_front_per_load"),
         ("--prior wheelbase=2.6", "NAME=MEAN,DEVIATION"),
+        ("--prior wheelbase=-1,1", "prior: wheelbase=-1,1"),
         ("--channel roll=steering_angle_rad", "one of lateral_acceleration"),
         ("--order 3", "--order is an option of the structure state-space"),
     ] {

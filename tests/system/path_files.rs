@@ -42,6 +42,11 @@ fn recordings_and_segments_become_paths() {
     assert!((190.0..210.0).contains(&length(&driven)), "{}", length(&driven));
     assert_eq!(driven["provenance"]["sources"][0]["name"], "drive.nmea");
 
+    // An option of the standard road is not ignored.
+    let output = run(folder, "path drive.nmea --lateral-acceleration 2m/s2");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text_of(&output).contains("--lateral-acceleration"), "{}", text_of(&output));
+
     // Without correction: rejected, or used and reported.
     write("phone.nmea", &nmea('1', 12));
     let output = run(folder, "path phone.nmea");

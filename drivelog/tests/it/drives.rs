@@ -152,3 +152,14 @@ fn a_log_that_is_too_long_is_refused_before_it_fills_the_memory() {
 fn a_log_of_unknown_length_is_read_no_further_than_its_limit() {
     assert!(refused(None).0 < 20_100_000);
 }
+
+#[test]
+fn a_stated_receiver_of_a_log_without_fixes_is_reported() {
+    let quiet = read_one(good(), &LogOptions::default()).unwrap();
+    assert!(!quiet.warnings.iter().any(|w| w.contains("fixes")), "{:?}", quiet.warnings);
+    let latency = LogOptions { gnss_latency_s: Some(0.1), ..LogOptions::default() };
+    let antenna = LogOptions { antenna_x_m: 0.5, ..LogOptions::default() };
+    for options in [latency, antenna] {
+        warning(&read_one(good(), &options).unwrap(), "the log has no fixes");
+    }
+}

@@ -11,9 +11,13 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
     if let Some(model) = report.model {
         let quality = model.quality();
         blocks.push(super::quality(quality, "The model"));
-        if !quality.advice.is_empty() {
-            blocks.push(Block::Heading("Limits of the model, and what to do".into()));
-            blocks.push(Block::List(quality.advice.clone()));
+        for (heading, list) in
+            [("Limits of the model", &quality.remarks), ("What to do next", &quality.advice)]
+        {
+            if !list.is_empty() {
+                blocks.push(Block::Heading(heading.into()));
+                blocks.push(Block::List(list.clone()));
+            }
         }
         if !model.warnings().is_empty() {
             blocks.push(Block::Heading("Warnings".into()));

@@ -10,7 +10,9 @@ use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::modelled::bandwidth_hz;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
-use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
+use crate::validation::quality::{
+    GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
+};
 use crate::validation::rate::slow_log;
 use crate::validation::regression::{Pair, pairs};
 use crate::validation::uncertain_response::uncertain_response;
@@ -75,7 +77,7 @@ impl Known<'_> {
         let speeds = if one_speed {
             format!("at {:.1} m/s, the only speed driven", e.speed.mean_mps)
         } else {
-            format!("between {:.0} and {:.0} m/s", e.speed.min_mps, e.speed.max_mps)
+            speed_range(e.speed.min_mps, e.speed.max_mps)
         };
         let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
         let summary = if reasons.is_empty() {

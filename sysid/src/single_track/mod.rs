@@ -43,6 +43,7 @@ mod search;
 mod simulate;
 mod step;
 mod uncertainty;
+mod unusual_parameters;
 mod vehicle;
 
 pub use drive::{Drive, DriveSegment};

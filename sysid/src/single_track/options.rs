@@ -61,10 +61,14 @@ impl SingleTrackOptions {
             let ordered = prior.min <= prior.mean && prior.mean <= prior.max;
             let finite = prior.min.is_finite() && prior.max.is_finite();
             if !(ordered && finite && prior.standard_deviation >= 0.0) {
+                let (mean, deviation) = (prior.mean, prior.standard_deviation);
                 return Err(Error::option(
-                    parameter.name(),
-                    format!("{prior:?}"),
-                    "a mean between finite bounds and a standard deviation of zero or more",
+                    "prior",
+                    format!("{}={mean},{deviation}", parameter.name()),
+                    format!(
+                        "a mean from {} to {} and a deviation of 0 or more",
+                        prior.min, prior.max
+                    ),
                 ));
             }
         }

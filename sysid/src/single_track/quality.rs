@@ -6,11 +6,14 @@ use crate::bicycle::response_errors;
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
+use crate::single_track::unusual_parameters::unusual_parameters;
 use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::plausible::opposite;
-use crate::validation::quality::{GOOD_FIT, failed, short_validation, weak_steering, with_error};
+use crate::validation::quality::{
+    GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
+};
 use crate::validation::regression::pairs;
 use crate::validation::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
@@ -28,8 +31,6 @@ const ALIKE: f64 = 0.8;
 const RATIOS: [f64; 2] = [0.5, 2.0];
 /// Relative loss of rear friction that a vehicle survives which is not near a spin.
 const LEAST_SPIN_MARGIN: f64 = 0.02;
-/// Standard deviations of the prior that a parameter may be off it.
-const MOST_DEVIATIONS: f64 = 3.0;
 /// RMS error of the sideslip angle over its RMS, from which the simulated one does not follow it.
 const FOLLOWS: f64 = 1.2;
 
@@ -99,7 +100,7 @@ pub(super) fn quality(
 ) -> Quality {
     let steering = standard_deviation(&recording.steering);
     let mut reasons: Vec<Reason> = weak_steering(steering).into_iter().collect();
-    let mut advice = Vec::new();
+    let (mut remarks, mut advice) = (Vec::new(), Vec::new());
     if reasons.is_empty() {
         let errors = response_errors(gentle, &e.directions, e.speed.mean_mps);
         reasons = uncertain_response(&errors);
@@ -125,7 +126,7 @@ pub(super) fn quality(
         reasons.push(reason);
         advice.push(cause);
     }
-    if let Some((reason, cause)) = unusual_parameters(e) {
+    if let Some((reason, cause)) = unusual_parameters(&e.parameters) {
         reasons.push(reason);
         advice.push(cause);
     }
@@ -157,7 +158,7 @@ pub(super) fn quality(
         );
         let reason = Reason::new(ReasonCode::NearSpin, Grade::Warn, message);
         reasons.push(reason.compared(margin, least, "%"));
-        advice.push(
+        remarks.push(
             "on a drive at the limit of grip the model may spin where the vehicle does not".into(),
         );
     }
@@ -177,8 +178,8 @@ pub(super) fn quality(
     }
     let friction = found.parameter(Parameter::FrictionFront);
     if !friction.is_determined {
-        advice.push(format!(
-            "the drive reaches {:.1} m/s2 and does not determine the grip: beyond that the model is that of its priors",
+        remarks.push(format!(
+            "the drive reaches {:.1} m/s² and does not determine the grip: beyond that the model is that of its priors",
             e.lateral_acceleration_mps2
         ));
     }
@@ -187,8 +188,9 @@ pub(super) fn quality(
     let of = if e.validation.is_some() { "validation" } else { "estimation" };
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let range = format!(
-        "between {:.0} and {:.0} m/s, to {:.1} m/s2",
-        e.speed.min_mps, e.speed.max_mps, e.lateral_acceleration_mps2
+        "{}, to {:.1} m/s²",
+        speed_range(e.speed.min_mps, e.speed.max_mps),
+        e.lateral_acceleration_mps2
     );
     let summary = if reasons.is_empty() {
         format!("The fit on {of} data is {fit} {range}: fit to design on there.")
@@ -200,34 +202,7 @@ pub(super) fn quality(
             messages()
         )
     };
-    Quality::new(summary, reasons, advice)
-}
-
-/// The reason against parameters at a bound or far off their prior: one takes up what the model lacks, and it is that of
-/// no known vehicle.
-fn unusual_parameters(e: &VehicleEvidence) -> Option<(Reason, String)> {
-    let mut unusual = Vec::new();
-    let mut largest: f64 = 0.0;
-    for p in &e.parameters {
-        if p.prior.standard_deviation == 0.0 {
-            continue;
-        }
-        let name = p.name.replace('_', " ");
-        if p.name == Parameter::Delay.name() && p.value < -2.0 * p.standard_error {
-            unusual.push(format!("the delay is negative, {:.0} ms", 1000.0 * p.value));
-        } else if p.is_at_bound {
-            unusual.push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit));
-        } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
-            unusual.push(format!("{name} is {:+.1} deviations off its prior", p.moved_deviations));
-        }
-        largest = largest.max(p.moved_deviations.abs());
-    }
-    if unusual.is_empty() {
-        return None;
-    }
-    let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, unusual.join(", "));
-    let advice = "a parameter of no usual vehicle takes up something else: check units, clocks and the steering ratio, or state the prior of such a vehicle";
-    Some((reason.compared(largest, MOST_DEVIATIONS, ""), advice.into()))
+    Quality::new(summary, reasons, advice).with_remarks(remarks)
 }
 
 fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(Reason, String)> {

@@ -63,24 +63,23 @@ fn in_words(band: &BandDeparture) -> String {
     )
 }
 
+/// The model error in words, and its possible causes with what to do; `None` without one.
 pub(crate) fn suggested_checks(
     evidence: &Evidence,
     drive: &Drive<'_>,
     options: &IdentifyOptions,
     model_errors: &[BandDeparture],
-) -> Vec<String> {
+) -> Option<(String, String)> {
     if model_errors.is_empty() {
-        return Vec::new();
+        return None;
     }
     let in_band = |b: &BandDeparture| {
         let degrees = b.phase_ahead_rad.to_degrees().round() + 0.0;
         format!("×{:.2} and {degrees:+.0}° from {} to {} Hz", b.gain_ratio, b.from_hz, b.to_hz)
     };
     let all: Vec<String> = model_errors.iter().map(in_band).collect();
-    let mut out = vec![format!(
-        "against the measured response, the model's gain and phase are {}",
-        all.join(", ")
-    )];
+    let remark =
+        format!("against the measured response, the model's gain and phase are {}", all.join(", "));
     let mut causes = Vec::new();
     if options.order.is_some() {
         causes.push("an order that is too low: raise it, or let the data choose it".to_owned());
@@ -103,6 +102,5 @@ pub(crate) fn suggested_checks(
     if causes.is_empty() {
         causes.push("an effect that a linear model of this order leaves out".to_owned());
     }
-    out.push(format!("possible causes of this model error: {}", causes.join("; ")));
-    out
+    Some((remark, format!("possible causes of the model error: {}", causes.join("; "))))
 }

@@ -33,7 +33,7 @@ pub(crate) fn quality(
 ) -> Quality {
     let e = &evidence.excitation;
     let mut reasons: Vec<Reason> = weak_steering(e.road_wheel_std_rad).into_iter().collect();
-    let mut advice = Vec::new();
+    let (mut remarks, mut advice) = (Vec::new(), Vec::new());
     if e.informative_up_to_hz < LEAST_BAND {
         let message = if e.informative_up_to_hz > 0.0 {
             format!(
@@ -56,12 +56,12 @@ pub(crate) fn quality(
     }
     let poor = poor_bands(e);
     if !reasons.is_empty() || !poor.is_empty() {
-        advice.extend(poor);
+        remarks.extend(poor);
         advice.push(what_to_drive(evidence, drive));
     }
     if weak || e.noise_to_signal > LOUD {
         let hint = "the stated uncertainty is that of the chosen order and does not include its choice on the same noise: expect errors up to twice as large from a log like this";
-        advice.push(hint.to_owned());
+        remarks.push(hint.to_owned());
     }
     if e.noise_to_signal > LARGEST_NOISE {
         let percent = 100.0 * e.noise_to_signal;
@@ -128,7 +128,11 @@ pub(crate) fn quality(
     }
     let model_errors = model_errors(evidence);
     reasons.extend(too_far(evidence, &model_errors));
-    advice.extend(suggested_checks(evidence, drive, options, &model_errors));
+    if let Some((remark, checks)) = suggested_checks(evidence, drive, options, &model_errors) {
+        remarks.push(remark);
+        advice.push(checks);
+    }
+    remarks.extend(limits(evidence, drive));
     advice.extend(doubts(evidence, drive, options));
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let summary = if reasons.is_empty() {
@@ -157,7 +161,7 @@ pub(crate) fn quality(
             messages()
         )
     };
-    Quality::new(summary, reasons, advice)
+    Quality::new(summary, reasons, advice).with_remarks(remarks)
 }
 
 /// The reason where the road wheel hardly moves, by its standard deviation.
@@ -193,6 +197,12 @@ pub(crate) fn with_error(fit: f64, standard_error: Option<f64>, digits: usize) -
         }
         None => format!("{fit:.digits$} %"),
     }
+}
+
+/// `between 8 and 22 m/s`; `at 15 m/s` where both ends read the same.
+pub(crate) fn speed_range(least_mps: f64, largest_mps: f64) -> String {
+    let [from, to] = [least_mps, largest_mps].map(|v| format!("{v:.0}"));
+    if from == to { format!("at {from} m/s") } else { format!("between {from} and {to} m/s") }
 }
 
 /// The reason where the validation data are too short for a standard error of the fit: as little data determine
@@ -241,23 +251,12 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
     out
 }
 
-fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
+/// Effects that the model leaves out, and frequencies that the steering lacks.
+fn limits(evidence: &Evidence, drive: &Drive<'_>) -> Vec<String> {
     let mut out = Vec::new();
-    if drive.speed_spread > 0.2 {
-        let other = match options.input_kind {
-            InputKind::Steering => ", or identify with the input steering*speed",
-            InputKind::SteeringTimesSpeed => "",
-        };
-        let percent = 100.0 * drive.speed_spread;
-        out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
-    }
     if evidence.independence.lags > 0 && !evidence.independence.pass {
-        let hint = "validation residuals still depend on past steering: expect effects that a linear model of this order leaves out";
-        out.push(hint.to_owned());
-    }
-    if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
-        let hint = "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road";
-        out.push(hint.to_owned());
+        let remark = "validation residuals still depend on past steering: expect effects that a linear model of this order leaves out";
+        out.push(remark.to_owned());
     }
     if let Some(persistence) = evidence.excitation.persistence
         && persistence.order < persistence.tried
@@ -271,6 +270,23 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
                 String::new()
             }
         ));
+    }
+    out
+}
+
+fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
+    let mut out = Vec::new();
+    if drive.speed_spread > 0.2 {
+        let other = match options.input_kind {
+            InputKind::Steering => ", or identify with the input steering*speed",
+            InputKind::SteeringTimesSpeed => "",
+        };
+        let percent = 100.0 * drive.speed_spread;
+        out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
+    }
+    if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
+        let hint = "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road";
+        out.push(hint.to_owned());
     }
     if let Some((angle, share)) = at_limit(drive.steering) {
         out.push(format!(

@@ -144,7 +144,8 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
     let fit = format!("{:.0} ± ", plant.evidence.fit.validation);
     assert!(plant.evidence.fit.validation > 60.0 || quality.summary.contains(&fit), "{quality:?}");
     let advice = quality.advice.join("; ");
-    assert!(advice.contains("above 2 Hz there is no information in this log"), "{advice}");
+    let remarks = quality.remarks.join("; ");
+    assert!(remarks.contains("above 2 Hz there is no information in this log"), "{remarks}");
     assert!(advice.contains("slalom whose rhythm sweeps from 0.2 to 2 Hz, about ±"), "{advice}");
     assert!(plant.evidence.excitation.road_wheel_std_rad < 0.002);
     // Left steering turns left: the axis was mapped with its sign.
