@@ -207,7 +207,7 @@ fn an_fmu_that_does_not_return_is_reported_and_the_rows_before_it_are_kept() {
     let sweep = prepare(folder.path(), &text).unwrap();
     let how = How {
         threads: 1,
-        timeout: Some(Duration::from_secs(3)),
+        timeout: Some(Duration::from_millis(1500)),
         hung: &|run, rows| {
             // Run 1 hangs, after the row of run 0.
             assert_eq!(rows, 1);
@@ -219,7 +219,7 @@ fn an_fmu_that_does_not_return_is_reported_and_the_rows_before_it_are_kept() {
     assert_eq!(HANGING.load(Ordering::Relaxed), 1);
     // It came back after all, later than it may: between two steps that is seen.
     let table = fs::read_to_string(&out).unwrap();
-    assert_eq!(column(&table, "status"), ["ok", "error: the run takes longer than 3 s"]);
+    assert_eq!(column(&table, "status"), ["ok", "error: the run takes longer than 1.5 s"]);
 }
 
 #[test]
