@@ -34,6 +34,14 @@ pub enum Steering {
     Measured,
     /// A command that is held from row to row.
     Command,
+    /// The same in a column with the name of an angle.
+    HeldAngle,
+}
+
+impl Steering {
+    fn is_held(self) -> bool {
+        self != Self::Measured
+    }
 }
 
 /// One drive and how it is logged.
@@ -139,7 +147,7 @@ impl LinearDrive {
         for k in 0..(self.seconds / STEP_S).round() as usize {
             let t = k as f64 * STEP_S;
             if k % steps_a_row == 0 {
-                if self.steering == Steering::Command {
+                if self.steering.is_held() {
                     wheel = wish.at(t) - against * felt;
                 }
                 let quantum = self.quantum_deg * degree;
@@ -160,7 +168,7 @@ impl LinearDrive {
             felt += STEP_S / 0.1 * (late - felt);
             let next = match self.steering {
                 Steering::Measured => wish.at(t + STEP_S) - against * felt,
-                Steering::Command => wheel,
+                Steering::Command | Steering::HeldAngle => wheel,
             };
             let play = 0.5 * self.lash_deg * degree;
             let before = road_wheel;
@@ -292,7 +300,7 @@ impl LinearLog {
     #[must_use]
     pub fn csv(&self) -> String {
         let steering = match self.drive.steering {
-            Steering::Measured => "roadwheel_angle_rad",
+            Steering::Measured | Steering::HeldAngle => "roadwheel_angle_rad",
             Steering::Command => "roadwheel_command_rad",
         };
         let mut text = format!("time_s,{steering},yaw_rate_radps,speed_mps\n");

@@ -1,6 +1,7 @@
 //! Data sets: signals in segments, estimation and validation data, offsets, trends and scaling.
 
 pub(crate) mod dataset;
+pub(crate) mod held_input;
 pub(crate) mod moving;
 pub(crate) mod recording;
 pub(crate) mod scaled;

@@ -6,13 +6,14 @@ mod evidence;
 pub(crate) mod plant;
 
 use crate::Error;
+use crate::data::held_input::held_for;
 use crate::data::scaled::{Data, Detrend};
 use crate::identify::evidence::Found;
 use crate::identify::plant::{Identified, Outcome, traces};
 use crate::model::conversion::to_continuous;
 use crate::selection::candidate::{Candidate, Choice};
 use crate::selection::choose::choose;
-use crate::selection::delay::{Delay, estimate_delay};
+use crate::selection::delay::{Delay, estimate, estimate_delay};
 use crate::selection::filter::{filter, uncertainty};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
@@ -31,7 +32,9 @@ pub use automatic::{Automatic, TriedOrder, automatic};
 /// and the quality report it.
 pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
     options.check()?;
-    let measured = log;
+    let logged = log;
+    let held = held(logged, options)?;
+    let measured = &*held;
     let (log, delay) = delayed(measured, options)?;
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
@@ -71,7 +74,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     }
 
     let mut traces = traces(log, &data, chosen, options)?;
-    traces.steering_rad.clone_from(&measured.input);
+    traces.steering_rad.clone_from(&logged.input);
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("realization".into(), chosen.realization.name().into());
@@ -156,6 +159,25 @@ fn stabilised(chosen: &Candidate, options: &IdentifyOptions) -> Option<String> {
             s.fit_after
         )
     })
+}
+
+/// Times that the vehicle is estimated from the input that the estimate before it determines.
+const TURNS: usize = 2;
+
+/// The drive with its steering held over each sample as suits the vehicle; as it is where the data determine none.
+fn held<'a>(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Cow<'a, DriveLog>, Error> {
+    let preparation = IdentifyOptions { detrend: Detrend::Mean, ..options.clone() }.preparation();
+    let mut held = Cow::Borrowed(log);
+    for _ in 0..TURNS {
+        let late = options.delay_s.map(|seconds| held.with_input_delayed(seconds));
+        let data = Data::new(late.as_ref().unwrap_or(&held), &preparation)?;
+        let Ok((_, Some(vehicle))) = estimate(&data.estimation.data) else { break };
+        held = held_for(log, &vehicle);
+        if matches!(held, Cow::Borrowed(_)) {
+            break;
+        }
+    }
+    Ok(held)
 }
 
 /// A delay that was estimated, or given.

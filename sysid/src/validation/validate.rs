@@ -1,6 +1,7 @@
 //! A model on a drive that need not be its own, validated as an identified one is on its own.
 
 use crate::Error;
+use crate::data::held_input::{ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Part, Preparation};
 use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
@@ -9,6 +10,7 @@ use crate::selection::candidate::{initial_states, output};
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use faer::Mat;
+use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Continuous, InputKind, Matrix, Plant};
 
@@ -38,8 +40,10 @@ pub fn validate(
     model: &Continuous,
 ) -> Result<Validated, Error> {
     let none = Matrix::from_fn(1, 1, |_, _| 0.0);
-    let [a, b, c, d] = sampled([&model.f, &model.g, &model.h, &none], Some(log.sample_time_s))?;
-    validated(log, options, InputKind::Steering, StateSpace { a, b, c, d })
+    let matrices = [&model.f, &model.g, &model.h, &none];
+    let [a, b, c, d] = sampled(matrices, Some(log.sample_time_s))?;
+    let log = held_for(log, &continuous(matrices)?);
+    validated(&log, options, InputKind::Steering, StateSpace { a, b, c, d })
 }
 
 /// Validates an identified plant on a drive, its own or another, as [`validate`] does: by its discrete
@@ -66,11 +70,22 @@ pub fn validate_plant(
         }
     };
     let model = StateSpace { a, b, c, d };
+    let held = match &plant.continuous {
+        Some(m) => held_for(log, &continuous([&m.f, &m.g, &m.h, &discrete.d])?),
+        None => Cow::Borrowed(log),
+    };
+    let log = &*held;
     if plant.input_delay_s > 0.0 {
         let late = log.with_input_delayed(plant.input_delay_s);
         return validated(&late, options, plant.input, model);
     }
     validated(log, options, plant.input, model)
+}
+
+/// The model that holds the steering; its matrices are checked.
+fn continuous(matrices: [&Matrix; 4]) -> Result<ContinuousResponse, Error> {
+    let [f, g, h, d] = sampled(matrices, None)?;
+    Ok(ContinuousResponse { f, g, h, d: d[(0, 0)] })
 }
 
 /// Checked matrices; sampled where a sample time is given, with the input held.

@@ -11,6 +11,7 @@ mod dryer2;
 mod evidence;
 mod factor;
 mod faults;
+mod held_input;
 #[allow(dead_code, unreachable_pub, unused_imports)] // the evaluation uses the rest
 #[path = "../known/mod.rs"]
 mod known;

@@ -287,7 +287,7 @@ fn peer(logs: &[LinearLog]) -> Result<Vec<f64>, String> {
     }
     let hold = match first.drive.steering {
         Steering::Measured => "foh",
-        Steering::Command => "zoh",
+        Steering::Command | Steering::HeldAngle => "zoh",
     };
     let step = 1.0 / first.drive.rate_hz;
     let arguments = [half.to_string(), step.to_string(), hold.to_owned()];

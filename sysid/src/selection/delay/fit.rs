@@ -3,10 +3,13 @@
 //! Variable projection (Golub and Pereyra 1973): for given poles and delay the numerator is a linear
 //! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
 
-use crate::linalg::dense::short_dot;
+use crate::Error;
+use crate::data::held_input::ContinuousResponse;
+use crate::linalg::dense::{RANK_TOLERANCE, column, least_squares, short_dot};
 use crate::linalg::levenberg_marquardt::{Damping, lower};
 use crate::selection::delay::lags::Quadratic;
 use crate::selection::delay::response::{basis, polynomial, with_pole};
+use faer::Mat;
 use std::convert::Infallible;
 
 /// A model with its cost; times in samples.
@@ -89,6 +92,42 @@ impl Fit {
         let ((mut x, _), cost) = (reached.point, reached.cost);
         let delay = x.pop().unwrap_or(0.0);
         Self { parameters: x, delay, excess: cost }
+    }
+
+    /// The model without its delay; `sample` is a sample in s.
+    pub(super) fn response(
+        &self,
+        search: &Search<'_>,
+        sample: f64,
+    ) -> Result<ContinuousResponse, Error> {
+        let q = search.q;
+        let a = polynomial(&self.parameters);
+        let n = a.len();
+        let first = n - search.numerators(n);
+        let columns: Vec<Vec<f64>> = basis(&a, self.delay, q.target.len())
+            .iter()
+            .skip(first)
+            .map(|column| q.times(column))
+            .collect();
+        let columns = Mat::from_fn(q.target.len(), columns.len(), |i, j| columns[j][i]);
+        let numerator =
+            least_squares(columns.as_ref(), column(&q.target).as_ref(), RANK_TOLERANCE)?;
+        Ok(ContinuousResponse {
+            f: Mat::from_fn(n, n, |i, j| match j {
+                0 => -a[i] / sample,
+                _ if j == i + 1 => 1.0 / sample,
+                _ => 0.0,
+            }),
+            g: Mat::from_fn(
+                n,
+                1,
+                |i, _| {
+                    if i < first { 0.0 } else { numerator[(i - first, 0)] / sample }
+                },
+            ),
+            h: Mat::from_fn(1, n, |_, j| if j == 0 { 1.0 } else { 0.0 }),
+            d: 0.0,
+        })
     }
 
     /// Variance of the delay over the noise's; `None` where the data do not determine it.
@@ -212,7 +251,6 @@ fn squares(x: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faer::Mat;
 
     const COUNT: usize = 60;
 

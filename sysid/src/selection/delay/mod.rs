@@ -15,6 +15,7 @@ mod response;
 
 use crate::Error;
 use crate::data::DataSet;
+use crate::data::held_input::ContinuousResponse;
 use crate::selection::delay::fit::{Fit, Search, Zeros};
 use crate::selection::delay::lags::Quadratic;
 use crate::selection::delay::response::{MOST, polynomial};
@@ -34,6 +35,8 @@ const LARGEST_ERROR_S: f64 = 0.015;
 /// Longest lag of a steering actuator that is thought of, s.
 const LONGEST_LAG_S: f64 = 0.1;
 const FINE: usize = 30;
+/// Largest order of a vehicle: two poles and an actuator's lag.
+const LARGEST_VEHICLE: usize = 3;
 /// Standard errors by which a delay must differ from none.
 const LEAST_ERRORS: f64 = 3.0;
 
@@ -61,6 +64,12 @@ pub struct Delay {
 /// [`Error::Data`] for several inputs or outputs, [`Error::TooFewSamples`] where the segments are too
 /// short for the models, and [`Error::Numerical`] where a decomposition fails.
 pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
+    estimate(data).map(|(delay, _)| delay)
+}
+
+/// The estimate of the delay, and a vehicle that the data determine: with the delay where it is to be used, else without
+/// one; `None` where no fit is one.
+pub(crate) fn estimate(data: &DataSet) -> Result<(Delay, Option<ContinuousResponse>), Error> {
     if (data.inputs(), data.outputs()) != (1, 1) {
         return Err(Error::data(format!(
             "a delay is estimated from one input to one output, there are {} and {}",
@@ -105,14 +114,17 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let is_taken = taken([evidence, other], best.delay, error, sample);
     // Wider than what was searched, it is no statement about the delay.
     let is_known = standard_error_s < LONGEST_S;
-    Ok(Delay {
+    let fits = models.iter().map(|(none, free)| if is_taken { free } else { none });
+    let vehicle = vehicle(&search, sample, fits, |fit| bayes(fit, 0.0))?;
+    let delay = Delay {
         seconds: if is_taken { estimate_s } else { 0.0 },
         estimate_s,
         standard_error_s: if is_known { standard_error_s } else { f64::INFINITY },
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
         evidence,
-    })
+    };
+    Ok((delay, vehicle))
 }
 
 /// Whether the evidence against lags and free zeros, and delay and error in samples, are enough.
@@ -122,6 +134,27 @@ fn taken(evidence: [f64; 2], delay: f64, error: f64, sample: f64) -> bool {
         && delay >= LEAST_SAMPLES
         && delay > LEAST_ERRORS * error
         && error * sample <= LARGEST_ERROR_S
+}
+
+/// The simplest of the fits, by rising order, that a vehicle can have, unless one of higher order is strongly preferred by
+/// the criterion: a response that is to be trusted up to half the sample rate.
+fn vehicle<'a>(
+    search: &Search<'_>,
+    sample: f64,
+    fits: impl Iterator<Item = &'a Fit>,
+    criterion: impl Fn(&Fit) -> f64,
+) -> Result<Option<ContinuousResponse>, Error> {
+    let mut best: Option<(f64, ContinuousResponse)> = None;
+    for fit in fits.take(LARGEST_VEHICLE) {
+        let response = fit.response(search, sample)?;
+        let worth = criterion(fit);
+        if response.is_of_a_vehicle(sample)
+            && best.as_ref().is_none_or(|(least, _)| worth < least - STRONG)
+        {
+            best = Some((worth, response));
+        }
+    }
+    Ok(best.map(|(_, response)| response))
 }
 
 /// Standard error of the delay with the orders' variances about it, by BIC's `excess`.

@@ -6,88 +6,21 @@
 //! median and the median size of estimate less truth, in the unit next to them; `bias/s.e.` and
 //! `error/s.e.` the same over the stated standard error, the second scaled to be 1 where that is right.
 //!
-//! `--without` leaves a disturbance out of every drive, which shows what causes which error.
+//! `--without` leaves a disturbance out of every drive, which shows what causes which error. `--steering` is what
+//! the log has of the steering, and `--intersample` what is stated about it.
 
+mod arguments;
 mod tally;
 
 use super::options;
-use clap::{Parser, ValueEnum};
+use arguments::{Arguments, Disturbance, Kind};
 use std::error::Error;
 use steerwright_drivelog::{LogOptions, read_log};
 use steerwright_evaluation::measure::median;
-use steerwright_evaluation::{LinearCar, LinearDrive, Random, Steering, on_all_cores};
+use steerwright_evaluation::{LinearCar, LinearDrive, Random, on_all_cores};
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use steerwright_sysid::{Identified, IdentifyOptions, Intersample, identify};
+use steerwright_sysid::{Identified, IdentifyOptions, identify};
 use tally::{Tally, header};
-
-/// Prints in how many simulated drives each stated 95 % band holds the truth.
-#[derive(Parser)]
-struct Arguments {
-    /// Drives, each of a car of its own
-    #[arg(long, default_value_t = 240)]
-    drives: usize,
-    /// Seed of cars and drives
-    #[arg(long, default_value_t = 9)]
-    seed: u64,
-    /// What is left out of every drive
-    #[arg(long, value_enum, value_delimiter = ',')]
-    without: Vec<Disturbance>,
-    /// Sample time to bring the logs to, s, in place of the automatic one
-    #[arg(long)]
-    sample_time: Option<f64>,
-    /// Order of the state-space model, in place of the automatic one
-    #[arg(long)]
-    order: Option<usize>,
-    /// Delay of the input, s, in place of the automatic one
-    #[arg(long)]
-    delay: Option<f64>,
-    /// Rows of the logs a second
-    #[arg(long, default_value_t = 100.0)]
-    rate: f64,
-    /// Length of the drives, s
-    #[arg(long, default_value_t = 120.0)]
-    seconds: f64,
-    /// What is driven
-    #[arg(long, value_enum, default_value_t = Kind::Realistic)]
-    kind: Kind,
-    /// State that the steering is held between its samples
-    #[arg(long)]
-    held: bool,
-    /// Print a line for each drive
-    #[arg(long)]
-    list: bool,
-    /// Folder to write the logs to
-    #[arg(long, value_name = "DIR")]
-    write: Option<std::path::PathBuf>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// [`LinearDrive::realistic`]
-    Realistic,
-    /// [`LinearDrive::ideal`]
-    Ideal,
-    /// [`LinearDrive::clean_sweep`]
-    Sweep,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Disturbance {
-    /// The speed is constant
-    Jitter,
-    /// No gusts
-    Gusts,
-    /// The steering angle is logged as it is
-    Quantisation,
-    /// No play in the steering
-    Lash,
-    /// The gyro has no noise
-    Gyro,
-    /// No driver in the loop
-    Driver,
-    /// The angle is a command held over each row of the log, not that of a moving wheel
-    Sampling,
-}
 
 /// Frequencies of the bands, Hz.
 const FREQUENCIES_HZ: [f64; 3] = [0.3, 1.0, 2.0];
@@ -138,6 +71,7 @@ impl Drive {
         drive.driver = k % 2 == 1 && arguments.kind != Kind::Sweep;
         drive.rate_hz = arguments.rate;
         drive.seconds = arguments.seconds;
+        drive.steering = arguments.steering.into();
         for without in &arguments.without {
             match without {
                 Disturbance::Jitter => drive.speed_spread = 0.0,
@@ -146,7 +80,6 @@ impl Drive {
                 Disturbance::Lash => drive.lash_deg = 0.0,
                 Disturbance::Gyro => drive.gyro_noise_radps = 0.0,
                 Disturbance::Driver => drive.driver = false,
-                Disturbance::Sampling => drive.steering = Steering::Command,
             }
         }
         let csv = drive.record().csv();
@@ -156,7 +89,7 @@ impl Drive {
         let options = LogOptions {
             steering_ratio: Some(1.0),
             sample_time_s: arguments.sample_time,
-            intersample: arguments.held.then_some(Intersample::Zoh),
+            intersample: arguments.intersample.map(Into::into),
             ..LogOptions::default()
         };
         let log = read_log(&[(format!("{k}.csv"), csv.into_bytes())], &options)?;

@@ -1,0 +1,220 @@
+//! The steering as a model takes it, held over each sample, so that it does to this vehicle what the logged steering
+//! did.
+//!
+//! The reader of the log delivers the mean over each sample of a steering that moves on between its samples (filter
+//! `V₀`), which is right for a vehicle that integrates. A vehicle with poles of its own weights the end of a sample
+//! more than its start. With the response G(jω) of the vehicle and G_d(e^{jωT}) of its samples under a held input, the
+//! held input is right where it is the steering filtered by `V = G/G_d`; of a command that is held over a period h of
+//! its own, G is that of its samples over h. So the input of the log is filtered by `V/V₀`, which is 1 for slow
+//! steering. A model that is identified from this input has the response of the vehicle where G has: an error of G
+//! changes V by less than `ωT/12` of it.
+
+use crate::linalg::dense::eigenvalues;
+use crate::model::conversion::discretize;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, c64};
+use std::borrow::Cow;
+use std::f64::consts::PI;
+use steerwright_drivelog::{DriveLog, Role};
+use steerwright_formats::Intersample;
+
+/// Samples on either side that the filter takes.
+const HALF: usize = 16;
+/// Points of the filter's response up to half the sample rate.
+const POINTS: usize = 256;
+/// Share of half the sample rate from which the filter goes over to 1: near half the sample rate the samples of a
+/// vehicle behind an actuator vanish, and there is hardly any steering.
+const FULL: f64 = 0.6;
+/// Most by which the filter differs from 1.
+const LARGEST: f64 = 0.5;
+
+/// A continuous model from steering to yaw rate without a delay, time in s: `ẋ = F x + G u`, `y = H x + D u`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ContinuousResponse {
+    pub(crate) f: Mat<f64>,
+    pub(crate) g: Mat<f64>,
+    pub(crate) h: Mat<f64>,
+    pub(crate) d: f64,
+}
+
+impl ContinuousResponse {
+    /// At a frequency, rad/s.
+    fn at(&self, omega: f64) -> c64 {
+        pencil(self.f.as_ref(), self.g.as_ref(), self.h.as_ref(), c64::new(0.0, omega)) + self.d
+    }
+
+    /// Whether a vehicle and its actuator can have poles and zero, and samples so far apart can show them: poles that are
+    /// stable, damped and slower than half the sample rate, and no zero in the right half plane.
+    pub(crate) fn is_of_a_vehicle(&self, sample_s: f64) -> bool {
+        const LEAST_DAMPING: f64 = 0.2;
+        let numerator: Vec<f64> =
+            (0..self.g.nrows()).map(|i| self.g[(i, 0)]).filter(|g| *g != 0.0).collect();
+        let is_minimum_phase = numerator.windows(2).all(|g| g[0] * g[1] > 0.0);
+        let poles = eigenvalues(self.f.as_ref()).unwrap_or_default();
+        let is_damped = |(re, im): &(f64, f64)| {
+            let size = re.hypot(*im);
+            size * sample_s < PI && -re >= LEAST_DAMPING * size && size > 0.0
+        };
+        !poles.is_empty() && poles.iter().all(is_damped) && is_minimum_phase
+    }
+
+    /// The samples' response to an input that is held over `period_s`, at a frequency, rad/s.
+    fn held(&self, period_s: f64) -> impl Fn(f64) -> c64 {
+        let (a, b) = discretize(self.f.as_ref(), self.g.as_ref(), period_s);
+        move |omega| {
+            pencil(a.as_ref(), b.as_ref(), self.h.as_ref(), c64::cis(omega * period_s)) + self.d
+        }
+    }
+}
+
+/// `c·(s I − a)⁻¹·b`.
+fn pencil(a: MatRef<'_, f64>, b: MatRef<'_, f64>, c: MatRef<'_, f64>, s: c64) -> c64 {
+    let n = a.nrows();
+    let zero = c64::new(0.0, 0.0);
+    let m = Mat::from_fn(n, n, |i, j| if i == j { s } else { zero } - a[(i, j)]);
+    let x = m.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| c64::new(b[(i, 0)], 0.0)));
+    (0..n).fold(zero, |sum, j| sum + x[(j, 0)] * c[(0, j)])
+}
+
+/// The drive with its steering, as it was read, held over each sample as suits the vehicle.
+pub(crate) fn held_for<'a>(log: &'a DriveLog, vehicle: &ContinuousResponse) -> Cow<'a, DriveLog> {
+    let Some(taps) = taps(log, vehicle) else { return Cow::Borrowed(log) };
+    let mut held = log.clone();
+    for segment in &log.segments {
+        let samples = &log.input[segment.range.clone()];
+        let Some(last) = samples.len().checked_sub(1) else { continue };
+        for (k, out) in held.input[segment.range.clone()].iter_mut().enumerate() {
+            let at = |i: usize| samples[(k + HALF).saturating_sub(i).min(last)];
+            *out = taps.iter().enumerate().map(|(i, tap)| tap * at(i)).sum();
+        }
+    }
+    Cow::Owned(held)
+}
+
+/// The filter, its first tap for the sample [`HALF`] after; `None` where the input is as the model takes it.
+fn taps(log: &DriveLog, vehicle: &ContinuousResponse) -> Option<Vec<f64>> {
+    let step = log.sample_time_s;
+    let channel = log.channels.iter().find(|c| c.role == Role::Steering.key())?;
+    let moves_on = match channel.intersample? {
+        Intersample::Bl | Intersample::Foh => true,
+        Intersample::Zoh => false,
+    };
+    let period = 1.0 / channel.rate_hz;
+    if !moves_on && (!period.is_finite() || period > 0.99 * step) {
+        return None;
+    }
+    let (of_step, of_period) = (vehicle.held(step), vehicle.held(period.min(step)));
+    let ratio = |omega: f64| {
+        let half = 0.5 * omega * step;
+        let (wanted, read) = if moves_on {
+            (vehicle.at(omega), c64::cis(half) * sinc(half))
+        } else {
+            let own = 0.5 * omega * period;
+            (of_period(omega), c64::cis(half - own) * (sinc(own) / sinc(half)))
+        };
+        wanted / (of_step(omega) * read)
+    };
+    let response: Vec<c64> = (0..POINTS)
+        .map(|k| {
+            let share = (k as f64 + 0.5) / POINTS as f64;
+            let change = ratio(PI * share / step) - 1.0;
+            let size = change.re.hypot(change.im);
+            let kept = fade(share) * (LARGEST / size).min(1.0);
+            if size.is_finite() && size > 0.0 { change * kept } else { c64::new(0.0, 0.0) }
+        })
+        .collect();
+    let tap = |i: usize| {
+        let lag = i as f64 - HALF as f64;
+        let sum: f64 = response
+            .iter()
+            .enumerate()
+            .map(|(k, change)| {
+                let turn = c64::cis(PI * (k as f64 + 0.5) / POINTS as f64 * lag);
+                (change * turn).re
+            })
+            .sum();
+        // Of von Hann's window.
+        let window = (0.5 * PI * lag / (HALF as f64 + 1.0)).cos().powi(2);
+        window * sum / POINTS as f64
+    };
+    let mut taps: Vec<f64> = (0..=2 * HALF).map(tap).collect();
+    // Steering at rest stays as it is.
+    let sum: f64 = taps.iter().sum();
+    taps[HALF] += 1.0 - sum;
+    Some(taps)
+}
+
+/// From 1 to 0 at half the sample rate.
+fn fade(share: f64) -> f64 {
+    let beyond = ((share - FULL) / (1.0 - FULL)).max(0.0);
+    (0.5 * PI * beyond).cos().powi(2)
+}
+
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steerwright_drivelog::{LogOptions, read_log};
+
+    fn log(period_s: f64, step_s: f64, intersample: Intersample) -> DriveLog {
+        let mut csv = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps\n");
+        for k in 0..800 {
+            let t = period_s * f64::from(k);
+            csv += &format!("{t:.4},{:.9},{:.9}\n", 0.1 * (3.0 * t).sin(), (3.0 * t).cos());
+        }
+        let options = LogOptions {
+            intersample: Some(intersample),
+            sample_time_s: Some(step_s),
+            ..LogOptions::default()
+        };
+        read_log(&[("log.csv".into(), csv.into_bytes())], &options).unwrap()
+    }
+
+    fn vehicle(pole: f64) -> ContinuousResponse {
+        let one = |x: f64| Mat::from_fn(1, 1, |_, _| x);
+        ContinuousResponse { f: one(-pole), g: one(1.0), h: one(1.0), d: 0.0 }
+    }
+
+    /// What is held over the samples does to a lag what the steering does, as the reader's filter does to an
+    /// integrator.
+    #[test]
+    fn the_filter_is_the_vehicle_over_its_samples() {
+        let step = 0.1;
+        for intersample in [Intersample::Bl, Intersample::Foh] {
+            let log = log(step, step, intersample);
+            for pole in [1e-3, 2.0, 10.0, 20.0] {
+                let taps = taps(&log, &vehicle(pole)).unwrap();
+                for hz in [0.2, 0.5, 1.0, 2.0] {
+                    let omega = 2.0 * PI * hz;
+                    let filter =
+                        taps.iter().enumerate().fold(c64::new(0.0, 0.0), |sum, (i, tap)| {
+                            sum + c64::cis(omega * step * (HALF as f64 - i as f64)) * *tap
+                        });
+                    let half = 0.5 * omega * step;
+                    let held = c64::cis(half) * sinc(half) * filter;
+                    let (a, s) = ((-pole * step).exp(), c64::new(0.0, omega));
+                    let of_samples = c64::new((1.0 - a) / pole, 0.0) / (c64::cis(omega * step) - a);
+                    let off = of_samples * held * (s + pole) - 1.0;
+                    let size = off.re.hypot(off.im);
+                    assert!(size < 2e-3, "{intersample:?} pole {pole} at {hz} Hz: {size}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_command_at_its_own_rate_and_an_unstable_model_leave_the_input_finite() {
+        let own = log(0.1, 0.1, Intersample::Zoh);
+        assert!(matches!(held_for(&own, &vehicle(10.0)), Cow::Borrowed(_)));
+        let faster = log(0.01, 0.05, Intersample::Zoh);
+        for pole in [10.0, 0.0, -5.0, 1e9, f64::NAN] {
+            for log in [&faster, &log(0.1, 0.1, Intersample::Bl)] {
+                let held = held_for(log, &vehicle(pole));
+                assert!(held.input.iter().all(|u| u.is_finite()), "{pole}");
+            }
+        }
+    }
+}
