@@ -449,10 +449,10 @@ class Evidence(Record):
     play: Union[SteeringPlay, None]
     """Play of the steering; absent if the data do not show any."""
     yaw_rate_lead_s: Union[float, None]
-    """Lead of the yaw rate before the steering that causes it, s; absent if it does not lead."""
+    """Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead."""
     yaw_rate_lag_s: Union[float, None]
-    """Delay of the steering up to which it still explains the yaw rate, s; absent if the data do not show
-    it."""
+    """Delay of the steering up to which it still explains the yaw rate, s; absent if that is less than 0.1
+    s or the data do not show it."""
     residuals: Union[ResidualCorrelation, None]
     """The residuals lag by lag."""
     frequency_response: Union[FrequencyResponse, None]

@@ -54,11 +54,11 @@ pub struct Evidence {
     /// Play of the steering; absent if the data do not show any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub play: Option<SteeringPlay>,
-    /// Lead of the yaw rate before the steering that causes it, s; absent if it does not lead.
+    /// Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lead_s: Option<f64>,
-    /// Delay of the steering up to which it still explains the yaw rate, s; absent if the data do not
-    /// show it.
+    /// Delay of the steering up to which it still explains the yaw rate, s; absent if that is less than 0.1 s or the
+    /// data do not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lag_s: Option<f64>,
     /// The residuals lag by lag.

@@ -17,7 +17,7 @@ use faer::Mat;
 use steerwright_drivelog::signal::standard_deviation;
 
 const STEPS: usize = 40;
-/// A step that lowers the sum by a smaller share is the last.
+/// [`Problem::least_gain`] of what is delivered.
 const LEAST_GAIN: f64 = 1e-8;
 /// Largest step: of a logarithm, and of what is measured in its prior's deviations.
 const LARGEST_STEP: f64 = 1.0;
@@ -33,6 +33,8 @@ pub(super) struct Problem<'a> {
     pub(super) free: Vec<usize>,
     /// Value of those that are not; of a stated wheelbase the value.
     pub(super) fixed: [f64; PARAMETERS],
+    /// A step that lowers the sum by a smaller share is the last.
+    pub(super) least_gain: f64,
 }
 
 /// What was found.
@@ -60,7 +62,14 @@ impl<'a> Problem<'a> {
             free.push(DELAY);
         }
         free.sort_unstable();
-        Self { segments, share, priors, free, fixed: priors.map(|p| p.mean) }
+        Self {
+            segments,
+            share,
+            priors,
+            free,
+            fixed: priors.map(|p| p.mean),
+            least_gain: LEAST_GAIN,
+        }
     }
 
     pub(super) fn samples(&self) -> usize {
@@ -136,6 +145,13 @@ impl<'a> Problem<'a> {
         self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))
     }
 
+    /// Estimates from an estimate of a problem that differs a little; `None` where the model leaves all bounds
+    /// there.
+    pub(super) fn solve_from(&self, from: &Estimate) -> Result<Option<Estimate>, Error> {
+        let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance);
+        cost.map(|cost| self.refine(Estimate { cost, ..from.clone() })).transpose()
+    }
+
     fn best(&self, starts: impl Iterator<Item = Estimate>) -> Result<Option<Estimate>, Error> {
         let refined = starts.map(|s| self.refine(s)).collect::<Result<Vec<_>, _>>()?;
         Ok(refined.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)))
@@ -190,7 +206,7 @@ impl<'a> Problem<'a> {
             (from, cost),
             STEPS,
             Damping { first: 1e-3, fall: 0.1, tries: 10, ..USUAL },
-            by_more_than(LEAST_GAIN),
+            by_more_than(self.least_gain),
             |at, _| Ok(self.linearised(at)),
             |at, system, damping| {
                 let solution = system.solve(damping)?;

@@ -9,6 +9,7 @@ use crate::bicycle::uncertainty::{covariance_factor, deviation};
 use crate::data::recording::{Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
+use crate::validation::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 
@@ -29,6 +30,7 @@ pub(super) struct Known<'a> {
     pub(super) covariance: &'a [[f64; PARAMETERS]; PARAMETERS],
     pub(super) simulation: &'a Simulation,
     pub(super) with_delay: WithDelay,
+    pub(super) steering_faults: SteeringFaults,
 }
 
 impl Known<'_> {

@@ -11,6 +11,7 @@ mod evidence;
 mod options;
 mod parameters;
 mod quality;
+pub(crate) mod reference;
 mod response;
 mod simulate;
 mod simulation;
@@ -27,6 +28,7 @@ use crate::data::recording::Recording;
 use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
 use crate::identify::plant::Traces;
+use crate::validation::steering_faults::SteeringFaults;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
@@ -35,7 +37,7 @@ use steerwright_formats::{
 };
 
 pub use crate::bicycle::options::BicycleOptions;
-pub(crate) use crate::bicycle::response::response_errors;
+pub(crate) use crate::bicycle::response::{response_errors, response_in_gentle_driving};
 pub use crate::bicycle::validate::validate_bicycle;
 
 /// A bicycle with the signals behind its plots.
@@ -59,14 +61,17 @@ pub fn identify_bicycle(
     options.check()?;
     check_yaw_rate(log)?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
-    identify_moving(&*moving(log, least_mps)?, least_mps, options)
+    let log = &*moving(log, least_mps)?;
+    identify_moving(log, least_mps, options, &|| SteeringFaults::of(log))
 }
 
-/// The same of a log that has nothing below the least speed, m/s.
+/// The same of a log that has nothing below the least speed, m/s, and whose faults of the steering are known, or
+/// found where there is a model.
 pub(crate) fn identify_moving(
     log: &DriveLog,
     least_mps: f64,
     options: &BicycleOptions,
+    steering_faults: &dyn Fn() -> SteeringFaults,
 ) -> Result<IdentifiedBicycle, Error> {
     options.check()?;
     let recording = Recording::new(log, &|turned| {
@@ -128,6 +133,7 @@ pub(crate) fn identify_moving(
         covariance: &covariance,
         simulation: &simulation,
         with_delay: summary,
+        steering_faults: steering_faults(),
     };
     let evidence = known.evidence()?;
     let mut used = log.options.clone();

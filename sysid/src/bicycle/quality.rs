@@ -6,15 +6,14 @@ use crate::bicycle::evidence::{Known, LEAST_SPREAD, is_determined};
 use crate::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::bicycle::response::{response, response_errors};
 use crate::validation::faults::{Recorded, faults};
-use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::modelled::bandwidth_hz;
+use crate::validation::pairs::pairs;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
 use crate::validation::quality::{
     GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
 };
 use crate::validation::rate::slow_log;
-use crate::validation::regression::{Pair, pairs};
 use crate::validation::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
 use std::f64::consts::TAU;
@@ -27,8 +26,7 @@ const LARGEST_ERROR: f64 = 0.15;
 impl Known<'_> {
     pub(super) fn quality(&self, e: &BicycleEvidence, vehicle: &VehicleData) -> Quality {
         let (mut reasons, mut advice) = (Vec::new(), Vec::new());
-        let pairs = pairs(self.log);
-        let reversed = opposite(&pairs, self.log.sample_time_s);
+        let reversed = opposite(&pairs(self.log), self.log.sample_time_s);
         // Gain and offsets of a model of a reversed yaw rate are meaningless.
         let gain_error = if reversed.is_some() { None } else { uncertain_gain(e) };
         let has_gain = reversed.is_none() && gain_error.is_none();
@@ -53,7 +51,7 @@ impl Known<'_> {
             let hint = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
             advice.push(hint.to_owned());
         }
-        for (reason, cause) in implausible.into_iter().chain(self.faults(e, &pairs, has_gain)) {
+        for (reason, cause) in implausible.into_iter().chain(self.faults(e, has_gain)) {
             explained |= reason.grade == Grade::Fail;
             reasons.push(reason);
             advice.push(cause);
@@ -108,25 +106,21 @@ impl Known<'_> {
         found
     }
 
-    fn faults(
-        &self,
-        e: &BicycleEvidence,
-        pairs: &[Pair<'_>],
-        has_gain: bool,
-    ) -> Vec<(Reason, String)> {
+    fn faults(&self, e: &BicycleEvidence, has_gain: bool) -> Vec<(Reason, String)> {
         let (log, p) = (self.log, &self.estimate.parameters);
         let at = self.response(e.speed.mean_mps);
         let gain = at(0.0).0 * p[STEERING_FACTOR].exp();
         let (angle, rate) =
             if has_gain { (p[STEERING_OFFSET], p[YAW_RATE_OFFSET]) } else { (0.0, 0.0) };
         let delay_s = is_determined(&self.with_delay).then_some(self.with_delay.input_delay_s);
-        let play = steering_play(pairs, log.sample_time_s, log.steering_ratio, &|w| at(w / TAU));
+        let play =
+            self.steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
         let mut found = faults(&Recorded {
             channels: &e.channels,
             play: play.as_ref(),
             delay_s: delay_s.filter(|d| *d > 0.0),
-            yaw_rate_lead_s: yaw_rate_lead(pairs, log.sample_time_s),
-            yaw_rate_lag_s: yaw_rate_lag(pairs, log.sample_time_s),
+            yaw_rate_lead_s: self.steering_faults.yaw_rate_lead_s,
+            yaw_rate_lag_s: self.steering_faults.yaw_rate_lag_s,
             road_wheel_std_rad: standard_deviation(&self.recording.steering),
             yaw_rate_std_radps: standard_deviation(&log.output),
             steering_ratio: log.steering_ratio,

@@ -22,6 +22,20 @@ pub(super) fn response(p: &[f64; PARAMETERS], front_share: f64, speed_mps: f64, 
         * c64::cis(-TAU * hz * c.delay)
 }
 
+/// Yaw rate over road-wheel angle of a vehicle in gentle driving, 1/s, at a frequency in Hz.
+pub(crate) fn response_in_gentle_driving(
+    vehicle: &VehicleData,
+    speed_mps: f64,
+) -> impl Fn(f64) -> (f64, f64) + use<> {
+    let p = of_vehicle(vehicle, vehicle.steering_ratio);
+    let front_share =
+        vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
+    move |hz| {
+        let g = response(&p, front_share, speed_mps, hz);
+        (g.re, g.im)
+    }
+}
+
 /// Standard errors of the response of a vehicle in gentle driving from the covariance factor of its data.
 pub(crate) fn response_errors(
     vehicle: &VehicleData,

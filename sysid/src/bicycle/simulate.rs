@@ -16,6 +16,7 @@ pub(super) struct SpeedSegment<'a> {
     pub(super) sample_time: f64,
     /// Steering before the first sample, where it was recorded.
     pub(super) before: &'a [f64],
+    /// It may go on beyond the last yaw rate, which a negative delay needs.
     pub(super) steering: &'a [f64],
     pub(super) speed: &'a [f64],
     pub(super) yaw_rate: &'a [f64],
@@ -135,6 +136,45 @@ impl<S: Scalar> Transition<S> {
     }
 }
 
+/// Speeds whose transitions are kept: they repeat where the speed is constant, quantised or rounded.
+const KEPT: usize = 256;
+
+/// The transitions over the older and the newer part of a sample, by speed.
+struct Transitions<'a, S> {
+    c: &'a Coefficients<S>,
+    /// Not where that part is empty.
+    older: Option<S>,
+    newer: S,
+    kept: Vec<Option<(u64, AtSpeed<S>)>>,
+}
+
+struct AtSpeed<S> {
+    older: Option<Transition<S>>,
+    newer: Transition<S>,
+}
+
+impl<'a, S: Scalar> Transitions<'a, S> {
+    fn new(c: &'a Coefficients<S>, older: Option<S>, newer: S) -> Self {
+        Self { c, older, newer, kept: (0..KEPT).map(|_| None).collect() }
+    }
+
+    fn at(&mut self, speed: f64) -> &AtSpeed<S> {
+        let key = speed.to_bits();
+        // Fibonacci hashing (Knuth, volume 3, section 6.4): the upper bits of a product.
+        let place = (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % KEPT;
+        let kept = &mut self.kept[place];
+        if kept.as_ref().is_none_or(|(of, _)| *of != key) {
+            *kept = None;
+        }
+        let of = |h| {
+            let (a, b) = self.c.at_speed(speed);
+            Transition::new(&a, &b, self.c.rate, h)
+        };
+        let found = || (key, AtSpeed { older: self.older.map(&of), newer: of(self.newer) });
+        &kept.get_or_insert_with(found).1
+    }
+}
+
 /// Runs the model; `each` gets the yaw rates. `false` where it leaves all bounds. `by_delay` keeps
 /// the older part of a sample where it is empty, for the derivative by its length.
 fn run<S: Scalar>(
@@ -150,7 +190,7 @@ fn run<S: Scalar>(
     let older = c.delay - S::constant(whole * t);
     let newer = S::constant(t) - older;
     let known = recording.before.len() as f64;
-    let last = recording.len() as f64 - 1.0;
+    let last = recording.steering.len() as f64 - 1.0;
     let target = |k: f64| {
         let k = k.clamp(-known, last);
         let angle = if k < 0.0 {
@@ -173,14 +213,16 @@ fn run<S: Scalar>(
             }
         }
     }
+    let acts = older.value() > 0.0 || by_delay;
+    let mut transitions = Transitions::new(c, acts.then_some(older), newer);
     for k in 0..recording.len() {
         each(x[1] + c.yaw_rate_offset);
-        let (a, b) = c.at_speed(recording.speed[k]);
+        let over = transitions.at(recording.speed[k]);
         let at = k as f64 - whole;
-        if older.value() > 0.0 || by_delay {
-            Transition::new(&a, &b, c.rate, older).apply(&mut x, &mut wheel, target(at - 1.0));
+        if let Some(older) = &over.older {
+            older.apply(&mut x, &mut wheel, target(at - 1.0));
         }
-        Transition::new(&a, &b, c.rate, newer).apply(&mut x, &mut wheel, target(at));
+        over.newer.apply(&mut x, &mut wheel, target(at));
         // Not a number is no less than the bound either.
         if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
             return false;

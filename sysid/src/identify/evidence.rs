@@ -7,23 +7,22 @@ use crate::selection::candidate::{Choice, initial_states, output};
 use crate::selection::filter::Filter;
 use crate::validation::correlation::{independence, whiteness};
 use crate::validation::frequencies::{correlations, data_factor, frequencies};
-use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::modelled::{LAGS, Modelled};
 use crate::validation::play::steering_play;
 use crate::validation::prediction::{Prediction, on_validation_data};
-use crate::validation::regression::pairs;
+use crate::validation::steering_faults::SteeringFaults;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{DelayEstimate, Evidence, Fits};
 
 pub(super) struct Found<'a> {
-    pub(super) measured: &'a DriveLog,
     /// The drive with its steering delayed as the model takes it.
     pub(super) log: &'a DriveLog,
     pub(super) delay: Option<DelayEstimate>,
     pub(super) data: &'a Data,
     pub(super) choice: &'a Choice,
     pub(super) filter: &'a Filter,
+    pub(super) steering_faults: SteeringFaults,
 }
 
 impl Found<'_> {
@@ -34,7 +33,7 @@ impl Found<'_> {
         traces: &Traces,
         warnings: Vec<String>,
     ) -> Result<Evidence, Error> {
-        let &Self { measured, log, delay, data, choice, filter } = self;
+        let &Self { log, delay, data, choice, filter, steering_faults } = self;
         let &Outcome { model, residual, .. } = outcome;
         let chosen = &choice.candidates[choice.chosen];
         let input = driving_input(&log.input, log.speed.as_deref(), outcome.input_kind)?;
@@ -66,11 +65,8 @@ impl Found<'_> {
             simulated: &traces.simulated_yaw_rate_radps,
             to_road_wheel: outcome.to_road_wheel(),
         };
-        let pairs = pairs(measured);
         let play =
-            steering_play(&pairs, data.sample_time, log.steering_ratio, &|w| outcome.at(w / TAU));
-        let yaw_rate_lead_s = yaw_rate_lead(&pairs, data.sample_time);
-        let yaw_rate_lag_s = yaw_rate_lag(&pairs, data.sample_time);
+            steering_faults.play_rad.map(|width| steering_play(width, &|w| outcome.at(w / TAU)));
         let (excitation, frequency_response) = frequencies(log, &modelled, residual.sqrt());
         Ok(Evidence {
             method: chosen.method.name().into(),
@@ -91,8 +87,8 @@ impl Found<'_> {
             excitation,
             held_out: Some(prediction),
             play,
-            yaw_rate_lead_s,
-            yaw_rate_lag_s,
+            yaw_rate_lead_s: steering_faults.yaw_rate_lead_s,
+            yaw_rate_lag_s: steering_faults.yaw_rate_lag_s,
             residuals: Some(correlations(&residuals, &validation_input)),
             frequency_response: Some(frequency_response),
             stabilised_from: chosen.stabilised.map(|s| s.radius),

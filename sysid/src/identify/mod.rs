@@ -18,6 +18,7 @@ use crate::selection::filter::{filter, uncertainty};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
 use crate::sideslip::sideslip;
+use crate::validation::steering_faults::SteeringFaults;
 use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
@@ -31,6 +32,15 @@ pub use automatic::{Automatic, TriedOrder, automatic};
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
 /// and the quality report it.
 pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
+    identify_judged(log, options, &|| SteeringFaults::of(log))
+}
+
+/// The same of a log whose faults of the steering are known, or found where there is a model.
+pub(crate) fn identify_judged(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    steering_faults: &dyn Fn() -> SteeringFaults,
+) -> Result<Identified, Error> {
     options.check()?;
     let logged = log;
     let held = held(logged, options)?;
@@ -103,12 +113,12 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         used,
     };
     let found = Found {
-        measured,
         log,
         delay: delay.estimate,
         data: &data,
         choice: &choice,
         filter: &filter,
+        steering_faults: steering_faults(),
     };
     let evidence = found.evidence(&outcome, &traces, warnings)?;
     let plant = outcome.plant(evidence)?;

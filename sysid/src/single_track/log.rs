@@ -12,6 +12,7 @@ use crate::single_track::log_options::IdentifyVehicleOptions;
 use crate::single_track::options::SingleTrackOptions;
 use crate::single_track::quality::{check_signs, quality};
 use crate::single_track::vehicle::VehicleOptions;
+use crate::validation::steering_faults::SteeringFaults;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{
@@ -47,14 +48,17 @@ pub fn identify_vehicle(
 ) -> Result<IdentifiedVehicle, Error> {
     options.check()?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
-    identify_moving(&*moving(log, least_mps)?, least_mps, options)
+    let log = &*moving(log, least_mps)?;
+    identify_moving(log, least_mps, options, &|| SteeringFaults::of(log))
 }
 
-/// The same of a log that has nothing below the least speed, m/s.
+/// The same of a log that has nothing below the least speed, m/s, and whose faults of the steering are known, or
+/// found where there is a model.
 pub(crate) fn identify_moving(
     log: &DriveLog,
     least_mps: f64,
     options: &IdentifyVehicleOptions,
+    steering_faults: &dyn Fn() -> SteeringFaults,
 ) -> Result<IdentifiedVehicle, Error> {
     options.check()?;
     let recording = Recording::new(log, &|turned| {
@@ -105,7 +109,7 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
     });
     let gentle = vehicle.in_gentle_driving();
-    vehicle.quality = quality(log, &recording, &found, &evidence, &gentle);
+    vehicle.quality = quality(log, &recording, &found, &evidence, &gentle, steering_faults());
     vehicle.provenance = Some(Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),

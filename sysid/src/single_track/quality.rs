@@ -2,21 +2,23 @@
 //! the fit on validation data, faults of the recording, and how near the model is to a spin.
 
 use crate::Error;
-use crate::bicycle::response_errors;
+use crate::bicycle::{response_errors, response_in_gentle_driving};
 use crate::data::recording::Recording;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
 use crate::single_track::unusual_parameters::unusual_parameters;
 use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
-use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
+use crate::validation::pairs::pairs;
 use crate::validation::plausible::opposite;
+use crate::validation::play::steering_play;
 use crate::validation::quality::{
     GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
 };
-use crate::validation::regression::pairs;
+use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
+use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
@@ -97,6 +99,7 @@ pub(super) fn quality(
     found: &SingleTrack,
     e: &VehicleEvidence,
     gentle: &VehicleData,
+    steering_faults: SteeringFaults,
 ) -> Quality {
     let steering = standard_deviation(&recording.steering);
     let mut reasons: Vec<Reason> = weak_steering(steering).into_iter().collect();
@@ -114,7 +117,8 @@ pub(super) fn quality(
                 .into(),
         );
     }
-    for (reason, cause) in recorded_faults(log, found, steering) {
+    let at = response_in_gentle_driving(gentle, e.speed.mean_mps);
+    for (reason, cause) in recorded_faults(log, found, steering, &steering_faults, &at) {
         reasons.push(reason);
         advice.push(cause);
     }
@@ -205,17 +209,22 @@ pub(super) fn quality(
     Quality::new(summary, reasons, advice).with_remarks(remarks)
 }
 
-fn recorded_faults(log: &DriveLog, found: &SingleTrack, steering: f64) -> Vec<(Reason, String)> {
-    let pairs = pairs(log);
+fn recorded_faults(
+    log: &DriveLog,
+    found: &SingleTrack,
+    steering: f64,
+    steering_faults: &SteeringFaults,
+    at: &dyn Fn(f64) -> (f64, f64),
+) -> Vec<(Reason, String)> {
+    let play = steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
     let delay = found.parameter(Parameter::Delay);
     let at_zero = |parameter| found.model.get(parameter);
     faults(&Recorded {
         channels: &log.channels,
-        // The test for play takes the change of the gain over the speed for it, on cars that have none.
-        play: None,
+        play: play.as_ref(),
         delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
-        yaw_rate_lead_s: yaw_rate_lead(&pairs, log.sample_time_s),
-        yaw_rate_lag_s: yaw_rate_lag(&pairs, log.sample_time_s),
+        yaw_rate_lead_s: steering_faults.yaw_rate_lead_s,
+        yaw_rate_lag_s: steering_faults.yaw_rate_lag_s,
         road_wheel_std_rad: steering,
         yaw_rate_std_radps: standard_deviation(&log.output),
         steering_ratio: log.steering_ratio,

@@ -21,7 +21,7 @@ const DOMINATES: f64 = 0.5;
 /// The yaw rate of a vehicle follows its steering angle without delay; sensors and buses add 10 to 40 ms.
 const LARGEST_DELAY_S: f64 = 0.07;
 /// A lag that is as good as a delay may be that of a steering actuator whose command was logged, s.
-const LARGEST_LAG_S: f64 = 0.1;
+pub(crate) const LARGEST_LAG_S: f64 = 0.1;
 /// A yaw rate that leads by more costs a controller 10° of phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
@@ -175,11 +175,18 @@ fn play(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
 fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
     if let Some(lead) = of.yaw_rate_lead_s {
         let grade = if lead > LARGEST_LEAD_S { Grade::Fail } else { Grade::Warn };
-        let message =
-            format!("the yaw rate comes {:.0} ms before the steering that causes it", 1e3 * lead);
+        let message = format!(
+            "the yaw rate comes at least {:.0} ms before the steering that causes it",
+            1e3 * lead
+        );
         let limit = if grade == Grade::Fail { LARGEST_LEAD_S } else { 0.0 };
         let advice = "the clocks of the channels are apart: the steering is stamped late, or the yaw rate early; align them, or record both with one clock";
         out.push(fault((ReasonCode::EarlyYawRate, grade), message, (lead, limit, "s"), advice));
+    }
+    // Play delays the wheels by itself, and what is early is not late too.
+    let has_play = of.play.is_some_and(|play| play.road_wheel_rad.to_degrees() >= NOTICED_PLAY_DEG);
+    if has_play || of.yaw_rate_lead_s.is_some() {
+        return;
     }
     let taken = of.delay_s.map(|delay| (delay, LARGEST_DELAY_S));
     let lag = of.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));

@@ -2,14 +2,15 @@
 //! measured frequency response, faults of channels and clocks, and the quality with its reasons.
 
 pub(crate) mod bands;
+pub(crate) mod clocks;
 pub(crate) mod correlation;
 pub(crate) mod faults;
 pub(crate) mod fit;
 pub(crate) mod frequencies;
-pub(crate) mod lead;
 pub(crate) mod model_error;
 pub(crate) mod model_error_reasons;
 pub(crate) mod modelled;
+pub(crate) mod pairs;
 pub(crate) mod plausible;
 pub(crate) mod play;
 pub(crate) mod poles;
@@ -17,10 +18,10 @@ pub(crate) mod prediction;
 pub(crate) mod prewhitening;
 pub(crate) mod quality;
 pub(crate) mod rate;
-pub(crate) mod regression;
 pub(crate) mod response;
 pub(crate) mod spectra;
 pub(crate) mod spread;
+pub(crate) mod steering_faults;
 pub(crate) mod sweep;
 pub(crate) mod uncertain_response;
 pub(crate) mod validate;

@@ -3,7 +3,7 @@
 //! understeer (Gillespie, *Fundamentals of Vehicle Dynamics*, 1992, chapter 6).
 
 use crate::validation::modelled::{LOW_HZ, bandwidth_hz};
-use crate::validation::regression::Pair;
+use crate::validation::pairs::Pair;
 use std::f64::consts::TAU;
 use steerwright_formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 

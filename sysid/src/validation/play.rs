@@ -2,58 +2,87 @@
 //! (docs/methods/validation.md).
 //!
 //! With play of width w the road wheels follow the recorded angle δ by `δ_w(t) = min(max(δ_w(t−1),
-//! δ(t) − w/2), δ(t) + w/2)`; the width that leaves the least of the yaw rate is the estimate, with
-//! a jackknife over blocks of time. A loop L, a PI controller on the yaw angle with its crossover
+//! δ(t) − w/2), δ(t) + w/2)`; the width with which a reference bicycle leaves the least of the yaw rate is the
+//! estimate, with a jackknife over blocks of time. A loop L, a PI controller on the yaw angle with its crossover
 //! at [`CROSSOVER_RADPS`], oscillates where N(A) L(jω) = −1 with the describing function N of play
 //! of half-width b (Slotine and Li, *Applied Nonlinear Control*, 1991, section 5.2.3), `N = ¹⁄_π
 //! (π/2 − asin c − c √(1 − c²)) + j (4b/πA)(b/A − 1)`, `c = 2b/A − 1`.
 
-use crate::validation::regression::{BLOCKS, Pair, Sums, jackknife};
+use crate::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
+use crate::validation::pairs::jackknife;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steerwright_formats::{LimitCycle, SteeringPlay};
 
 /// Widths tried, in standard deviations of the steering: beyond two of them the vehicle hardly turns.
 const WIDTHS: [f64; 15] =
     [0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0];
-/// Pole of the functions, rad/s: the yaw rate of road vehicles answers within 0.1 to 0.3 s.
-const POLE_RADPS: f64 = 8.0;
+/// Those that are tried first.
+const COARSE_WIDTHS: [f64; 5] = [0.05, 0.15, 0.4, 0.8, 1.5];
 /// Play is reported beyond that many standard errors …
 const SIGNIFICANT: f64 = 3.5;
-/// … and with that share of what a linear response leaves; a driver's answers have 0.01.
+/// … and with that share of what a bicycle leaves; a driver's answers have 0.01 …
 const EXPLAINED: f64 = 0.015;
+/// … and of the yaw rate: play of a tenth of the steering's deviation explains a hundred times as much.
+const EXPLAINED_OF_ALL: f64 = 1e-5;
 /// Crossover of a typical yaw loop, rad/s: four time constants are a second.
 const CROSSOVER_RADPS: f64 = 4.0;
 /// Its integral action begins at that share of the crossover.
 const INTEGRAL_SHARE: f64 = 0.2;
 
-/// Play in the units of the steering of `segments`; `None` where the data show none.
-fn play(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(f64, f64)> {
-    let all: Vec<f64> = segments.iter().flat_map(|s| s.steering.iter().copied()).collect();
-    let unit = steerwright_drivelog::signal::standard_deviation(&all);
-    if unit.is_nan() || unit <= 0.0 {
-        return None;
-    }
-    let sums: Vec<Sums> = WIDTHS
-        .iter()
-        .map(|w| {
-            let change = |u: &[f64]| behind_play(u, w * unit);
-            Sums::new(segments, sample_time_s, POLE_RADPS, 0, &change)
-        })
-        .collect();
-    let least = |without: Option<usize>| -> Option<(f64, f64, f64)> {
-        let left: Option<Vec<f64>> = sums.iter().map(|s| s.left(without)).collect();
-        let left = left?;
-        let best = (0..left.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
-        Some((vertex(&WIDTHS, &left, best), left[0], left[best]))
+/// Width of the play with its standard error, in standard deviations of the steering; `None` where the data show none.
+pub(crate) fn play(reference: &Reference<'_>, recorded: &Fitted) -> Option<(f64, f64)> {
+    let of_all = EXPLAINED_OF_ALL * reference.variation();
+    let linear = recorded.left();
+    let explains = |left: f64| linear - left > (EXPLAINED * linear).max(of_all);
+    let behind = |width: f64, from: &Fitted| {
+        reference.changed(&|u| behind_play(u, width), Delay::Free, from)
     };
-    let (width, linear, left) = least(None)?;
-    if left.is_nan() || left >= (1.0 - EXPLAINED) * linear {
+    // A few widths tell whether there is any play.
+    let mut shows = false;
+    for width in COARSE_WIDTHS {
+        shows |= explains(behind(width, recorded)?.left());
+    }
+    if !shows {
         return None;
     }
-    let without: Option<Vec<f64>> = (0..BLOCKS).map(|b| Some(least(Some(b))?.0)).collect();
+    let mut tried: Vec<(f64, Fitted)> = Vec::new();
+    for width in &WIDTHS[1..] {
+        let from = tried.last().map_or(recorded, |(_, fit)| fit);
+        let next = behind(*width, from)?;
+        tried.push((*width, next));
+    }
+    // Between the best and its neighbours once more.
+    let widths: Vec<f64> = std::iter::once(0.0).chain(tried.iter().map(|(w, _)| *w)).collect();
+    let left = |of: &dyn Fn(&Fitted) -> f64, tried: &[(f64, Fitted)]| -> Vec<f64> {
+        std::iter::once(of(recorded)).chain(tried.iter().map(|(_, fit)| of(fit))).collect()
+    };
+    let best = least(&left(&Fitted::left, &tried));
+    if !explains(left(&Fitted::left, &tried)[best]) {
+        return None;
+    }
+    for neighbour in [best.saturating_sub(1), (best + 1).min(widths.len() - 1)] {
+        if neighbour != best {
+            let width = 0.5 * (widths[best] + widths[neighbour]);
+            let next = behind(width, &tried[best - 1].1)?;
+            tried.push((width, next));
+        }
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let widths: Vec<f64> = std::iter::once(0.0).chain(tried.iter().map(|(w, _)| *w)).collect();
+    let width = |of: &dyn Fn(&Fitted) -> f64| {
+        let left = left(of, &tried);
+        vertex(&widths, &left, least(&left))
+    };
+    let found = width(&Fitted::left);
+    let without: Vec<f64> = (0..BLOCKS).map(|b| width(&|f| f.left_without(b))).collect();
     // No finer than the widths tried are apart.
-    let error = jackknife(&without?).max(0.02 * width);
-    (width > SIGNIFICANT * error).then_some((width * unit, error * unit))
+    let error = jackknife(&without).max(0.02 * found);
+    (found > SIGNIFICANT * error).then_some((found, error))
+}
+
+/// Where the least of some values is.
+fn least(of: &[f64]) -> usize {
+    (0..of.len()).min_by(|a, b| of[*a].total_cmp(&of[*b])).unwrap_or_default()
 }
 
 fn behind_play(u: &[f64], width: f64) -> Vec<f64> {
@@ -78,21 +107,13 @@ fn vertex(x: &[f64], y: &[f64], i: usize) -> f64 {
     if bend > 0.0 { (0.5 * (a + b) - 0.5 * below / bend).clamp(a, c) } else { b }
 }
 
-/// Play at the road wheel, with its limit cycle about a plant with the response `plant(ω)`, ω in
-/// rad/s.
+/// Play at the road wheel, with its limit cycle about a plant with the response `plant(ω)`, ω in rad/s.
 pub(crate) fn steering_play(
-    segments: &[Pair<'_>],
-    sample_time_s: f64,
-    steering_ratio: f64,
+    (road_wheel_rad, standard_error_rad): (f64, f64),
     plant: &dyn Fn(f64) -> (f64, f64),
-) -> Option<SteeringPlay> {
-    let (width, error) = play(segments, sample_time_s)?;
-    let road_wheel_rad = width / steering_ratio;
-    Some(SteeringPlay {
-        road_wheel_rad,
-        standard_error_rad: error / steering_ratio,
-        limit_cycle: limit_cycle(0.5 * road_wheel_rad, plant),
-    })
+) -> SteeringPlay {
+    let limit_cycle = limit_cycle(0.5 * road_wheel_rad, plant);
+    SteeringPlay { road_wheel_rad, standard_error_rad, limit_cycle }
 }
 
 /// The describing function of play at amplitude `a` half-widths, a > 1.
@@ -160,6 +181,7 @@ fn limit_cycle(half: f64, plant: &dyn Fn(f64) -> (f64, f64)) -> Option<LimitCycl
 mod tests {
     use super::*;
     use crate::validation::correlation::tests::noise;
+    use crate::validation::pairs::Pair;
 
     /// A first-order vehicle, 5/(1 + 0.15 s).
     fn plant(omega: f64) -> (f64, f64) {
@@ -227,7 +249,10 @@ mod tests {
                 })
                 .collect();
             let segments = [Pair { steering: &steering, yaw_rate: &yaw_rate, speed: None }];
-            let found = play(&segments, step);
+            let reference = Reference::new(&segments, step).unwrap();
+            let recorded = reference.recorded().unwrap();
+            let found = play(&reference, &recorded)
+                .map(|(width, error)| (width * reference.unit, error * reference.unit));
             println!("{degrees}: {found:?}");
             match found {
                 None => assert_eq!(degrees, 0.0),

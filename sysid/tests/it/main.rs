@@ -22,4 +22,5 @@ mod selection;
 mod short_logs;
 mod sideslip;
 mod single_track;
+mod steering_faults;
 mod validate;

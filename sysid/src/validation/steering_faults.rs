@@ -1,0 +1,45 @@
+//! Faults between the recorded steering and the yaw rate: play, and clocks that are apart. They are the recording's
+//! and no model's, so they are decided once for all structures, by [`crate::bicycle::reference`].
+
+use crate::bicycle::reference::Reference;
+use crate::validation::clocks::{yaw_rate_lag, yaw_rate_lead};
+use crate::validation::faults::LARGEST_LAG_S;
+use crate::validation::pairs::pairs;
+use crate::validation::play::play;
+use steerwright_drivelog::DriveLog;
+
+/// Share of the yaw rate that the reference may leave: a recording that it does not follow is not judged by it.
+const MOST_LEFT: f64 = 0.5;
+
+/// What was found, nothing of which is certain where a field is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct SteeringFaults {
+    /// Width of the play at the road wheel and its standard error, rad.
+    pub(crate) play_rad: Option<(f64, f64)>,
+    /// The yaw rate comes at least so much before the steering, s.
+    pub(crate) yaw_rate_lead_s: Option<f64>,
+    /// It comes later than a vehicle's, by at most so much, s.
+    pub(crate) yaw_rate_lag_s: Option<f64>,
+}
+
+impl SteeringFaults {
+    /// Those of a log of steering and yaw rate.
+    pub(crate) fn of(log: &DriveLog) -> Self {
+        let pairs = pairs(log);
+        let Some(reference) = Reference::new(&pairs, log.sample_time_s) else {
+            return Self::default();
+        };
+        let Some(recorded) = reference.recorded() else { return Self::default() };
+        if recorded.left() > MOST_LEFT * reference.variation() {
+            return Self::default();
+        }
+        let to_road_wheel = reference.unit / log.steering_ratio;
+        let open_s = 0.5 * log.sample_time_s;
+        Self {
+            play_rad: play(&reference, &recorded)
+                .map(|(width, error)| (width * to_road_wheel, error * to_road_wheel)),
+            yaw_rate_lead_s: yaw_rate_lead(&reference, &recorded, open_s),
+            yaw_rate_lag_s: yaw_rate_lag(&reference, &recorded, LARGEST_LAG_S),
+        }
+    }
+}
