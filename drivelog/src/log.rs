@@ -9,7 +9,7 @@ use crate::units::{Quantity, parse_unit};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use steerwright_formats::{ChannelSummary, SourceFile};
+use steerwright_formats::{ChannelSummary, Intersample, SourceFile};
 
 /// A drive on one uniform grid, SI and radians, ISO 8855 signs.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,6 +157,16 @@ impl DriveLog {
         };
         let mut channels = self.channels.iter().filter(|c| c.role == Role::Steering.key());
         self.options.contains_key("steering_full_scale_rad") || channels.all(|c| is_angle(&c.unit))
+    }
+
+    /// Period of the steering, s, where it is read as moving on between its samples and neither an option, its name, its
+    /// unit nor its values show that it is not held.
+    #[must_use]
+    pub fn open_hold_s(&self) -> Option<f64> {
+        let is_stated = self.options.get("intersample").is_some_and(|stated| stated != "auto");
+        let channel = self.channels.iter().find(|c| c.role == Role::Steering.key())?;
+        let is_open = channel.intersample == Some(Intersample::Bl) && !is_stated;
+        Some(1.0 / channel.rate_hz).filter(|period| is_open && period.is_finite() && *period > 0.0)
     }
 
     /// Number of samples.

@@ -25,6 +25,11 @@ pub struct Uncertainty {
     pub frequency_response: Vec<FrequencyBand>,
     /// Yaw rate after a unit step of the model's input, without the input delay.
     pub step_response: Vec<StepBand>,
+    /// Period of the steering in the log, s, where it is not known whether the steering is held between its samples: the
+    /// standard errors of `frequency_response` then also cover the other case, in phase by half a period or more. Absent
+    /// where it is known, and in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open_hold_s: Option<f64>,
     /// The covariance factor, with one row for each independent standard normal number ξ: the change of
     /// the entries of A, B, C, D, K, each row by row, for ξ = 1. A model drawn from the estimate's
     /// distribution is `nominal + Σ ξ_i · row_i`. Changes of the state's basis only are left out.
@@ -141,6 +146,9 @@ impl Uncertainty {
             check_fields!(c.not_negative(band, at): time_s);
             check_fields!(c.finite(band, at): value);
             check_fields!(c.not_negative(band, at): standard_error);
+        }
+        if let Some(period) = self.open_hold_s {
+            c.positive(period, "uncertainty.open_hold_s");
         }
         // Those of A, B, C, D and K.
         let entries = n * n + 3 * n + 1;

@@ -48,6 +48,7 @@ fn plant() -> Plant {
                 phase_standard_error_rad: 0.05,
             }],
             step_response: vec![StepBand { time_s: 0.1, value: 0.5, standard_error: 0.02 }],
+            open_hold_s: Some(0.1),
             directions: Matrix(vec![only_b, everything]),
         }),
         evidence: Evidence::default(),
@@ -92,6 +93,7 @@ fn faults_are_named_by_their_place() {
         fault(&|u| u.step_response[0].standard_error = -0.1),
         "uncertainty.step_response[0].standard_error"
     );
+    assert_eq!(fault(&|u| u.open_hold_s = Some(0.0)), "uncertainty.open_hold_s");
     assert_eq!(fault(&|u| u.directions.0[1].truncate(10)), "uncertainty.directions");
     assert_eq!(fault(&|u| u.directions.0[1][3] = f64::NAN), "uncertainty.directions[1][3]");
     assert_eq!(

@@ -410,6 +410,10 @@ class Uncertainty(Record):
     """From the model's input to yaw rate, without the input delay."""
     step_response: tuple[StepBand, ...]
     """Yaw rate after a unit step of the model's input, without the input delay."""
+    open_hold_s: Union[float, None]
+    """Period of the steering in the log, s, where it is not known whether the steering is held between its
+    samples: the standard errors of `frequency_response` then also cover the other case, in phase by half
+    a period or more. Absent where it is known, and in files of earlier versions."""
     directions: Array
     """The covariance factor, with one row for each independent standard normal number ξ: the change of the
     entries of A, B, C, D, K, each row by row, for ξ = 1. A model drawn from the estimate's distribution

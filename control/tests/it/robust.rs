@@ -24,6 +24,7 @@ fn uncertain() -> Plant {
     };
     let moved = (0..nominal.len()).filter(|k| nominal[*k].abs() > 1e-6);
     plant.uncertainty = Some(Uncertainty {
+        open_hold_s: None,
         focus: EstimationFocus::Simulation,
         poles: Vec::new(),
         steady_state_gain: None,

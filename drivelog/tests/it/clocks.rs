@@ -199,7 +199,16 @@ fn what_the_steering_does_between_its_samples_is_detected() {
         let text = csv(&header, 1000, |k| {
             format!("{:.2},{:.9},{:.9},15.0", k as f64 * 0.01, angle(k), rate(k as f64 * 0.01))
         });
-        read_one(text, &LogOptions::default()).unwrap().channels[0].intersample
+        let read = |intersample| {
+            let options = LogOptions { intersample, ..LogOptions::default() };
+            read_one(text.clone(), &options).unwrap()
+        };
+        // What is stated is not open.
+        assert_eq!(read(Some(Intersample::Bl)).open_hold_s(), None);
+        let log = read(None);
+        let is_open = log.open_hold_s().is_some_and(|period| (period - 0.01).abs() < 1e-6);
+        assert_eq!(is_open, log.channels[0].intersample == Some(Intersample::Bl), "{name}");
+        log.channels[0].intersample
     };
     let smooth = |k: usize| steer(k as f64 * 0.01);
     let steps = |k: usize| 0.01 * ((k / 70 * 7919) % 13) as f64;

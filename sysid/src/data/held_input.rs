@@ -39,7 +39,7 @@ pub(crate) struct ContinuousResponse {
 
 impl ContinuousResponse {
     /// At a frequency, rad/s.
-    fn at(&self, omega: f64) -> c64 {
+    pub(crate) fn at(&self, omega: f64) -> c64 {
         pencil(self.f.as_ref(), self.g.as_ref(), self.h.as_ref(), c64::new(0.0, omega)) + self.d
     }
 
@@ -59,7 +59,7 @@ impl ContinuousResponse {
     }
 
     /// The samples' response to an input that is held over `period_s`, at a frequency, rad/s.
-    fn held(&self, period_s: f64) -> impl Fn(f64) -> c64 {
+    pub(crate) fn held(&self, period_s: f64) -> impl Fn(f64) -> c64 {
         let (a, b) = discretize(self.f.as_ref(), self.g.as_ref(), period_s);
         move |omega| {
             pencil(a.as_ref(), b.as_ref(), self.h.as_ref(), c64::cis(omega * period_s)) + self.d
@@ -76,10 +76,28 @@ fn pencil(a: MatRef<'_, f64>, b: MatRef<'_, f64>, c: MatRef<'_, f64>, s: c64) ->
     (0..n).fold(zero, |sum, j| sum + x[(j, 0)] * c[(0, j)])
 }
 
-/// The drive with its steering, as it was read, held over each sample as suits the vehicle.
-pub(crate) fn held_for<'a>(log: &'a DriveLog, vehicle: &ContinuousResponse) -> Cow<'a, DriveLog> {
-    let Some(taps) = taps(log, vehicle) else { return Cow::Borrowed(log) };
+/// What the steering did between its samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Between {
+    /// What the reader took it for.
+    AsRead,
+    /// It was held over each period of its own clock, s, though the reader took it for moving on.
+    Held(f64),
+}
+
+/// The drive with its steering, as it was read, held over each sample as suits the vehicle; as suits one that
+/// integrates where there is none.
+pub(crate) fn held_for<'a>(
+    log: &'a DriveLog,
+    between: Between,
+    vehicle: Option<&ContinuousResponse>,
+) -> Cow<'a, DriveLog> {
+    let Some(taps) = taps(log, between, vehicle) else { return Cow::Borrowed(log) };
     let mut held = log.clone();
+    if matches!(between, Between::Held(_)) {
+        let steering = held.channels.iter_mut().filter(|c| c.role == Role::Steering.key());
+        steering.for_each(|channel| channel.intersample = Some(Intersample::Zoh));
+    }
     for segment in &log.segments {
         let samples = &log.input[segment.range.clone()];
         let Some(last) = samples.len().checked_sub(1) else { continue };
@@ -92,35 +110,57 @@ pub(crate) fn held_for<'a>(log: &'a DriveLog, vehicle: &ContinuousResponse) -> C
 }
 
 /// The filter, its first tap for the sample [`HALF`] after; `None` where the input is as the model takes it.
-fn taps(log: &DriveLog, vehicle: &ContinuousResponse) -> Option<Vec<f64>> {
+fn taps(
+    log: &DriveLog,
+    between: Between,
+    vehicle: Option<&ContinuousResponse>,
+) -> Option<Vec<f64>> {
     let step = log.sample_time_s;
     let channel = log.channels.iter().find(|c| c.role == Role::Steering.key())?;
-    let moves_on = match channel.intersample? {
-        Intersample::Bl | Intersample::Foh => true,
-        Intersample::Zoh => false,
+    let as_read = match channel.intersample? {
+        Intersample::Bl | Intersample::Foh => None,
+        Intersample::Zoh => Some(1.0 / channel.rate_hz),
     };
-    let period = 1.0 / channel.rate_hz;
-    if !moves_on && (!period.is_finite() || period > 0.99 * step) {
+    let period = match between {
+        Between::AsRead => as_read,
+        Between::Held(period) => Some(period),
+    };
+    if period.is_some_and(|p| !p.is_finite()) {
         return None;
     }
-    let (of_step, of_period) = (vehicle.held(step), vehicle.held(period.min(step)));
-    let ratio = |omega: f64| {
+    let is_own = period == as_read;
+    if is_own && (vehicle.is_none() || period.is_some_and(|p| p > 0.99 * step)) {
+        return None;
+    }
+    // Of an integrator, whose samples are filtered in the same way whatever it is.
+    let hold = |period: Option<f64>, omega: f64| {
         let half = 0.5 * omega * step;
-        let (wanted, read) = if moves_on {
-            (vehicle.at(omega), c64::cis(half) * sinc(half))
-        } else {
-            let own = 0.5 * omega * period;
-            (of_period(omega), c64::cis(half - own) * (sinc(own) / sinc(half)))
-        };
-        wanted / (of_step(omega) * read)
+        match period {
+            None => c64::cis(half) * sinc(half),
+            Some(period) => {
+                let own = 0.5 * omega * period.min(step);
+                c64::cis(half - own) * (sinc(own) / sinc(half))
+            }
+        }
     };
+    let of_step = vehicle.map(|v| v.held(step));
+    let of_period = vehicle.zip(period).map(|(v, period)| v.held(period.min(step)));
     let response: Vec<c64> = (0..POINTS)
         .map(|k| {
             let share = (k as f64 + 0.5) / POINTS as f64;
-            let change = ratio(PI * share / step) - 1.0;
+            let omega = PI * share / step;
+            let wanted = hold(period, omega);
+            let ratio = match (vehicle, &of_step, &of_period) {
+                (Some(_), Some(of_step), Some(of_period)) => of_period(omega) / of_step(omega),
+                (Some(vehicle), Some(of_step), None) => vehicle.at(omega) / of_step(omega),
+                _ => wanted,
+            };
+            let change = ratio / wanted - 1.0;
             let size = change.re.hypot(change.im);
             let kept = fade(share) * (LARGEST / size).min(1.0);
-            if size.is_finite() && size > 0.0 { change * kept } else { c64::new(0.0, 0.0) }
+            let kept =
+                if size.is_finite() && size > 0.0 { change * kept } else { c64::new(0.0, 0.0) };
+            wanted * (kept + 1.0) / hold(as_read, omega) - 1.0
         })
         .collect();
     let tap = |i: usize| {
@@ -186,7 +226,7 @@ mod tests {
         for intersample in [Intersample::Bl, Intersample::Foh] {
             let log = log(step, step, intersample);
             for pole in [1e-3, 2.0, 10.0, 20.0] {
-                let taps = taps(&log, &vehicle(pole)).unwrap();
+                let taps = taps(&log, Between::AsRead, Some(&vehicle(pole))).unwrap();
                 for hz in [0.2, 0.5, 1.0, 2.0] {
                     let omega = 2.0 * PI * hz;
                     let filter =
@@ -208,11 +248,11 @@ mod tests {
     #[test]
     fn a_command_at_its_own_rate_and_an_unstable_model_leave_the_input_finite() {
         let own = log(0.1, 0.1, Intersample::Zoh);
-        assert!(matches!(held_for(&own, &vehicle(10.0)), Cow::Borrowed(_)));
+        assert!(matches!(held_for(&own, Between::AsRead, Some(&vehicle(10.0))), Cow::Borrowed(_)));
         let faster = log(0.01, 0.05, Intersample::Zoh);
         for pole in [10.0, 0.0, -5.0, 1e9, f64::NAN] {
             for log in [&faster, &log(0.1, 0.1, Intersample::Bl)] {
-                let held = held_for(log, &vehicle(pole));
+                let held = held_for(log, Between::AsRead, Some(&vehicle(pole)));
                 assert!(held.input.iter().all(|u| u.is_finite()), "{pole}");
             }
         }

@@ -3,21 +3,23 @@
 pub(crate) mod accumulated;
 mod automatic;
 mod evidence;
+mod held;
 pub(crate) mod plant;
 
 use crate::Error;
-use crate::data::held_input::held_for;
-use crate::data::scaled::{Data, Detrend};
+use crate::data::scaled::Data;
 use crate::identify::evidence::Found;
+use crate::identify::held::Read;
 use crate::identify::plant::{Identified, Outcome, traces};
 use crate::model::conversion::to_continuous;
 use crate::selection::candidate::{Candidate, Choice};
 use crate::selection::choose::choose;
-use crate::selection::delay::{Delay, estimate, estimate_delay};
+use crate::selection::delay::{Delay, Estimated};
 use crate::selection::filter::{filter, uncertainty};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
 use crate::sideslip::sideslip;
+use crate::validation::open_hold::widened;
 use crate::validation::steering_faults::SteeringFaults;
 use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
@@ -43,9 +45,8 @@ pub(crate) fn identify_judged(
 ) -> Result<Identified, Error> {
     options.check()?;
     let logged = log;
-    let held = held(logged, options)?;
-    let measured = &*held;
-    let (log, delay) = delayed(measured, options)?;
+    let Read { held, open_hold_s, warning: as_held } = Read::new(logged, options)?;
+    let (log, delay) = delayed(&held.log, held.estimated, options);
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
 
@@ -58,6 +59,7 @@ pub(crate) fn identify_judged(
     let from_fixes = sideslip(log);
     let mut warnings = log.warnings.clone();
     warnings.extend(from_fixes.warnings);
+    warnings.extend(as_held);
     warnings.extend(reports(log, &data, &choice, options, &delay));
 
     let filter = filter(&data, &choice.factor, chosen, options.refine, &mut warnings)?;
@@ -78,7 +80,10 @@ pub(crate) fn identify_judged(
     if let Err(error) = &uncertainty {
         warnings.push(format!("the model's uncertainty cannot be computed: {error}"));
     }
-    let uncertainty = uncertainty.ok();
+    let uncertainty = uncertainty.ok().map(|stated| match open_hold_s {
+        Some(period_s) => widened(stated, period_s, continuous.as_ref(), &model),
+        None => stated,
+    });
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
@@ -171,25 +176,6 @@ fn stabilised(chosen: &Candidate, options: &IdentifyOptions) -> Option<String> {
     })
 }
 
-/// Times that the vehicle is estimated from the input that the estimate before it determines.
-const TURNS: usize = 2;
-
-/// The drive with its steering held over each sample as suits the vehicle; as it is where the data determine none.
-fn held<'a>(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Cow<'a, DriveLog>, Error> {
-    let preparation = IdentifyOptions { detrend: Detrend::Mean, ..options.clone() }.preparation();
-    let mut held = Cow::Borrowed(log);
-    for _ in 0..TURNS {
-        let late = options.delay_s.map(|seconds| held.with_input_delayed(seconds));
-        let data = Data::new(late.as_ref().unwrap_or(&held), &preparation)?;
-        let Ok((_, Some(vehicle))) = estimate(&data.estimation.data) else { break };
-        held = held_for(log, &vehicle);
-        if matches!(held, Cow::Borrowed(_)) {
-            break;
-        }
-    }
-    Ok(held)
-}
-
 /// A delay that was estimated, or given.
 struct InputDelay {
     seconds: f64,
@@ -201,36 +187,35 @@ struct InputDelay {
 /// Delays the steering by the delay of the options, or the one that the estimation data determine.
 fn delayed<'a>(
     log: &'a DriveLog,
+    estimated: Option<Estimated>,
     options: &IdentifyOptions,
-) -> Result<(Cow<'a, DriveLog>, InputDelay), Error> {
-    let delay = match options.delay_s {
-        Some(seconds) => InputDelay { seconds, warning: None, estimate: None },
-        None => estimated(log, options)?,
+) -> (Cow<'a, DriveLog>, InputDelay) {
+    let delay = match (options.delay_s, estimated) {
+        (Some(seconds), _) => InputDelay { seconds, warning: None, estimate: None },
+        (None, Some(estimated)) => InputDelay::new(&estimated.delay),
+        // A log too short to determine a delay has none.
+        (None, None) => InputDelay { seconds: 0.0, warning: None, estimate: None },
     };
     if delay.seconds == 0.0 {
-        return Ok((Cow::Borrowed(log), delay));
+        return (Cow::Borrowed(log), delay);
     }
-    Ok((Cow::Owned(log.with_input_delayed(delay.seconds)), delay))
+    (Cow::Owned(log.with_input_delayed(delay.seconds)), delay)
 }
 
-fn estimated(log: &DriveLog, options: &IdentifyOptions) -> Result<InputDelay, Error> {
-    let options = IdentifyOptions { detrend: Detrend::Mean, ..options.clone() };
-    let data = Data::new(log, &options.preparation())?;
-    // A log too short to determine a delay has none.
-    let Ok(delay) = estimate_delay(&data.estimation.data) else {
-        return Ok(InputDelay { seconds: 0.0, warning: None, estimate: None });
-    };
-    let warning = (delay.seconds > 0.0).then(|| words(&delay));
-    let estimate = DelayEstimate {
-        estimate_s: delay.estimate_s,
-        standard_error_s: Some(delay.standard_error_s).filter(|e| e.is_finite()),
-        lag_without_s: delay.lag_without_s,
-        evidence: delay.evidence,
-        taken: delay.seconds > 0.0,
-    };
-    let finite = [estimate.estimate_s, estimate.lag_without_s, estimate.evidence];
-    let estimate = Some(estimate).filter(|_| finite.iter().all(|x| x.is_finite()));
-    Ok(InputDelay { seconds: delay.seconds, warning, estimate })
+impl InputDelay {
+    fn new(delay: &Delay) -> Self {
+        let warning = (delay.seconds > 0.0).then(|| words(delay));
+        let estimate = DelayEstimate {
+            estimate_s: delay.estimate_s,
+            standard_error_s: Some(delay.standard_error_s).filter(|e| e.is_finite()),
+            lag_without_s: delay.lag_without_s,
+            evidence: delay.evidence,
+            taken: delay.seconds > 0.0,
+        };
+        let finite = [estimate.estimate_s, estimate.lag_without_s, estimate.evidence];
+        let estimate = Some(estimate).filter(|_| finite.iter().all(|x| x.is_finite()));
+        Self { seconds: delay.seconds, warning, estimate }
+    }
 }
 
 fn words(delay: &Delay) -> String {

@@ -175,6 +175,7 @@ impl Outcome<'_> {
             road_wheel_offset_rad: straight,
             yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
             implausible,
+            open_hold_s: self.uncertainty.as_ref().and_then(|u| u.open_hold_s),
             response_errors: ResponseError::of_plant(
                 self.uncertainty.as_ref(),
                 &evidence.excitation.bands,

@@ -36,6 +36,7 @@ impl Uncertain {
                 .map(|(value, standard_error)| Estimate { value, standard_error }),
             frequency_response: self.bands(sample_time_s),
             step_response: self.steps(sample_time_s),
+            open_hold_s: None,
             directions,
         })
     }

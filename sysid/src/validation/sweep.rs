@@ -26,6 +26,8 @@ pub(crate) struct Drive<'a> {
     pub(crate) implausible: Vec<(Reason, String)>,
     /// What is known of the response at the frequencies that count.
     pub(crate) response_errors: Vec<ResponseError>,
+    /// Period of a steering, s, of which it is open whether it is held between its samples.
+    pub(crate) open_hold_s: Option<f64>,
 }
 
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
@@ -134,6 +136,7 @@ mod tests {
             road_wheel_offset_rad: 0.0,
             yaw_rate_offset_radps: 0.0,
             implausible: Vec::new(),
+            open_hold_s: None,
             response_errors: Vec::new(),
         }
     }

@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use steerwright_formats::{ExcitationBand, Grade, Reason, ReasonCode, Uncertainty};
 
 /// From a lane change to the crossover of a fast yaw loop, Hz.
-const FREQUENCIES_HZ: [f64; 3] = [0.3, 1.0, 2.0];
+const FREQUENCIES_HZ: [f64; 3] = [0.3, 1.0, HIGHEST_HZ];
+pub(crate) const HIGHEST_HZ: f64 = 2.0;
 /// Largest relative standard error of the gain.
-const LARGEST_GAIN_ERROR: f64 = 0.1;
+pub(crate) const LARGEST_GAIN_ERROR: f64 = 0.1;
 /// Largest standard error of the phase, 15°: two of them are half of a phase margin of 60°.
 const LARGEST_PHASE_ERROR_RAD: f64 = PI / 12.0;
 

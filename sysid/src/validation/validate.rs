@@ -1,7 +1,7 @@
 //! A model on a drive that need not be its own, validated as an identified one is on its own.
 
 use crate::Error;
-use crate::data::held_input::{ContinuousResponse, held_for};
+use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Part, Preparation};
 use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
@@ -10,9 +10,8 @@ use crate::selection::candidate::{initial_states, output};
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use faer::Mat;
-use std::borrow::Cow;
-use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Continuous, InputKind, Matrix, Plant};
+use steerwright_drivelog::{DriveLog, Role};
+use steerwright_formats::{Continuous, InputKind, Intersample, Matrix, Plant};
 
 /// How well a given model follows a drive, by the measures of [`steerwright_formats::Fits`].
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +41,7 @@ pub fn validate(
     let none = Matrix::from_fn(1, 1, |_, _| 0.0);
     let matrices = [&model.f, &model.g, &model.h, &none];
     let [a, b, c, d] = sampled(matrices, Some(log.sample_time_s))?;
-    let log = held_for(log, &continuous(matrices)?);
+    let log = held_for(log, Between::AsRead, Some(&continuous(matrices)?));
     validated(&log, options, InputKind::Steering, StateSpace { a, b, c, d })
 }
 
@@ -71,8 +70,10 @@ pub fn validate_plant(
     };
     let model = StateSpace { a, b, c, d };
     let held = match &plant.continuous {
-        Some(m) => held_for(log, &continuous([&m.f, &m.g, &m.h, &discrete.d])?),
-        None => Cow::Borrowed(log),
+        Some(m) => {
+            held_for(log, between(log, plant), Some(&continuous([&m.f, &m.g, &m.h, &discrete.d])?))
+        }
+        None => held_for(log, between(log, plant), None),
     };
     let log = &*held;
     if plant.input_delay_s > 0.0 {
@@ -80,6 +81,14 @@ pub fn validate_plant(
         return validated(&late, options, plant.input, model);
     }
     validated(log, options, plant.input, model)
+}
+
+/// Where both logs leave it open whether the steering is held, it is read as the plant's own was.
+fn between(log: &DriveLog, plant: &Plant) -> Between {
+    let own = plant.evidence.channels.iter().find(|c| c.role == Role::Steering.key());
+    let is_open = plant.uncertainty.as_ref().is_some_and(|u| u.open_hold_s.is_some());
+    let is_held = is_open && own.is_some_and(|c| c.intersample == Some(Intersample::Zoh));
+    log.open_hold_s().filter(|_| is_held).map_or(Between::AsRead, Between::Held)
 }
 
 /// The model that holds the steering; its matrices are checked.

@@ -6,7 +6,11 @@ use faer::{Mat, c64};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_formats::{Grade, ReasonCode};
+use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{IdentifyOptions, Intersample, identify, validate_plant};
+
+const ANGLE: &str = "roadwheel_angle_rad";
 
 /// `c·(s I − a)⁻¹·b`.
 fn pencil(a: &Mat<f64>, b: &[f64], c: &[f64], s: c64) -> c64 {
@@ -77,5 +81,68 @@ fn a_slow_log_biases_neither_gain_nor_phase() {
         assert!(apart.abs() < 0.02, "{rate_hz} Hz: {apart}");
         // What is shown is the angle that was read.
         assert_eq!(found.traces.steering_rad, log.input);
+    }
+}
+
+/// A command in a column with the name of an angle, held from row to row, and the car's yaw rate; held or moving on.
+fn angle(rate_hz: f64, is_held: bool, column: &str, intersample: Option<Intersample>) -> DriveLog {
+    const STEPS: usize = 20;
+    let f = Mat::from_fn(2, 2, |i, j| [[-6.0, -18.0], [0.9, -7.0]][i][j]);
+    let g = Mat::from_fn(2, 1, |i, _| [80.0, 55.0][i]);
+    let (a, b) = discretize(f.as_ref(), g.as_ref(), 1.0 / (rate_hz * STEPS as f64));
+    let mut random = Random(8);
+    let sines: Vec<(f64, f64)> = (0..60)
+        .map(|k| (TAU * 0.05 * 60_f64.powf(f64::from(k) / 59.0), TAU * random.uniform()))
+        .collect();
+    let wanted = |t: f64| 0.003 * sines.iter().map(|(w, p)| (w * t + p).sin()).sum::<f64>();
+    let mut csv = format!("time_s,{column},yaw_rate_radps,speed_mps\n");
+    let mut x = [0.0; 2];
+    for k in 0..(120.0 * rate_hz) as usize {
+        let at = |step: f64| (k as f64 + step / STEPS as f64) / rate_hz;
+        let u = wanted(at(0.0));
+        let y = x[1] + 1e-3 * random.normal();
+        writeln!(csv, "{:.4},{u:.9},{y:.9},20", at(0.0)).unwrap();
+        for step in 0..STEPS {
+            let u = if is_held { u } else { wanted(at(step as f64 + 0.5)) };
+            x = [0, 1].map(|i| a[(i, 0)] * x[0] + a[(i, 1)] * x[1] + b[(i, 0)] * u);
+        }
+    }
+    let options = LogOptions { steering_ratio: Some(1.0), intersample, ..LogOptions::default() };
+    read_log(&[("angle.csv".into(), csv.into_bytes())], &options).unwrap()
+}
+
+/// A steering that moves on is seen to; one that is held may be late, so that it stays open, and the stated phase covers
+/// the half sample; what is stated or named is not open.
+#[test]
+fn a_hold_that_the_log_does_not_show_widens_the_phase() {
+    let moving = identify(&angle(10.0, false, ANGLE, None), &IdentifyOptions::default()).unwrap();
+    let stated = moving.plant.uncertainty.as_ref().unwrap();
+    assert_eq!(stated.open_hold_s, None);
+    assert!(moving.plant.quality.grade == Grade::Pass, "{}", moving.plant.quality.summary);
+
+    let log = angle(10.0, true, ANGLE, None);
+    let held = identify(&log, &IdentifyOptions::default()).unwrap();
+    let open = held.plant.uncertainty.as_ref().unwrap();
+    assert!((open.open_hold_s.unwrap() - 0.1).abs() < 1e-6);
+    let half_sample = TAU * 2.0 * 0.05;
+    assert!(open.errors_at(2.0).unwrap()[1] > half_sample / 1.96);
+    let quality = &held.plant.quality;
+    assert!(quality.has(ReasonCode::UncertainPhase), "{}", quality.summary);
+    assert!(quality.advice.iter().any(|a| a.contains("held between its samples")), "{quality:?}");
+    let warnings = &held.plant.evidence.warnings;
+    assert!(warnings.iter().any(|w| w.contains("read as held over 0.100 s")), "{warnings:?}");
+    // The file is enough to read the same log in the same way.
+    let fit = validate_plant(&log, &IdentifyOptions::default(), &held.plant).unwrap();
+    let apart = fit.validation_fit - held.plant.evidence.fit.validation;
+    assert!(apart.abs() < 0.05, "{apart} {:?} {fit:?}", held.plant.evidence.fit);
+
+    let command = "roadwheel_command_rad";
+    for known in
+        [angle(10.0, true, command, None), angle(10.0, true, ANGLE, Some(Intersample::Zoh))]
+    {
+        let plant = identify(&known, &IdentifyOptions::default()).unwrap().plant;
+        let errors = plant.uncertainty.unwrap();
+        assert!(errors.open_hold_s.is_none() && errors.errors_at(2.0).unwrap()[1] < 0.1);
+        assert!(plant.quality.grade == Grade::Pass, "{}", plant.quality.summary);
     }
 }

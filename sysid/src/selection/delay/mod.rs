@@ -64,12 +64,21 @@ pub struct Delay {
 /// [`Error::Data`] for several inputs or outputs, [`Error::TooFewSamples`] where the segments are too
 /// short for the models, and [`Error::Numerical`] where a decomposition fails.
 pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
-    estimate(data).map(|(delay, _)| delay)
+    estimate(data).map(|estimated| estimated.delay)
 }
 
-/// The estimate of the delay, and a vehicle that the data determine: with the delay where it is to be used, else without
-/// one; `None` where no fit is one.
-pub(crate) fn estimate(data: &DataSet) -> Result<(Delay, Option<ContinuousResponse>), Error> {
+/// The estimate of the delay, and what else its models show.
+pub(crate) struct Estimated {
+    pub(crate) delay: Delay,
+    /// A vehicle that the data determine: with the delay where it is to be used, else without one; `None` where no fit
+    /// is one.
+    pub(crate) vehicle: Option<ContinuousResponse>,
+    /// The least information criterion of all models; less is likelier, of the same output.
+    pub(crate) criterion: f64,
+}
+
+/// The same with what else the models show.
+pub(crate) fn estimate(data: &DataSet) -> Result<Estimated, Error> {
     if (data.inputs(), data.outputs()) != (1, 1) {
         return Err(Error::data(format!(
             "a delay is estimated from one input to one output, there are {} and {}",
@@ -124,7 +133,7 @@ pub(crate) fn estimate(data: &DataSet) -> Result<(Delay, Option<ContinuousRespon
         lag_without_s: sample * fastest(&plain.parameters),
         evidence,
     };
-    Ok((delay, vehicle))
+    Ok(Estimated { delay, vehicle, criterion: j0.min(j1) })
 }
 
 /// Whether the evidence against lags and free zeros, and delay and error in samples, are enough.

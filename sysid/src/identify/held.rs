@@ -1,0 +1,82 @@
+//! The steering of a drive as the model takes it: held over each sample as suits the vehicle.
+
+use crate::Error;
+use crate::data::held_input::{Between, held_for};
+use crate::data::scaled::{Data, Detrend};
+use crate::selection::delay::{Estimated, estimate};
+use crate::selection::options::IdentifyOptions;
+use crate::validation::open_hold::{Preferred, preferred};
+use std::borrow::Cow;
+use steerwright_drivelog::{DriveLog, Role};
+
+/// Times that the input is held as suits the vehicle that the input before it determines.
+const TURNS: usize = 2;
+
+/// A drive whose steering is held over each sample as suits the vehicle.
+pub(super) struct Held<'a> {
+    pub(super) log: Cow<'a, DriveLog>,
+    /// What its samples show, the stated delay applied; `None` of a log that is too short.
+    pub(super) estimated: Option<Estimated>,
+}
+
+impl<'a> Held<'a> {
+    fn new(log: &'a DriveLog, between: Between, options: &IdentifyOptions) -> Result<Self, Error> {
+        let preparation =
+            IdentifyOptions { detrend: Detrend::Mean, ..options.clone() }.preparation();
+        let of = |held: &DriveLog| {
+            let late = options.delay_s.map(|seconds| held.with_input_delayed(seconds));
+            let data = Data::new(late.as_ref().unwrap_or(held), &preparation)?;
+            Ok::<_, Error>(estimate(&data.estimation.data).ok())
+        };
+        let mut held = held_for(log, between, None);
+        let mut estimated = of(&held)?;
+        for _ in 0..TURNS {
+            let Some(vehicle) = estimated.as_ref().and_then(|e| e.vehicle.as_ref()) else { break };
+            held = held_for(log, between, Some(vehicle));
+            if matches!(held, Cow::Borrowed(_)) {
+                break;
+            }
+            estimated = of(&held)?;
+        }
+        Ok(Self { log: held, estimated })
+    }
+
+    fn held_in_words(&self, period_s: f64) -> String {
+        let mut channels = self.log.channels.iter().filter(|c| c.role == Role::Steering.key());
+        let column = channels.next().map_or("steering", |channel| &channel.column);
+        format!(
+            "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
+        )
+    }
+}
+
+/// A drive whose steering is read as held or as moving on between its samples.
+pub(super) struct Read<'a> {
+    pub(super) held: Held<'a>,
+    /// Period of the steering, s, where it stays open which of the two it is.
+    pub(super) open_hold_s: Option<f64>,
+    pub(super) warning: Option<String>,
+}
+
+impl<'a> Read<'a> {
+    /// As the reader of the log took it, or as the data prefer where that is not stated.
+    pub(super) fn new(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+        let as_read = Held::new(log, Between::AsRead, options)?;
+        let Some(period_s) = log.open_hold_s() else {
+            return Ok(Self { held: as_read, open_hold_s: None, warning: None });
+        };
+        let as_held = Held::new(log, Between::Held(period_s), options)?;
+        let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
+        Ok(match preferred(period_s, criterion(&as_read), criterion(&as_held)) {
+            Preferred::MovingOn => Self { held: as_read, open_hold_s: None, warning: None },
+            Preferred::OpenMovingOn => {
+                Self { held: as_read, open_hold_s: Some(period_s), warning: None }
+            }
+            Preferred::OpenHeld => Self {
+                warning: Some(as_held.held_in_words(period_s)),
+                held: as_held,
+                open_hold_s: Some(period_s),
+            },
+        })
+    }
+}

@@ -1,0 +1,95 @@
+//! Whether the steering is held between its samples, where neither name, unit nor values show it.
+//!
+//! Models of a vehicle, with and without a delay, are fitted to the log once as if the steering moved on between its
+//! samples and once as if it was held. Of a steering that moves on, the second would have to lead the yaw rate by half a
+//! period, which no model does. Of one that is held, the first has a delay of half a period: it fits nearly as well, and
+//! a logger may have such a delay. So the data can exclude that the steering is held, but not that it moves on.
+//!
+//! Where it stays open, the steering is read as moving on unless half a period matters and it is likelier to
+//! be held; the truth may be the other one.
+
+use crate::data::held_input::ContinuousResponse;
+use crate::model::StateSpace;
+use crate::model::conversion::ContinuousModel;
+use crate::validation::uncertain_response::{HIGHEST_HZ, LARGEST_GAIN_ERROR};
+use faer::c64;
+use std::f64::consts::TAU;
+use steerwright_formats::{NORMAL_95, Uncertainty};
+
+/// Difference of the criterion from which a steering that is held is excluded. Of 232 simulated drives with a held
+/// steering the largest is 10, and very strong evidence begins at 10 (Kass and Raftery 1995).
+const EXCLUDED: f64 = 20.0;
+
+/// Difference of the criterion from which a steering in a column with the name of an angle is read as held all the same:
+/// positive evidence (Kass and Raftery 1995).
+const PREFERRED: f64 = 2.0;
+
+/// What the data prefer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Preferred {
+    /// The steering moves on between its samples.
+    MovingOn,
+    /// It rather moves on, and may be held.
+    OpenMovingOn,
+    /// It rather is held, and may move on.
+    OpenHeld,
+}
+
+/// By the least criteria of models of a steering that moves on and of one that is held over `period_s`. Where half a period
+/// changes the response by less than a pass may leave uncertain, the steering stays as it was read.
+pub(crate) fn preferred(period_s: f64, moving_on: Option<f64>, held: Option<f64>) -> Preferred {
+    let matters = 0.5 * TAU * HIGHEST_HZ * period_s > LARGEST_GAIN_ERROR;
+    match moving_on.zip(held).map(|(moving_on, held)| held - moving_on) {
+        Some(more) if more > EXCLUDED => Preferred::MovingOn,
+        Some(more) if more < -PREFERRED && matters => Preferred::OpenHeld,
+        _ => Preferred::OpenMovingOn,
+    }
+}
+
+/// The uncertainty with standard errors of the frequency response that leave it open whether the steering is held over
+/// `period_s`: the 95 % bands are wider by what lies between the two, by the model where it is continuous, and at least
+/// half a period.
+pub(crate) fn widened(
+    stated: Uncertainty,
+    period_s: f64,
+    continuous: Option<&ContinuousModel>,
+    model: &StateSpace,
+) -> Uncertainty {
+    let response = continuous.map(|m| ContinuousResponse {
+        f: m.f.clone(),
+        g: m.g.clone(),
+        h: model.c.clone(),
+        d: model.d[(0, 0)],
+    });
+    let held = response.as_ref().map(|response| response.held(period_s));
+    let mut stated = stated;
+    for band in &mut stated.frequency_response {
+        let omega = TAU * band.frequency_hz;
+        let half = 0.5 * omega * period_s;
+        let by_model = response.as_ref().zip(held.as_ref());
+        let apart = by_model.map(|(moving_on, held)| held(omega) / moving_on.at(omega));
+        let apart = apart.filter(|a| a.re.is_finite() && a.im.is_finite());
+        let apart = apart.unwrap_or_else(|| c64::cis(-half));
+        let gain = (apart.re.hypot(apart.im) - 1.0).abs();
+        band.phase_standard_error_rad += apart.im.atan2(apart.re).abs().max(half) / NORMAL_95;
+        band.magnitude_standard_error += gain * band.magnitude / NORMAL_95;
+    }
+    stated.open_hold_s = Some(period_s);
+    stated
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_steering_that_moves_on_is_certain() {
+        assert_eq!(preferred(0.1, Some(-1000.0), Some(-950.0)), Preferred::MovingOn);
+        assert_eq!(preferred(0.1, Some(-1000.0), Some(-990.0)), Preferred::OpenMovingOn);
+        assert_eq!(preferred(0.1, Some(-1000.0), Some(-1001.0)), Preferred::OpenMovingOn);
+        assert_eq!(preferred(0.1, Some(-1000.0), Some(-1100.0)), Preferred::OpenHeld);
+        assert_eq!(preferred(0.01, Some(-1000.0), Some(-1100.0)), Preferred::OpenMovingOn);
+        assert_eq!(preferred(0.1, None, Some(0.0)), Preferred::OpenMovingOn);
+        assert_eq!(preferred(0.1, Some(f64::NAN), Some(0.0)), Preferred::OpenMovingOn);
+    }
+}
