@@ -292,6 +292,12 @@ impl Document for Plant {
         for (i, x) in d.x0.iter().enumerate() {
             c.finite(*x, &format!("discrete.x0[{i}]"));
         }
+        if let Some(vehicle) = &self.evidence.held_for {
+            let n = vehicle.f.rows();
+            c.shape(&vehicle.f, n, n, "evidence.held_for.F");
+            c.shape(&vehicle.g, n, 1, "evidence.held_for.G");
+            c.shape(&vehicle.h, 1, n, "evidence.held_for.H");
+        }
         if let Some(continuous) = &self.continuous {
             c.shape(&continuous.f, n, n, "continuous.F");
             c.shape(&continuous.g, n, 1, "continuous.G");

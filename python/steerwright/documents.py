@@ -431,6 +431,9 @@ class Evidence(Record):
     """How the data were reduced, and how well that is conditioned."""
     delay: Union[DelayEstimate, None]
     """Estimate of a pure delay; absent where the delay was stated or cannot be estimated."""
+    held_for: Union[Continuous, None]
+    """The vehicle, without a delay, for which the steering was held over each sample; absent where it was
+    held as it was read, and in files of earlier versions."""
     estimation_samples: int
     """Samples used for estimation."""
     validation_samples: int

@@ -4,6 +4,7 @@ mod data;
 mod frequency;
 mod model;
 
+use crate::Continuous;
 use serde::{Deserialize, Serialize};
 
 pub use data::{DataFactor, DelayEstimate, FactorMethod, LimitCycle, SteeringPlay};
@@ -30,6 +31,10 @@ pub struct Evidence {
     /// Estimate of a pure delay; absent where the delay was stated or cannot be estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<DelayEstimate>,
+    /// The vehicle, without a delay, for which the steering was held over each sample; absent where it was held as it was
+    /// read, and in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_for: Option<Continuous>,
     /// Samples used for estimation.
     pub estimation_samples: usize,
     /// Number of validation samples.

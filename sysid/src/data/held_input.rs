@@ -16,7 +16,7 @@ use faer::{Mat, MatRef, c64};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use steerwright_drivelog::{DriveLog, Role};
-use steerwright_formats::Intersample;
+use steerwright_formats::{Continuous, Intersample, Matrix};
 
 /// Samples on either side that the filter takes.
 const HALF: usize = 16;
@@ -38,6 +38,12 @@ pub(crate) struct ContinuousResponse {
 }
 
 impl ContinuousResponse {
+    /// Without the direct gain, which no vehicle that was estimated has.
+    pub(crate) fn to_file(&self) -> Continuous {
+        let matrix = |m: &Mat<f64>| Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
+        Continuous { f: matrix(&self.f), g: matrix(&self.g), h: matrix(&self.h) }
+    }
+
     /// At a frequency, rad/s.
     pub(crate) fn at(&self, omega: f64) -> c64 {
         pencil(self.f.as_ref(), self.g.as_ref(), self.h.as_ref(), c64::new(0.0, omega)) + self.d

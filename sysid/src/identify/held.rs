@@ -1,7 +1,7 @@
 //! The steering of a drive as the model takes it: held over each sample as suits the vehicle.
 
 use crate::Error;
-use crate::data::held_input::{Between, held_for};
+use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
@@ -15,6 +15,8 @@ const TURNS: usize = 2;
 /// A drive whose steering is held over each sample as suits the vehicle.
 pub(super) struct Held<'a> {
     pub(super) log: Cow<'a, DriveLog>,
+    /// That vehicle; `None` where the steering is as it was read, or held as of any vehicle.
+    pub(super) vehicle: Option<ContinuousResponse>,
     /// What its samples show, the stated delay applied; `None` of a log that is too short.
     pub(super) estimated: Option<Estimated>,
 }
@@ -30,15 +32,17 @@ impl<'a> Held<'a> {
         };
         let mut held = held_for(log, between, None);
         let mut estimated = of(&held)?;
+        let mut vehicle = None;
         for _ in 0..TURNS {
-            let Some(vehicle) = estimated.as_ref().and_then(|e| e.vehicle.as_ref()) else { break };
-            held = held_for(log, between, Some(vehicle));
+            let Some(found) = estimated.as_ref().and_then(|e| e.vehicle.clone()) else { break };
+            held = held_for(log, between, Some(&found));
             if matches!(held, Cow::Borrowed(_)) {
                 break;
             }
+            vehicle = Some(found);
             estimated = of(&held)?;
         }
-        Ok(Self { log: held, estimated })
+        Ok(Self { log: held, vehicle, estimated })
     }
 
     fn held_in_words(&self, period_s: f64) -> String {

@@ -125,7 +125,8 @@ pub(crate) fn identify_judged(
         filter: &filter,
         steering_faults: steering_faults(),
     };
-    let evidence = found.evidence(&outcome, &traces, warnings)?;
+    let mut evidence = found.evidence(&outcome, &traces, warnings)?;
+    evidence.held_for = held.vehicle.map(|vehicle| vehicle.to_file());
     let plant = outcome.plant(evidence)?;
     Ok(Identified { plant, traces })
 }

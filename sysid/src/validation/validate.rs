@@ -69,12 +69,12 @@ pub fn validate_plant(
         }
     };
     let model = StateSpace { a, b, c, d };
-    let held = match &plant.continuous {
-        Some(m) => {
-            held_for(log, between(log, plant), Some(&continuous([&m.f, &m.g, &m.h, &discrete.d])?))
-        }
-        None => held_for(log, between(log, plant), None),
-    };
+    // As the input that the plant was identified from was held.
+    let vehicle = plant.evidence.held_for.as_ref().map(|m| {
+        let none = Matrix::from_fn(1, 1, |_, _| 0.0);
+        continuous([&m.f, &m.g, &m.h, &none])
+    });
+    let held = held_for(log, between(log, plant), vehicle.transpose()?.as_ref());
     let log = &*held;
     if plant.input_delay_s > 0.0 {
         let late = log.with_input_delayed(plant.input_delay_s);

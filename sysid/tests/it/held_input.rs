@@ -78,7 +78,7 @@ fn a_slow_log_biases_neither_gain_nor_phase() {
         // The plant holds the steering of another log as its own.
         let fit = validate_plant(&log, &IdentifyOptions::default(), &found.plant).unwrap();
         let apart = fit.validation_fit - found.plant.evidence.fit.validation;
-        assert!(apart.abs() < 0.02, "{rate_hz} Hz: {apart}");
+        assert!(apart.abs() < 1e-6, "{rate_hz} Hz: {apart}");
         // What is shown is the angle that was read.
         assert_eq!(found.traces.steering_rad, log.input);
     }
@@ -134,7 +134,7 @@ fn a_hold_that_the_log_does_not_show_widens_the_phase() {
     // The file is enough to read the same log in the same way.
     let fit = validate_plant(&log, &IdentifyOptions::default(), &held.plant).unwrap();
     let apart = fit.validation_fit - held.plant.evidence.fit.validation;
-    assert!(apart.abs() < 0.05, "{apart} {:?} {fit:?}", held.plant.evidence.fit);
+    assert!(apart.abs() < 1e-6, "{apart} {:?} {fit:?}", held.plant.evidence.fit);
 
     let command = "roadwheel_command_rad";
     for known in
