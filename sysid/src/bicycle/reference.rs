@@ -2,7 +2,7 @@
 //! the steering is taken for another (behind play, earlier, later). What a vehicle does at varying speed, and its
 //! lag, are then no fault of the recording, as they would be for a model of one speed or for one without a lag.
 //!
-//! The bicycle is fitted anew for each change of the steering, from the fit before. Leaving out one of
+//! The bicycle is fitted again for each change of the steering, from the fit before. Leaving out one of
 //! [`BLOCKS`] blocks of time follows to second order from the sums of each block at the fit (Gauss and Newton's
 //! step), so that a jackknife costs nothing.
 

@@ -7,6 +7,7 @@ mod held;
 pub(crate) mod plant;
 
 use crate::Error;
+use crate::data::moving::{least_speed, moving};
 use crate::data::scaled::Data;
 use crate::identify::evidence::Found;
 use crate::identify::held::Read;
@@ -28,13 +29,19 @@ use steerwright_formats::DelayEstimate;
 
 pub use automatic::{Automatic, TriedOrder, automatic};
 
-/// Identifies the lateral dynamics in `log`; the validation data estimate and choose nothing.
+/// Identifies the lateral dynamics in `log`; the validation data estimate and choose nothing. Segments below the least
+/// speed of all structures, 3 m/s·√(L/2.6 m) with the wheelbase L of the steady turn, are left out, unless the vehicle
+/// is nowhere faster.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
 /// and the quality report it.
 pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
-    identify_judged(log, options, &|| SteeringFaults::of(log))
+    let log = match moving(log, least_speed(log, None, None)) {
+        Ok(moving) => moving,
+        Err(_) => Cow::Borrowed(log),
+    };
+    identify_judged(&log, options, &|| SteeringFaults::of(&log))
 }
 
 /// The same of a log whose faults of the steering are known, or found where there is a model.

@@ -71,7 +71,7 @@ const STEEP: f64 = 1.3;
 const NOISY: f64 = 0.002;
 
 /// By how much the steering can be delayed before it no longer explains the yaw rate, s; `None` where that is less
-/// than `noticed_s`, or not to be told.
+/// than `noticed_s`, or not certain.
 pub(crate) fn yaw_rate_lag(
     reference: &Reference<'_>,
     recorded: &Fitted,

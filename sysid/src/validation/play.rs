@@ -37,7 +37,7 @@ pub(crate) fn play(reference: &Reference<'_>, recorded: &Fitted) -> Option<(f64,
     let behind = |width: f64, from: &Fitted| {
         reference.changed(&|u| behind_play(u, width), Delay::Free, from)
     };
-    // A few widths tell whether there is any play.
+    // A few widths show whether there is any play.
     let mut shows = false;
     for width in COARSE_WIDTHS {
         shows |= explains(behind(width, recorded)?.left());

@@ -4,11 +4,11 @@ use super::{DRIVE, Drive, drive};
 use crate::common::{car, recording};
 use crate::known::limit_drive::LimitDrive;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::Structure;
-use steerwright_sysid::Error;
+use steerwright_formats::{Model, Structure};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::single_track::{SingleTrackModel, identify_vehicle};
 use steerwright_sysid::structures::{Choice, ChoiceOptions, identify_structure};
+use steerwright_sysid::{Error, identify};
 
 fn choice(log: &DriveLog) -> Choice {
     let found = identify_structure(log, &ChoiceOptions::default()).unwrap();
@@ -64,6 +64,25 @@ fn without_speed_there_is_one_structure() {
     for row in &found.rows[1..] {
         assert_eq!(row.fit, Err("the log has no speed".into()));
     }
+}
+
+/// State space alone leaves out what crawls, as the choice does: one model has one grade.
+#[test]
+fn state_space_alone_is_that_of_the_choice() {
+    let mut log = drive(car(), Drive { slowest: 15.0, fastest: 15.0, noise: 0.004, ..DRIVE });
+    let crawls = 400..1100;
+    let mut speed = vec![15.0; log.len()];
+    speed[crawls.clone()].fill(0.4);
+    log.output[crawls].iter_mut().for_each(|r| *r *= 0.1);
+    log.speed = Some(speed);
+    let options = ChoiceOptions::default();
+    let alone = identify(&log, &options.state_space).unwrap().plant;
+    let Model::StateSpace(chosen) = identify_structure(&log, &options).unwrap().identified.model
+    else {
+        panic!("one speed")
+    };
+    assert_eq!(alone, *chosen);
+    assert!(alone.evidence.warnings.iter().any(|w| w.contains("left out")), "{:?}", alone.evidence);
 }
 
 /// A drive with other speeds.
