@@ -458,8 +458,8 @@ class Evidence(Record):
     yaw_rate_lead_s: Union[float, None]
     """Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead."""
     yaw_rate_lag_s: Union[float, None]
-    """Delay of the steering up to which it still explains the yaw rate, s; absent if that is less than 0.1
-    s or the data do not show it."""
+    """Lag of the yaw rate behind the steering beyond the lag of tyres and an actuator, s; absent if it is
+    no more than a vehicle's."""
     residuals: Union[ResidualCorrelation, None]
     """The residuals lag by lag."""
     frequency_response: Union[FrequencyResponse, None]

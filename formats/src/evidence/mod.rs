@@ -62,8 +62,8 @@ pub struct Evidence {
     /// Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lead_s: Option<f64>,
-    /// Delay of the steering up to which it still explains the yaw rate, s; absent if that is less than 0.1 s or the
-    /// data do not show it.
+    /// Lag of the yaw rate behind the steering beyond the lag of tyres and an actuator, s; absent if it is no
+    /// more than a vehicle's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lag_s: Option<f64>,
     /// The residuals lag by lag.

@@ -2,7 +2,7 @@
 //! wheelbase can be a road vehicle's, the recording was sound, and the model simulates the validation
 //! data.
 
-use crate::bicycle::evidence::{Known, LEAST_SPREAD, is_determined};
+use crate::bicycle::evidence::{Known, LEAST_SPREAD};
 use crate::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::bicycle::response::{response, response_errors};
 use crate::validation::faults::{Recorded, faults};
@@ -112,13 +112,12 @@ impl Known<'_> {
         let gain = at(0.0).0 * p[STEERING_FACTOR].exp();
         let (angle, rate) =
             if has_gain { (p[STEERING_OFFSET], p[YAW_RATE_OFFSET]) } else { (0.0, 0.0) };
-        let delay_s = is_determined(&self.with_delay).then_some(self.with_delay.input_delay_s);
         let play =
             self.steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
         let mut found = faults(&Recorded {
             channels: &e.channels,
             play: play.as_ref(),
-            delay_s: delay_s.filter(|d| *d > 0.0),
+            delay_in_windows_s: None,
             yaw_rate_lead_s: self.steering_faults.yaw_rate_lead_s,
             yaw_rate_lag_s: self.steering_faults.yaw_rate_lag_s,
             road_wheel_std_rad: standard_deviation(&self.recording.steering),

@@ -217,12 +217,11 @@ fn recorded_faults(
     at: &dyn Fn(f64) -> (f64, f64),
 ) -> Vec<(Reason, String)> {
     let play = steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
-    let delay = found.parameter(Parameter::Delay);
     let at_zero = |parameter| found.model.get(parameter);
     faults(&Recorded {
         channels: &log.channels,
         play: play.as_ref(),
-        delay_s: Some(delay.value).filter(|d| *d > 2.0 * delay.standard_error),
+        delay_in_windows_s: None,
         yaw_rate_lead_s: steering_faults.yaw_rate_lead_s,
         yaw_rate_lag_s: steering_faults.yaw_rate_lag_s,
         road_wheel_std_rad: steering,

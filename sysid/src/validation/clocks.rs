@@ -2,9 +2,9 @@
 //! vehicle's.
 //!
 //! A bicycle whose delay is negative then explains much more than one without; a driver who answers to gusts
-//! explains a percent at most. The other way round a delay is that of the clocks, or of a vehicle, where a little more of it explains
-//! much less. A vehicle's own lag is the bicycle's and its actuator's, which share with the delay what the
-//! steering does not separate: a lead is stated as the least, a lag as the most of what explains the yaw rate.
+//! explains a percent at most. The other way round its delay is larger than that of sensors and buses, which
+//! explains less. A vehicle's own lag is that of the bicycle's tyres and of its actuator; since a lag hides some of a
+//! lead, the least lead is stated that explains the yaw rate.
 
 use crate::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
 
@@ -59,42 +59,18 @@ pub(crate) fn yaw_rate_lead(
     Some(high)
 }
 
-/// Longest lag that is looked for, s.
-const LONGEST_LAG_S: f64 = 0.3;
-const STEP_S: f64 = 0.01;
-/// With the steering delayed by no more than the lag, what is left stays within that factor of the least …
-const FLAT: f64 = 1.05;
-/// … and that much later it is beyond this one, else the steering is too slow for a lag to show.
-const BEYOND_S: f64 = 0.08;
-const STEEP: f64 = 1.3;
-/// Share of the yaw rate that may be left: with more noise, a wrong lag is lost in it.
-const NOISY: f64 = 0.002;
+/// The yaw rate of a vehicle follows its steering angle without delay; sensors and buses add 10 to 40 ms.
+const SENSORS_S: f64 = 0.04;
+/// A delay from which clocks are said to be apart, s.
+pub(crate) const LARGEST_DELAY_S: f64 = 0.07;
 
-/// By how much the steering can be delayed before it no longer explains the yaw rate, s; `None` where that is less
-/// than `noticed_s`, or not certain.
-pub(crate) fn yaw_rate_lag(
-    reference: &Reference<'_>,
-    recorded: &Fitted,
-    noticed_s: f64,
-) -> Option<f64> {
-    let least = recorded.left();
-    if least >= NOISY * reference.variation() {
+/// By how much the yaw rate is late, s; `None` where that is no more than a vehicle's, or explains no more than the
+/// delay of sensors does.
+pub(crate) fn yaw_rate_lag(reference: &Reference<'_>, recorded: &Fitted) -> Option<f64> {
+    let delay = recorded.delay_s();
+    if delay <= LARGEST_DELAY_S {
         return None;
     }
-    let flat = |fit: &Fitted| fit.left() <= FLAT * least;
-    let mut lag = recorded.delay_s();
-    let mut last = None;
-    if lag < noticed_s {
-        last = Some(delayed(reference, noticed_s, recorded).filter(flat)?);
-        lag = noticed_s;
-    }
-    while lag < LONGEST_LAG_S {
-        let next = delayed(reference, lag + STEP_S, last.as_ref().unwrap_or(recorded))?;
-        if !flat(&next) {
-            break;
-        }
-        (last, lag) = (Some(next), lag + STEP_S);
-    }
-    let beyond = delayed(reference, lag + BEYOND_S, last.as_ref().unwrap_or(recorded))?;
-    (beyond.left() > STEEP * least).then_some(lag)
+    let with_sensors = delayed(reference, SENSORS_S, recorded)?;
+    (recorded.left() < LEFT * with_sensors.left()).then_some(delay)
 }

@@ -1,5 +1,6 @@
 //! Reasons that lie in the recording: faults of channels, play of the steering, clocks, offsets.
 
+use crate::validation::clocks::LARGEST_DELAY_S;
 use steerwright_formats::{ChannelSummary, Grade, Reason, ReasonCode, SteeringPlay};
 
 /// Share of spikes beyond which a sensor or its bus is broken, and smaller ones go unseen.
@@ -18,10 +19,6 @@ const COARSE: f64 = 0.02;
 const COARSE_STEERING: f64 = 0.1;
 /// Share of the noise's variance from which rounding dominates it.
 const DOMINATES: f64 = 0.5;
-/// The yaw rate of a vehicle follows its steering angle without delay; sensors and buses add 10 to 40 ms.
-const LARGEST_DELAY_S: f64 = 0.07;
-/// A lag that is as good as a delay may be that of a steering actuator whose command was logged, s.
-pub(crate) const LARGEST_LAG_S: f64 = 0.1;
 /// A yaw rate that leads by more costs a controller 10° of phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
@@ -29,7 +26,8 @@ const LARGEST_LEAD_S: f64 = 0.03;
 pub(crate) struct Recorded<'a> {
     pub(crate) channels: &'a [ChannelSummary],
     pub(crate) play: Option<&'a SteeringPlay>,
-    pub(crate) delay_s: Option<f64>,
+    /// Delay of accumulated drives, whose clocks are not compared sample by sample.
+    pub(crate) delay_in_windows_s: Option<f64>,
     pub(crate) yaw_rate_lead_s: Option<f64>,
     pub(crate) yaw_rate_lag_s: Option<f64>,
     pub(crate) road_wheel_std_rad: f64,
@@ -188,16 +186,14 @@ fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
     if has_play || of.yaw_rate_lead_s.is_some() {
         return;
     }
-    let taken = of.delay_s.map(|delay| (delay, LARGEST_DELAY_S));
-    let lag = of.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
-    let too_late = |(late, limit): &(f64, f64)| late > limit;
-    if let Some((late, limit)) = [taken, lag].into_iter().flatten().find(too_late) {
+    let in_windows = of.delay_in_windows_s.filter(|delay| *delay > LARGEST_DELAY_S);
+    if let Some(late) = of.yaw_rate_lag_s.or(in_windows) {
         let message = format!(
             "the yaw rate follows the steering {:.0} ms late, later than a vehicle's",
             1e3 * late
         );
         let advice = "the clocks of the channels may be apart (yaw rate stamped late), the gyro filtered, or the steering a command to a slow actuator: record both channels with one clock, or log the angle that was reached";
-        let compared = (late, limit, "s");
+        let compared = (late, LARGEST_DELAY_S, "s");
         out.push(fault((ReasonCode::LateYawRate, Grade::Warn), message, compared, advice));
     }
 }

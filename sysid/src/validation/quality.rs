@@ -76,10 +76,11 @@ pub(crate) fn quality(
         reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
         advice.push("steer more strongly, or use a less noisy gyro".to_owned());
     }
+    let in_windows = evidence.held_out.as_ref().is_some_and(|h| h.selection == "windows");
     let faults = faults(&Recorded {
         channels: &evidence.channels,
         play: evidence.play.as_ref(),
-        delay_s: evidence.delay.filter(|d| d.taken).map(|d| d.estimate_s),
+        delay_in_windows_s: evidence.delay.filter(|d| d.taken && in_windows).map(|d| d.estimate_s),
         yaw_rate_lead_s: evidence.yaw_rate_lead_s,
         yaw_rate_lag_s: evidence.yaw_rate_lag_s,
         road_wheel_std_rad: e.road_wheel_std_rad,

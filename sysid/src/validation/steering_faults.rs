@@ -3,7 +3,6 @@
 
 use crate::bicycle::reference::Reference;
 use crate::validation::clocks::{yaw_rate_lag, yaw_rate_lead};
-use crate::validation::faults::LARGEST_LAG_S;
 use crate::validation::pairs::pairs;
 use crate::validation::play::play;
 use steerwright_drivelog::DriveLog;
@@ -18,7 +17,7 @@ pub(crate) struct SteeringFaults {
     pub(crate) play_rad: Option<(f64, f64)>,
     /// The yaw rate comes at least so much before the steering, s.
     pub(crate) yaw_rate_lead_s: Option<f64>,
-    /// It comes later than a vehicle's, by at most so much, s.
+    /// It comes so much later than the steering, s, which is later than a vehicle's.
     pub(crate) yaw_rate_lag_s: Option<f64>,
 }
 
@@ -39,7 +38,7 @@ impl SteeringFaults {
             play_rad: play(&reference, &recorded)
                 .map(|(width, error)| (width * to_road_wheel, error * to_road_wheel)),
             yaw_rate_lead_s: yaw_rate_lead(&reference, &recorded, open_s),
-            yaw_rate_lag_s: yaw_rate_lag(&reference, &recorded, LARGEST_LAG_S),
+            yaw_rate_lag_s: yaw_rate_lag(&reference, &recorded),
         }
     }
 }
