@@ -16,8 +16,8 @@ use faer::c64;
 use std::f64::consts::TAU;
 use steerwright_formats::{NORMAL_95, Uncertainty};
 
-/// Difference of the criterion from which a steering that is held is excluded. Of 232 simulated drives with a held
-/// steering the largest is 10, and very strong evidence begins at 10 (Kass and Raftery 1995).
+/// Difference of the criterion from which a steering that is held is excluded: twice the 10 from which evidence is very
+/// strong (Kass and Raftery 1995), which no simulated drive with a held steering exceeded.
 const EXCLUDED: f64 = 20.0;
 
 /// Difference of the criterion from which a steering in a column with the name of an angle is read as held all the same:
