@@ -139,6 +139,19 @@ impl<'a> Reference<'a> {
         (!parts.is_empty()).then_some(Self { segments: parts, sample_time_s, unit })
     }
 
+    /// By how much a width of play is smaller in the samples than it was, in standard deviations of the steering: the
+    /// mean over a sample T misses `|δ̈|·T²/8` at each of the two reversals.
+    pub(crate) fn width_between_samples(&self) -> f64 {
+        let (mut squares, mut count) = (0.0, 0_u32);
+        for part in &self.segments {
+            for u in part.steering.windows(3) {
+                squares += (u[0] - 2.0 * u[1] + u[2]).powi(2);
+                count += 1;
+            }
+        }
+        0.25 * (squares / f64::from(count.max(1))).sqrt()
+    }
+
     /// Sum of squares of the yaw rate about its mean, of the samples that are fitted.
     pub(crate) fn variation(&self) -> f64 {
         let fitted = |p: &Part<'a>| p.yaw_rate[p.spare..p.yaw_rate.len() - p.spare].to_vec();

@@ -77,7 +77,11 @@ pub(crate) fn play(reference: &Reference<'_>, recorded: &Fitted) -> Option<(f64,
     let without: Vec<f64> = (0..BLOCKS).map(|b| width(&|f| f.left_without(b))).collect();
     // No finer than the widths tried are apart.
     let error = jackknife(&without).max(0.02 * found);
-    (found > SIGNIFICANT * error).then_some((found, error))
+    if found <= SIGNIFICANT * error {
+        return None;
+    }
+    // What happens between the samples makes the play no less certain, but its width.
+    Some((found, error.hypot(reference.width_between_samples())))
 }
 
 /// Where the least of some values is.

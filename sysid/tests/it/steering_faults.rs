@@ -121,16 +121,21 @@ fn many_drives_are_judged_right() {
     let of = |fault: Drive| drives(fault, 24);
     none_in(&of(Drive { seed: 1000, ..SOUND }));
     none_in(&of(Drive { seed: 77_000, lag_s: 0.06, ..SOUND }));
-    let mut ratios = Vec::new();
     let mut missed = Vec::new();
     for drive in of(Drive { seed: 2000, play_deg: 0.6, ..SOUND }) {
         let (plant, bicycle) = drive.qualities();
-        ratios.push(plant.evidence.play.map_or(0.0, |p| p.road_wheel_rad.to_degrees() / 0.6));
+        let [width, error] = plant.evidence.play.map_or([0.0; 2], |play| {
+            [play.road_wheel_rad, play.standard_error_rad].map(f64::to_degrees)
+        });
+        println!("play of 0.6°: {width:.3} ± {error:.3}");
         if of_steering(&bicycle) != [ReasonCode::SteeringPlay] {
             missed.push((drive, of_steering(&bicycle)));
         }
+        assert!((width - 0.6).abs() < 2.5 * error, "{drive:?}: {width} ± {error}");
+        // Noise moves on between the samples by some of the play.
+        let is_near = (0.9..1.1).contains(&(width / 0.6)) && error < 0.06;
+        assert!(drive.steering == Steering::Noise || is_near, "{drive:?}: {width} ± {error}");
     }
-    println!("play over the true one {ratios:.2?}");
     for (late_s, code) in [(-0.1, ReasonCode::EarlyYawRate), (0.12, ReasonCode::LateYawRate)] {
         for drive in of(Drive { seed: 3000, late_s, ..SOUND }) {
             let (plant, bicycle) = drive.qualities();
@@ -142,7 +147,6 @@ fn many_drives_are_judged_right() {
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
-    assert!(ratios.iter().all(|r| (0.85..1.1).contains(r)), "{ratios:?}");
 }
 
 /// Cars, mean speeds, speeds that vary and all kinds of steering, numbered.
@@ -185,7 +189,7 @@ fn play_is_found_at_its_width_whatever_the_speed() {
         let (width, error) =
             (play.road_wheel_rad.to_degrees(), play.standard_error_rad.to_degrees());
         println!("{drive:?}: {width:.3} ± {error:.3}");
-        assert!((width - 0.6).abs() < 0.06 + 3.0 * error, "{drive:?}: {width} ± {error}");
+        assert!((width - 0.6).abs() < 2.5 * error, "{drive:?}: {width} ± {error}");
     }
 }
 
