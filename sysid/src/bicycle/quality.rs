@@ -5,8 +5,10 @@
 use crate::bicycle::evidence::{Known, LEAST_SPREAD};
 use crate::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::bicycle::response::{response, response_errors};
+use crate::identify::held::with_open_hold;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::modelled::bandwidth_hz;
+use crate::validation::open_hold;
 use crate::validation::pairs::pairs;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
@@ -40,7 +42,9 @@ impl Known<'_> {
             weak_steering(steering).into_iter().chain(gain_error).collect();
         if too_little.is_empty() {
             let errors = response_errors(vehicle, &e.directions, e.speed.mean_mps);
+            let (errors, open_hold_s) = with_open_hold(self.log, errors);
             too_little = uncertain_response(&errors);
+            advice.extend(open_hold_s.map(open_hold::advice));
             if let Some(h) = &e.held_out {
                 too_little.extend(short_validation(h.fit_standard_error, h.blocks));
             }

@@ -4,15 +4,15 @@
 //! The reader of the log delivers the mean over each sample of a steering that moves on between its samples (filter
 //! `V₀`), which is right for a vehicle that integrates. A vehicle with poles of its own weights the end of a sample
 //! more than its start. With the response G(jω) of the vehicle and G_d(e^{jωT}) of its samples under a held input, the
-//! held input is right where it is the steering filtered by `V = G/G_d`; of a command that is held over a period h of
-//! its own, G is that of its samples over h. So the input of the log is filtered by `V/V₀`, which is 1 for slow
+//! held input is right where it is the steering filtered by `V = G/G_d`; where an angle is taken for held over a period h of
+//! its own, G is that of its samples over h. A command stays as the reader holds it. So the input of the log is filtered by `V/V₀`, which is 1 for slow
 //! steering. A model that is identified from this input has the response of the vehicle where G has: an error of G
 //! changes V by less than `ωT/12` of it.
 
 use crate::linalg::dense::eigenvalues;
+use crate::model::StateSpace;
 use crate::model::conversion::discretize;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, c64};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use steerwright_drivelog::{DriveLog, Role};
@@ -46,7 +46,7 @@ impl ContinuousResponse {
 
     /// At a frequency, rad/s.
     pub(crate) fn at(&self, omega: f64) -> c64 {
-        pencil(self.f.as_ref(), self.g.as_ref(), self.h.as_ref(), c64::new(0.0, omega)) + self.d
+        self.with(self.f.clone(), self.g.clone())((0.0, omega))
     }
 
     /// Whether a vehicle and its actuator can have poles and zero, and samples so far apart can show them: poles that are
@@ -67,19 +67,21 @@ impl ContinuousResponse {
     /// The samples' response to an input that is held over `period_s`, at a frequency, rad/s.
     pub(crate) fn held(&self, period_s: f64) -> impl Fn(f64) -> c64 {
         let (a, b) = discretize(self.f.as_ref(), self.g.as_ref(), period_s);
+        let at = self.with(a, b);
         move |omega| {
-            pencil(a.as_ref(), b.as_ref(), self.h.as_ref(), c64::cis(omega * period_s)) + self.d
+            let (sin, cos) = (omega * period_s).sin_cos();
+            at((cos, sin))
         }
     }
-}
 
-/// `c·(s I − a)⁻¹·b`.
-fn pencil(a: MatRef<'_, f64>, b: MatRef<'_, f64>, c: MatRef<'_, f64>, s: c64) -> c64 {
-    let n = a.nrows();
-    let zero = c64::new(0.0, 0.0);
-    let m = Mat::from_fn(n, n, |i, j| if i == j { s } else { zero } - a[(i, j)]);
-    let x = m.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| c64::new(b[(i, 0)], 0.0)));
-    (0..n).fold(zero, |sum, j| sum + x[(j, 0)] * c[(0, j)])
+    /// The response with another state equation, by the complex variable.
+    fn with(&self, a: Mat<f64>, b: Mat<f64>) -> impl Fn((f64, f64)) -> c64 + use<> {
+        let model = StateSpace { a, b, c: self.h.clone(), d: Mat::from_fn(1, 1, |_, _| self.d) };
+        move |z| {
+            let (re, im) = model.response_at(0, 0, z);
+            c64::new(re, im)
+        }
+    }
 }
 
 /// What the steering did between its samples.
@@ -253,14 +255,17 @@ mod tests {
     }
 
     #[test]
-    fn a_command_at_its_own_rate_and_an_unstable_model_leave_the_input_finite() {
-        let own = log(0.1, 0.1, Intersample::Zoh);
-        assert!(matches!(held_for(&own, Between::AsRead, Some(&vehicle(10.0))), Cow::Borrowed(_)));
-        let faster = log(0.01, 0.05, Intersample::Zoh);
+    fn a_command_stays_and_an_unstable_model_leaves_the_input_finite() {
+        for command in [log(0.1, 0.1, Intersample::Zoh), log(0.01, 0.05, Intersample::Zoh)] {
+            let held = held_for(&command, Between::AsRead, Some(&vehicle(10.0)));
+            assert!(matches!(held, Cow::Borrowed(_)));
+        }
         for pole in [10.0, 0.0, -5.0, 1e9, f64::NAN] {
-            for log in [&faster, &log(0.1, 0.1, Intersample::Bl)] {
-                let held = held_for(log, Between::AsRead, Some(&vehicle(pole)));
-                assert!(held.input.iter().all(|u| u.is_finite()), "{pole}");
+            let moving_on = log(0.1, 0.1, Intersample::Bl);
+            for between in [Between::AsRead, Between::Held(0.1)] {
+                let held = held_for(&moving_on, between, Some(&vehicle(pole)));
+                assert!(matches!(held, Cow::Owned(_)));
+                assert!(held.input.iter().all(|u| u.is_finite()), "{pole} {between:?}");
             }
         }
     }

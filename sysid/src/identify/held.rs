@@ -5,7 +5,8 @@ use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
-use crate::validation::open_hold::{Preferred, preferred};
+use crate::validation::open_hold::{Preferred, preferred, with_half_a_period};
+use crate::validation::uncertain_response::{ResponseError, uncertain_response};
 use std::borrow::Cow;
 use steerwright_drivelog::{DriveLog, Role};
 
@@ -51,6 +52,25 @@ impl<'a> Held<'a> {
         format!(
             "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
         )
+    }
+}
+
+/// Standard errors of the response of a model that takes the steering as it was read, and the period of the steering, s,
+/// where these cover that it is held instead: where a pass depends on it and the data do not exclude it.
+pub(crate) fn with_open_hold(
+    log: &DriveLog,
+    errors: Vec<ResponseError>,
+) -> (Vec<ResponseError>, Option<f64>) {
+    let Some(period_s) = log.open_hold_s() else { return (errors, None) };
+    let wider = with_half_a_period(&errors, period_s);
+    if uncertain_response(&wider) == uncertain_response(&errors) {
+        return (errors, None);
+    }
+    // A log that is too short to show it leaves it open.
+    let open = Read::new(log, &IdentifyOptions::default());
+    match open.map_or(Some(period_s), |read| read.open_hold_s) {
+        Some(period_s) => (wider, Some(period_s)),
+        None => (errors, None),
     }
 }
 

@@ -3,7 +3,7 @@
 pub(crate) mod accumulated;
 mod automatic;
 mod evidence;
-mod held;
+pub(crate) mod held;
 pub(crate) mod plant;
 
 use crate::Error;

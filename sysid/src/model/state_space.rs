@@ -76,9 +76,15 @@ impl StateSpace {
     /// Frequency response of one input–output pair at `omega` rad per sample, (real, imaginary).
     #[must_use]
     pub fn frequency_response(&self, output: usize, input: usize, omega: f64) -> (f64, f64) {
-        // (e^{jω}I − A)(xr + j xi) = b as a real system of twice the size.
+        let (sin, cos) = omega.sin_cos();
+        self.response_at(output, input, (cos, sin))
+    }
+
+    /// `c·(z I − A)⁻¹·b + d` of one input–output pair at a complex z; of the matrices of a continuous model at s.
+    pub(crate) fn response_at(&self, output: usize, input: usize, z: (f64, f64)) -> (f64, f64) {
+        // (z I − A)(xr + j xi) = b as a real system of twice the size.
         let n = self.order();
-        let (s, c) = omega.sin_cos();
+        let (c, s) = z;
         let m = Mat::from_fn(2 * n, 2 * n, |i, j| {
             let same = if i % n == j % n { 1.0 } else { 0.0 };
             match (i < n, j < n) {

@@ -4,11 +4,13 @@
 use crate::Error;
 use crate::bicycle::{response_errors, response_in_gentle_driving};
 use crate::data::recording::Recording;
+use crate::identify::held::with_open_hold;
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
 use crate::single_track::unusual_parameters::unusual_parameters;
 use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
+use crate::validation::open_hold;
 use crate::validation::pairs::pairs;
 use crate::validation::plausible::opposite;
 use crate::validation::play::steering_play;
@@ -106,7 +108,9 @@ pub(super) fn quality(
     let (mut remarks, mut advice) = (Vec::new(), Vec::new());
     if reasons.is_empty() {
         let errors = response_errors(gentle, &e.directions, e.speed.mean_mps);
+        let (errors, open_hold_s) = with_open_hold(log, errors);
         reasons = uncertain_response(&errors);
+        advice.extend(open_hold_s.map(open_hold::advice));
         if let Some(fit) = &e.validation {
             reasons.extend(short_validation(fit.yaw_rate_standard_error, fit.blocks));
         }

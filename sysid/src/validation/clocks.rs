@@ -65,10 +65,14 @@ const SENSORS_S: f64 = 0.04;
 pub(crate) const LARGEST_DELAY_S: f64 = 0.07;
 
 /// By how much the yaw rate is late, s; `None` where that is no more than a vehicle's, or explains no more than the
-/// delay of sensors does.
-pub(crate) fn yaw_rate_lag(reference: &Reference<'_>, recorded: &Fitted) -> Option<f64> {
+/// delay of sensors does. `open_s` of it may come from what the steering does between its samples.
+pub(crate) fn yaw_rate_lag(
+    reference: &Reference<'_>,
+    recorded: &Fitted,
+    open_s: f64,
+) -> Option<f64> {
     let delay = recorded.delay_s();
-    if delay <= LARGEST_DELAY_S {
+    if delay <= LARGEST_DELAY_S.max(SENSORS_S + open_s) {
         return None;
     }
     let with_sensors = delayed(reference, SENSORS_S, recorded)?;

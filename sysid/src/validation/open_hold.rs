@@ -11,7 +11,7 @@
 use crate::data::held_input::ContinuousResponse;
 use crate::model::StateSpace;
 use crate::model::conversion::ContinuousModel;
-use crate::validation::uncertain_response::{HIGHEST_HZ, LARGEST_GAIN_ERROR};
+use crate::validation::uncertain_response::{HIGHEST_HZ, LARGEST_GAIN_ERROR, ResponseError};
 use faer::c64;
 use std::f64::consts::TAU;
 use steerwright_formats::{NORMAL_95, Uncertainty};
@@ -44,6 +44,22 @@ pub(crate) fn preferred(period_s: f64, moving_on: Option<f64>, held: Option<f64>
         Some(more) if more < -PREFERRED && matters => Preferred::OpenHeld,
         _ => Preferred::OpenMovingOn,
     }
+}
+
+/// Standard errors of a response that also cover half a period of phase.
+pub(crate) fn with_half_a_period(errors: &[ResponseError], period_s: f64) -> Vec<ResponseError> {
+    let wider = |e: &ResponseError| {
+        let half = 0.5 * TAU * e.frequency_hz * period_s;
+        ResponseError { phase_rad: e.phase_rad + half / NORMAL_95, ..*e }
+    };
+    errors.iter().map(wider).collect()
+}
+
+/// What to do about a hold that is open and matters.
+pub(crate) fn advice(period_s: f64) -> String {
+    format!(
+        "state whether the steering is held between its samples, which are {period_s:.3} s apart: that is half a sample of phase, and the log does not show it"
+    )
 }
 
 /// The uncertainty with standard errors of the frequency response that leave it open whether the steering is held over

@@ -5,6 +5,7 @@ use crate::validation::faults::{Recorded, faults};
 use crate::validation::model_error_reasons::{
     NOTICED, coherent_model_error, model_errors, suggested_checks, too_far,
 };
+use crate::validation::open_hold;
 use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
 use crate::validation::uncertain_response::uncertain_response;
 use steerwright_formats::{
@@ -51,9 +52,7 @@ pub(crate) fn quality(
         reasons.extend(uncertain_response(&drive.response_errors));
         let is_uncertain = reasons.iter().any(|r| r.code == ReasonCode::UncertainPhase);
         if let Some(period_s) = drive.open_hold_s.filter(|_| is_uncertain) {
-            advice.push(format!(
-                "state whether the steering is held between its samples, which are {period_s:.3} s apart: that is half a sample of phase, and the log does not show it"
-            ));
+            advice.push(open_hold::advice(period_s));
         }
         // Windows of accumulated drives have no blocks of time.
         if let Some(h) = evidence.held_out.as_ref().filter(|h| h.selection != "windows") {

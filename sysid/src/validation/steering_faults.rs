@@ -38,7 +38,11 @@ impl SteeringFaults {
             play_rad: play(&reference, &recorded)
                 .map(|(width, error)| (width * to_road_wheel, error * to_road_wheel)),
             yaw_rate_lead_s: yaw_rate_lead(&reference, &recorded, open_s),
-            yaw_rate_lag_s: yaw_rate_lag(&reference, &recorded),
+            yaw_rate_lag_s: yaw_rate_lag(
+                &reference,
+                &recorded,
+                0.5 * log.open_hold_s().unwrap_or_default(),
+            ),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
 use steerwright_formats::{Grade, ReasonCode};
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{IdentifyOptions, Intersample, identify, validate_plant};
 
@@ -144,5 +145,21 @@ fn a_hold_that_the_log_does_not_show_widens_the_phase() {
         let errors = plant.uncertainty.unwrap();
         assert!(errors.open_hold_s.is_none() && errors.errors_at(2.0).unwrap()[1] < 0.1);
         assert!(plant.quality.grade == Grade::Pass, "{}", plant.quality.summary);
+    }
+}
+
+/// A bicycle takes the angle as it was read: its grade knows what is open.
+#[test]
+fn the_grade_of_a_bicycle_covers_an_open_hold() {
+    for (is_held, stated, passes) in
+        [(true, None, false), (false, None, true), (true, Some(Intersample::Zoh), true)]
+    {
+        let log = angle(10.0, is_held, ANGLE, stated);
+        let quality = identify_bicycle(&log, &BicycleOptions::default()).unwrap().bicycle.quality;
+        let is_uncertain = quality.has(ReasonCode::UncertainPhase);
+        let is_advised = quality.advice.iter().any(|a| a.contains("held between its samples"));
+        println!("{is_held} {stated:?}: {}", quality.summary);
+        assert!(!quality.has(ReasonCode::LateYawRate), "half a sample is no late clock");
+        assert_eq!((!is_uncertain, !is_advised), (passes, passes), "{is_held} {stated:?}");
     }
 }
