@@ -116,9 +116,9 @@ fn of_steering(quality: &Quality) -> Vec<ReasonCode> {
 
 /// More cars of each kind, all of which are to be judged right.
 #[test]
-#[ignore = "a minute"]
+#[ignore = "slow: cargo xtask test"]
 fn many_drives_are_judged_right() {
-    let of = |fault: Drive| drives(fault, 24);
+    let of = |fault: Drive| drives(fault, 12);
     none_in(&of(Drive { seed: 1000, ..SOUND }));
     none_in(&of(Drive { seed: 77_000, lag_s: 0.06, ..SOUND }));
     let mut missed = Vec::new();
