@@ -13,7 +13,8 @@ mod arguments;
 mod tally;
 
 use super::options;
-use arguments::{Arguments, Disturbance, Kind};
+use arguments::{Column, Disturbance, Kind, Stated};
+use clap::Parser;
 use std::error::Error;
 use steerwright_drivelog::{LogOptions, read_log};
 use steerwright_evaluation::measure::median;
@@ -21,6 +22,50 @@ use steerwright_evaluation::{LinearCar, LinearDrive, Random, on_all_cores};
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 use steerwright_sysid::{Identified, IdentifyOptions, identify};
 use tally::{Tally, header};
+
+/// Prints in how many simulated drives each stated 95 % band holds the truth.
+#[derive(Parser)]
+struct Arguments {
+    /// Drives, each of a car of its own
+    #[arg(long, default_value_t = 240)]
+    drives: usize,
+    /// Seed of cars and drives
+    #[arg(long, default_value_t = 9)]
+    seed: u64,
+    /// What is left out of every drive
+    #[arg(long, value_enum, value_delimiter = ',')]
+    without: Vec<Disturbance>,
+    /// Sample time to bring the logs to, s, in place of the automatic one
+    #[arg(long)]
+    sample_time: Option<f64>,
+    /// Order of the state-space model, in place of the automatic one
+    #[arg(long)]
+    order: Option<usize>,
+    /// Delay of the input, s, in place of the automatic one
+    #[arg(long)]
+    delay: Option<f64>,
+    /// Rows of the logs a second
+    #[arg(long, default_value_t = 100.0)]
+    rate: f64,
+    /// Length of the drives, s
+    #[arg(long, default_value_t = 120.0)]
+    seconds: f64,
+    /// What is driven
+    #[arg(long, value_enum, default_value_t = Kind::Realistic)]
+    kind: Kind,
+    /// What the log has of the steering
+    #[arg(long, value_enum, default_value_t = Column::Measured)]
+    steering: Column,
+    /// What is stated about the steering between its samples; without it, nothing is stated
+    #[arg(long, value_enum)]
+    intersample: Option<Stated>,
+    /// Print a line for each drive
+    #[arg(long)]
+    list: bool,
+    /// Folder to write the logs to
+    #[arg(long, value_name = "DIR")]
+    write: Option<std::path::PathBuf>,
+}
 
 /// Frequencies of the bands, Hz.
 const FREQUENCIES_HZ: [f64; 3] = [0.3, 1.0, 2.0];
