@@ -49,7 +49,7 @@ mod units;
 pub use error::{Error, Place};
 pub use gnss::{Gnss, GnssDrive};
 pub use inspect::{InspectedChannel, InspectedGroup, Inspection, inspect};
-pub use log::{DriveLog, Segment};
+pub use log::{DriveLog, Segment, below_speed_in_words};
 pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions, Response, VehicleClass};
 pub use read::{read_drives, read_log, read_recordings};
@@ -59,4 +59,4 @@ pub use recording::{
 };
 pub use role::Role;
 pub use steerwright_formats::Intersample;
-pub use stream::{Piece, Sink, Streamed, stream};
+pub use stream::{Gate, Piece, Sink, StreamStart, Streamed, stream};

@@ -133,11 +133,8 @@ impl DriveLog {
         });
         let segments = segments.collect();
         let mut warnings = self.warnings.clone();
-        warnings.push(format!(
-            "the speed is below {least_mps} m/s in {:.1} s of {:.1} s: these segments are left out",
-            (self.len() - count) as f64 * step,
-            self.len() as f64 * step
-        ));
+        let left_out_s = (self.len() - count) as f64 * step;
+        warnings.push(below_speed_in_words(least_mps, left_out_s, self.len() as f64 * step));
         Cow::Owned(Self {
             segments,
             input: of(&self.input),
@@ -180,4 +177,12 @@ impl DriveLog {
     pub fn is_empty(&self) -> bool {
         self.input.is_empty()
     }
+}
+
+/// The warning about the time below a least speed.
+#[must_use]
+pub fn below_speed_in_words(least_mps: f64, left_out_s: f64, all_s: f64) -> String {
+    format!(
+        "the speed is below {least_mps} m/s in {left_out_s:.1} s of {all_s:.1} s: these segments are left out"
+    )
 }

@@ -1,6 +1,6 @@
 //! The evidence for the quality of an identified bicycle.
 
-use crate::{ChannelSummary, Checker, HeldOut};
+use crate::{ChannelSummary, Checker, Continuous, HeldOut};
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a bicycle from a log.
@@ -17,6 +17,13 @@ pub struct BicycleEvidence {
     pub validation_samples: usize,
     /// Sample time, s.
     pub sample_time_s: f64,
+    /// The linear vehicle, without a delay, for which the steering was held over each sample; absent where it was held as
+    /// it was read, and in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_for: Option<Continuous>,
+    /// Period of the steering, s, where the data do not determine whether it is held between its samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open_hold_s: Option<f64>,
     /// Fit on the estimation data, percent.
     pub estimation_fit: f64,
     /// Fit on validation data, percent.
@@ -142,6 +149,12 @@ impl BicycleEvidence {
     /// Reports impossible numbers; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
+        if let Some(vehicle) = &self.held_for {
+            vehicle.check(c, vehicle.f.rows(), &format!("{at}held_for"));
+        }
+        if let Some(period) = self.open_hold_s {
+            c.positive(period, &format!("{at}open_hold_s"));
+        }
         for (value, key) in [
             (self.steering_offset_rad, "steering_offset_rad"),
             (self.yaw_rate_offset_radps, "yaw_rate_offset_radps"),

@@ -109,6 +109,15 @@ pub struct Continuous {
     pub h: Matrix,
 }
 
+impl Continuous {
+    /// Reports matrices that are not of order `n`; `at` is the key.
+    pub(crate) fn check(&self, c: &mut Checker, n: usize, at: &str) {
+        c.shape(&self.f, n, n, &format!("{at}.F"));
+        c.shape(&self.g, n, 1, &format!("{at}.G"));
+        c.shape(&self.h, 1, n, &format!("{at}.H"));
+    }
+}
+
 /// The noise as identified.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -293,15 +302,10 @@ impl Document for Plant {
             c.finite(*x, &format!("discrete.x0[{i}]"));
         }
         if let Some(vehicle) = &self.evidence.held_for {
-            let n = vehicle.f.rows();
-            c.shape(&vehicle.f, n, n, "evidence.held_for.F");
-            c.shape(&vehicle.g, n, 1, "evidence.held_for.G");
-            c.shape(&vehicle.h, 1, n, "evidence.held_for.H");
+            vehicle.check(c, vehicle.f.rows(), "evidence.held_for");
         }
         if let Some(continuous) = &self.continuous {
-            c.shape(&continuous.f, n, n, "continuous.F");
-            c.shape(&continuous.g, n, 1, "continuous.G");
-            c.shape(&continuous.h, 1, n, "continuous.H");
+            continuous.check(c, n, "continuous");
         }
         c.not_negative(self.noise.innovation_variance, "noise.innovation_variance");
         if let Some(s) = &self.sideslip {

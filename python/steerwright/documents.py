@@ -561,6 +561,11 @@ class BicycleEvidence(Record):
     """Number of validation samples."""
     sample_time_s: float
     """Sample time, s."""
+    held_for: Union[Continuous, None]
+    """The linear vehicle, without a delay, for which the steering was held over each sample; absent where
+    it was held as it was read, and in files of earlier versions."""
+    open_hold_s: Union[float, None]
+    """Period of the steering, s, where the data do not determine whether it is held between its samples."""
     estimation_fit: float
     """Fit on the estimation data, percent."""
     validation_fit: float

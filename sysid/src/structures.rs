@@ -10,14 +10,13 @@ use crate::Error;
 use crate::bicycle::{self, BicycleOptions, IdentifiedBicycle};
 use crate::data::moving::{least_speed, moving};
 use crate::error::check_yaw_rate;
+use crate::identify::held::Steering;
 use crate::identify::plant::{Identified, Traces};
 use crate::selection::options::IdentifyOptions;
 use crate::single_track::{self, IdentifiedVehicle, IdentifyVehicleOptions};
 use crate::torque::{TorqueOptions, identify_torque};
 use crate::validation::fit::{FitWithError, fit_with_error};
-use crate::validation::steering_faults::SteeringFaults;
 use std::borrow::Cow;
-use std::cell::OnceCell;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{BLOCK_S, Model, Structure};
@@ -163,17 +162,14 @@ pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Cho
         None => no_chance(log, structure).map_or(Ok(()), Err),
     };
     let text = |error: Error| error.to_string();
-    // They are the recording's, whatever the structure.
-    let found = OnceCell::new();
-    let steering_faults = || *found.get_or_init(|| SteeringFaults::of(log));
-    let plant = crate::identify::identify_judged(log, &options.state_space, &steering_faults);
+    let steering = Steering::new(log, &options.state_space);
+    let plant = crate::identify::identify_judged(&steering, &options.state_space);
     let first_error = plant.as_ref().err().cloned();
     let bicycle = chance(Structure::Bicycle).and_then(|()| {
-        bicycle::identify_moving(log, least_mps, &options.bicycle, &steering_faults).map_err(text)
+        bicycle::identify_moving(&steering, least_mps, &options.bicycle).map_err(text)
     });
     let vehicle = chance(Structure::SingleTrack).and_then(|()| {
-        let options = &options.single_track;
-        single_track::identify_moving(log, least_mps, options, &steering_faults).map_err(text)
+        single_track::identify_moving(&steering, least_mps, &options.single_track).map_err(text)
     });
     let models = vec![
         (Structure::StateSpace, plant.map(IdentifiedModel::from).map_err(text)),

@@ -19,13 +19,25 @@ pub enum Piece<'a> {
     End,
 }
 
-/// Where the pieces go, with their sample time in s.
-pub type Sink<'a, E> = dyn FnMut(f64, Piece<'_>) -> Result<(), E> + 'a;
+/// What is known of a log before its first piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StreamStart {
+    /// Sample time, s.
+    pub sample_time_s: f64,
+    /// Steering angle over road-wheel angle.
+    pub steering_ratio: f64,
+    /// As [`DriveLog::has_steering_angle`](crate::DriveLog::has_steering_angle).
+    pub has_steering_angle: bool,
+}
+
+/// Where the pieces go.
+pub type Sink<'a, E> = dyn FnMut(StreamStart, Piece<'_>) -> Result<(), E> + 'a;
 
 type Out<'a, E> = dyn FnMut(Piece<'_>) -> Result<(), E> + 'a;
 
-/// Holds samples back until it is known whether they pass.
-pub(super) struct Gate {
+/// Lets the parts of segments pass whose speed is within a window; holds samples back until it is known whether they pass.
+#[derive(Debug)]
+pub struct Gate {
     window: (f64, f64),
     /// Samples on either side of the average.
     half: usize,
@@ -39,7 +51,9 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    pub(super) fn new(window: (f64, f64), step: f64) -> Self {
+    /// Of the least and the largest speed, m/s, and the sample time, s.
+    #[must_use]
+    pub fn new(window: (f64, f64), step: f64) -> Self {
         Self {
             window,
             half: half_average(step),
@@ -50,8 +64,11 @@ impl Gate {
         }
     }
 
-    /// Takes the next samples of the segment.
-    pub(super) fn push<E>(&mut self, samples: [&[f64]; 3], sink: &mut Out<'_, E>) -> Result<(), E> {
+    /// Takes the next samples of the segment: steering, yaw rate and speed.
+    ///
+    /// # Errors
+    /// What the sink returns.
+    pub fn push<E>(&mut self, samples: [&[f64]; 3], sink: &mut Out<'_, E>) -> Result<(), E> {
         self.held.iter_mut().zip(samples).for_each(|(held, x)| held.extend_from_slice(x));
         let known = self.held[2].len().saturating_sub(self.half);
         self.decide(known, sink)?;
@@ -62,7 +79,11 @@ impl Gate {
         Ok(())
     }
 
-    pub(super) fn end<E>(&mut self, sink: &mut Out<'_, E>) -> Result<(), E> {
+    /// Ends the segment.
+    ///
+    /// # Errors
+    /// What the sink returns.
+    pub fn end<E>(&mut self, sink: &mut Out<'_, E>) -> Result<(), E> {
         self.decide(self.held[2].len(), sink)?;
         self.end_run(sink)?;
         self.held.iter_mut().for_each(Vec::clear);

@@ -24,12 +24,13 @@ use crate::recording::{Columns, Group, Recording, Request, Wanted};
 use crate::role::Role;
 use crate::segments::{self, Clock};
 use crate::series::Series;
+use crate::units::Quantity;
 use aligned::Aligned;
 use channel::Channel;
 use span::Spans;
 use steerwright_formats::{ChannelSummary, SampleHash, SourceFile};
 
-pub use gate::{Piece, Sink};
+pub use gate::{Gate, Piece, Sink, StreamStart};
 
 /// Rows read at once.
 const CHUNK: usize = 1 << 14;
@@ -120,7 +121,14 @@ fn in_chunks<E: From<Error>>(
                 let clock = Clock::of(&reading.drive);
                 let step = segments::sample_time(&[&clock], options)?;
                 reading.drive.steering_ratio = ratio;
-                spans = Some(Spans::new(clock, step, options.speed_window));
+                let unit = reading.drive.channels[STEERING].unit;
+                let start = StreamStart {
+                    sample_time_s: step,
+                    steering_ratio: ratio,
+                    has_steering_angle: options.steering_full_scale_rad.is_some()
+                        || unit.quantity != Quantity::Dimensionless,
+                };
+                spans = Some(Spans::new(clock, start, options.speed_window));
             }
             None => {}
         }

@@ -1,6 +1,6 @@
 //! The segments of a drive that is read in chunks, on the grids they have where it is read whole.
 
-use super::gate::{Gate, Piece, Sink};
+use super::gate::{Gate, Piece, Sink, StreamStart};
 use crate::drive::Drive;
 use crate::error::{Error, counted};
 use crate::options::LogOptions;
@@ -24,6 +24,7 @@ struct Open {
 pub(super) struct Spans {
     clock: Clock,
     step: f64,
+    stream: StreamStart,
     per_step: usize,
     open: Option<Open>,
     gate: Option<Gate>,
@@ -36,12 +37,14 @@ pub(super) struct Spans {
 }
 
 impl Spans {
-    pub(super) fn new(clock: Clock, step: f64, speeds: Option<(f64, f64)>) -> Self {
+    pub(super) fn new(clock: Clock, stream: StreamStart, speeds: Option<(f64, f64)>) -> Self {
+        let step = stream.sample_time_s;
         let per_step = clock.per_step(step) as usize;
         let gate = speeds.map(|window| Gate::new(window, step));
         Self {
             clock,
             step,
+            stream,
             per_step,
             open: None,
             gate,
@@ -155,11 +158,11 @@ impl Spans {
         speed.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
         match (&mut self.gate, speed) {
             (Some(gate), Some(speed)) => {
-                let mut sink = |piece: Piece<'_>| sink(self.step, piece);
+                let mut sink = |piece: Piece<'_>| sink(self.stream, piece);
                 gate.push([&steering, &yaw_rate, &speed], &mut sink)
             }
             (_, speed) => sink(
-                self.step,
+                self.stream,
                 Piece::Samples {
                     steering: &steering,
                     yaw_rate: &yaw_rate,
@@ -174,8 +177,8 @@ impl Spans {
             return Ok(());
         }
         match &mut self.gate {
-            Some(gate) => gate.end(&mut |piece| sink(self.step, piece)),
-            None => sink(self.step, Piece::End),
+            Some(gate) => gate.end(&mut |piece| sink(self.stream, piece)),
+            None => sink(self.stream, Piece::End),
         }
     }
 

@@ -22,8 +22,8 @@ fn of_recording(
     chunk: usize,
 ) -> (f64, Segments, Streamed) {
     let (mut step, mut segments, mut open) = (0.0, Segments::new(), false);
-    let read = in_chunks::<crate::Error>(recording, options, chunk, &mut |sample_time_s, piece| {
-        step = sample_time_s;
+    let read = in_chunks::<crate::Error>(recording, options, chunk, &mut |start, piece| {
+        step = start.sample_time_s;
         match piece {
             Piece::Samples { steering, yaw_rate, speed } => {
                 if !open {

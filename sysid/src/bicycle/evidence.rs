@@ -6,8 +6,10 @@ use crate::bicycle::options::BicycleOptions;
 use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
 use crate::bicycle::simulation::Simulation;
 use crate::bicycle::uncertainty::{covariance_factor, deviation};
+use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
+use crate::identify::held::Read;
 use crate::sideslip::sideslip;
 use crate::validation::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
@@ -23,7 +25,11 @@ pub(super) fn is_determined(d: &WithDelay) -> bool {
 }
 
 pub(super) struct Known<'a> {
+    /// The drive, with the steering as it is held.
     pub(super) log: &'a DriveLog,
+    pub(super) read: Option<&'a Read<'a>>,
+    /// Period of the steering, s, where it stays open whether it is held.
+    pub(super) open_hold_s: Option<f64>,
     pub(super) options: &'a BicycleOptions,
     pub(super) recording: &'a Recording,
     pub(super) estimate: &'a Estimate,
@@ -47,11 +53,17 @@ impl Known<'_> {
             })
             .collect();
         let (log, simulation) = (self.log, self.simulation);
+        let as_held: Vec<String> =
+            self.read.and_then(|read| read.warning.clone()).into_iter().collect();
         let split = &self.recording.split;
         let mut evidence = BicycleEvidence {
             estimation_samples: count(&split.estimation),
             validation_samples: count(&split.validation),
             sample_time_s: log.sample_time_s,
+            held_for: self
+                .read
+                .and_then(|read| read.held.vehicle.as_ref().map(ContinuousResponse::to_file)),
+            open_hold_s: self.open_hold_s,
             estimation_fit: simulation.estimation_fit,
             validation_fit: simulation.validation_fit.fit,
             held_out: Some(self.validation()),
@@ -67,7 +79,7 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
             channels: log.channels.clone(),
-            warnings: [log.warnings.clone(), sideslip(log).warnings].concat(),
+            warnings: [log.warnings.clone(), as_held, sideslip(log).warnings].concat(),
         };
         self.warn(&mut evidence);
         Ok(evidence)

@@ -27,8 +27,9 @@ use crate::data::moving::{least_speed, moving};
 use crate::data::recording::Recording;
 use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
+use crate::identify::held::Steering;
 use crate::identify::plant::Traces;
-use crate::validation::steering_faults::SteeringFaults;
+use crate::selection::options::IdentifyOptions;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
@@ -62,18 +63,19 @@ pub fn identify_bicycle(
     check_yaw_rate(log)?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
     let log = &*moving(log, least_mps)?;
-    identify_moving(log, least_mps, options, &|| SteeringFaults::of(log))
+    identify_moving(&Steering::new(log, &IdentifyOptions::default()), least_mps, options)
 }
 
-/// The same of a log that has nothing below the least speed, m/s, and whose faults of the steering are known, or
-/// found where there is a model.
+/// The same of a log that has nothing below the least speed, m/s.
 pub(crate) fn identify_moving(
-    log: &DriveLog,
+    steering: &Steering<'_>,
     least_mps: f64,
     options: &BicycleOptions,
-    steering_faults: &dyn Fn() -> SteeringFaults,
 ) -> Result<IdentifiedBicycle, Error> {
     options.check()?;
+    // A log that is too short to show how its steering is held is taken as it was read.
+    let read = steering.read().ok();
+    let log = read.map_or(steering.log, |read| &*read.held.log);
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation_fraction)
             .thinned(options.max_samples, log.sample_time_s)
@@ -127,13 +129,15 @@ pub(crate) fn identify_moving(
         };
     let known = evidence::Known {
         log,
+        read,
+        open_hold_s: steering.open_hold_s(),
         options,
         recording: &recording,
         estimate: &found,
         covariance: &covariance,
         simulation: &simulation,
         with_delay: summary,
-        steering_faults: steering_faults(),
+        steering_faults: steering.faults(),
     };
     let evidence = known.evidence()?;
     let mut used = log.options.clone();
@@ -154,7 +158,8 @@ pub(crate) fn identify_moving(
     };
     let bicycle = document(vehicle, evidence, quality, provenance);
     bicycle.checked("bicycle.json").map_err(|e| Error::no_model(e.to_string()))?;
-    let traces = Traces::new(log, simulation.simulated, &recording.split.validation);
+    let mut traces = Traces::new(log, simulation.simulated, &recording.split.validation);
+    traces.steering_rad.clone_from(&steering.log.input);
     Ok(IdentifiedBicycle { bicycle, traces })
 }
 

@@ -42,7 +42,7 @@ impl Known<'_> {
             weak_steering(steering).into_iter().chain(gain_error).collect();
         if too_little.is_empty() {
             let errors = response_errors(vehicle, &e.directions, e.speed.mean_mps);
-            let (errors, open_hold_s) = with_open_hold(self.log, errors);
+            let (errors, open_hold_s) = with_open_hold(errors, self.open_hold_s);
             too_little = uncertain_response(&errors);
             advice.extend(open_hold_s.map(open_hold::advice));
             if let Some(h) = &e.held_out {

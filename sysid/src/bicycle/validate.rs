@@ -11,8 +11,9 @@ use crate::data::recording::Recording;
 use crate::data::split::Split;
 use crate::linalg::dense::least_squares;
 use crate::selection::options::IdentifyOptions;
-use crate::validation::validate::Validated;
+use crate::validation::validate::{Validated, held_as};
 use faer::Mat;
+use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::Bicycle;
 
@@ -30,6 +31,10 @@ pub fn validate_bicycle(
 ) -> Result<Validated, Error> {
     options.check()?;
     let vehicle = &bicycle.vehicle;
+    let log = &*match &bicycle.evidence {
+        Some(e) => held_as(log, &e.channels, e.open_hold_s.is_some(), e.held_for.as_ref())?,
+        None => Cow::Borrowed(log),
+    };
     let with_speed = DriveLog {
         speed: Some(log.speed.clone().unwrap_or_else(|| vec![vehicle.speed_mps; log.len()])),
         ..log.clone()

@@ -3,6 +3,7 @@
 pub(crate) mod dataset;
 pub(crate) mod held_input;
 pub(crate) mod moving;
+pub(crate) mod moving_pieces;
 pub(crate) mod recording;
 pub(crate) mod scaled;
 pub(crate) mod signals;

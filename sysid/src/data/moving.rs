@@ -7,8 +7,9 @@
 
 use crate::Error;
 use std::borrow::Cow;
-use steerwright_drivelog::DriveLog;
+use std::ops::Range;
 use steerwright_drivelog::signal::mean;
+use steerwright_drivelog::{DriveLog, StreamStart};
 
 /// Speed below which a car crawls, m/s, and the wheelbase of that car, m.
 const CAR: [f64; 2] = [3.0, 2.6];
@@ -22,8 +23,13 @@ pub(crate) fn least_speed(log: &DriveLog, stated: Option<f64>, wheelbase_m: Opti
     if let Some(least) = stated {
         return least;
     }
+    of_wheelbase(wheelbase_m.or_else(|| wheelbase_of_log(log)))
+}
+
+/// The least speed of a vehicle, m/s, in tenths.
+pub(super) fn of_wheelbase(wheelbase_m: Option<f64>) -> f64 {
     let [speed, car_wheelbase] = CAR;
-    let wheelbase = wheelbase_m.or_else(|| steady_wheelbase(log)).unwrap_or(car_wheelbase);
+    let wheelbase = wheelbase_m.unwrap_or(car_wheelbase);
     (10.0 * speed * (wheelbase / car_wheelbase).sqrt()).round() / 10.0
 }
 
@@ -38,20 +44,35 @@ pub(crate) fn moving(log: &DriveLog, least_mps: f64) -> Result<Cow<'_, DriveLog>
     Ok(moving)
 }
 
-/// The wheelbase by the steady turn, m; `None` where the steering is no angle or the vehicle does not turn.
-fn steady_wheelbase(log: &DriveLog) -> Option<f64> {
+fn wheelbase_of_log(log: &DriveLog) -> Option<f64> {
     let speed = log.speed.as_ref()?;
-    let is_usable = log.has_steering_angle() && log.steering_ratio > 0.0 && log.sample_time_s > 0.0;
-    if !is_usable || speed.len() != log.len() || log.output.len() != log.len() {
+    if speed.len() != log.len() || log.output.len() != log.len() {
+        return None;
+    }
+    let start = StreamStart {
+        sample_time_s: log.sample_time_s,
+        steering_ratio: log.steering_ratio,
+        has_steering_angle: log.has_steering_angle(),
+    };
+    let of = |range: &Range<usize>| [&log.input, &log.output, speed].map(|x| &x[range.clone()]);
+    steady_wheelbase(start, log.segments.iter().map(|segment| of(&segment.range)))
+}
+
+/// The wheelbase by the steady turn, m, of segments of steering, yaw rate and speed; `None` where the steering is no
+/// angle or the vehicle does not turn.
+pub(super) fn steady_wheelbase<'a>(
+    log: StreamStart,
+    segments: impl Iterator<Item = [&'a [f64]; 3]>,
+) -> Option<f64> {
+    if !(log.has_steering_angle && log.steering_ratio > 0.0 && log.sample_time_s > 0.0) {
         return None;
     }
     let width = ((1.0 / log.sample_time_s).round() as usize).max(1);
     let mut turns: Vec<[f64; 3]> = Vec::new();
-    for segment in &log.segments {
-        let mut start = segment.range.start;
-        while start + width <= segment.range.end {
-            let range = start..start + width;
-            turns.push([&log.input, &log.output, speed].map(|x| mean(&x[range.clone()])));
+    for segment in segments {
+        let mut start = 0;
+        while start + width <= segment[0].len() {
+            turns.push(segment.map(|x| mean(&x[start..start + width])));
             start += width;
         }
     }

@@ -6,20 +6,22 @@ use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::validation::open_hold::{Preferred, preferred, with_half_a_period};
+use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::{ResponseError, uncertain_response};
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use steerwright_drivelog::{DriveLog, Role};
 
 /// Times that the input is held as suits the vehicle that the input before it determines.
 const TURNS: usize = 2;
 
 /// A drive whose steering is held over each sample as suits the vehicle.
-pub(super) struct Held<'a> {
-    pub(super) log: Cow<'a, DriveLog>,
+pub(crate) struct Held<'a> {
+    pub(crate) log: Cow<'a, DriveLog>,
     /// That vehicle; `None` where the steering is as it was read, or held as of any vehicle.
-    pub(super) vehicle: Option<ContinuousResponse>,
+    pub(crate) vehicle: Option<ContinuousResponse>,
     /// What its samples show, the stated delay applied; `None` of a log that is too short.
-    pub(super) estimated: Option<Estimated>,
+    pub(crate) estimated: Option<Estimated>,
 }
 
 impl<'a> Held<'a> {
@@ -55,36 +57,61 @@ impl<'a> Held<'a> {
     }
 }
 
-/// Standard errors of the response of a model that takes the steering as it was read, and the period of the steering, s,
-/// where these cover that it is held instead: where a pass depends on it and the data do not exclude it.
+/// What is found in the steering of a recording once, whatever the structure.
+pub(crate) struct Steering<'a> {
+    pub(crate) log: &'a DriveLog,
+    options: &'a IdentifyOptions,
+    faults: OnceCell<SteeringFaults>,
+    read: OnceCell<Result<Read<'a>, Error>>,
+}
+
+impl<'a> Steering<'a> {
+    /// Of a log whose delay, if one is stated, is that of the options.
+    pub(crate) fn new(log: &'a DriveLog, options: &'a IdentifyOptions) -> Self {
+        Self { log, options, faults: OnceCell::new(), read: OnceCell::new() }
+    }
+
+    pub(crate) fn faults(&self) -> SteeringFaults {
+        *self.faults.get_or_init(|| SteeringFaults::of(self.log))
+    }
+
+    /// Fails for a log that is too short to show how its steering is held.
+    pub(crate) fn read(&self) -> Result<&Read<'a>, Error> {
+        let read = self.read.get_or_init(|| Read::new(self.log, self.options));
+        read.as_ref().map_err(Clone::clone)
+    }
+
+    /// Period of the steering, s, where it stays open whether it is held.
+    pub(crate) fn open_hold_s(&self) -> Option<f64> {
+        self.read().map_or_else(|_| self.log.open_hold_s(), |read| read.open_hold_s)
+    }
+}
+
+/// Standard errors of a response, and the period of the steering, s, where these cover that it is held instead or moves
+/// on instead: where a pass depends on it.
 pub(crate) fn with_open_hold(
-    log: &DriveLog,
     errors: Vec<ResponseError>,
+    open_hold_s: Option<f64>,
 ) -> (Vec<ResponseError>, Option<f64>) {
-    let Some(period_s) = log.open_hold_s() else { return (errors, None) };
+    let Some(period_s) = open_hold_s else { return (errors, None) };
     let wider = with_half_a_period(&errors, period_s);
     if uncertain_response(&wider) == uncertain_response(&errors) {
         return (errors, None);
     }
-    // A log that is too short to show it leaves it open.
-    let open = Read::new(log, &IdentifyOptions::default());
-    match open.map_or(Some(period_s), |read| read.open_hold_s) {
-        Some(period_s) => (wider, Some(period_s)),
-        None => (errors, None),
-    }
+    (wider, Some(period_s))
 }
 
 /// A drive whose steering is read as held or as moving on between its samples.
-pub(super) struct Read<'a> {
-    pub(super) held: Held<'a>,
+pub(crate) struct Read<'a> {
+    pub(crate) held: Held<'a>,
     /// Period of the steering, s, where it stays open which of the two it is.
-    pub(super) open_hold_s: Option<f64>,
-    pub(super) warning: Option<String>,
+    pub(crate) open_hold_s: Option<f64>,
+    pub(crate) warning: Option<String>,
 }
 
 impl<'a> Read<'a> {
     /// As the reader of the log took it, or as the data prefer where that is not stated.
-    pub(super) fn new(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+    fn new(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
         let as_read = Held::new(log, Between::AsRead, options)?;
         let Some(period_s) = log.open_hold_s() else {
             return Ok(Self { held: as_read, open_hold_s: None, warning: None });

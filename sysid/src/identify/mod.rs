@@ -7,10 +7,11 @@ pub(crate) mod held;
 pub(crate) mod plant;
 
 use crate::Error;
+use crate::data::held_input::ContinuousResponse;
 use crate::data::moving::{least_speed, moving};
 use crate::data::scaled::Data;
 use crate::identify::evidence::Found;
-use crate::identify::held::Read;
+use crate::identify::held::{Read, Steering};
 use crate::identify::plant::{Identified, Outcome, traces};
 use crate::model::conversion::to_continuous;
 use crate::selection::candidate::{Candidate, Choice};
@@ -21,7 +22,6 @@ use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
 use crate::sideslip::sideslip;
 use crate::validation::open_hold::widened;
-use crate::validation::steering_faults::SteeringFaults;
 use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
@@ -41,19 +41,18 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         Ok(moving) => moving,
         Err(_) => Cow::Borrowed(log),
     };
-    identify_judged(&log, options, &|| SteeringFaults::of(&log))
+    identify_judged(&Steering::new(&log, options), options)
 }
 
-/// The same of a log whose faults of the steering are known, or found where there is a model.
+/// The same of a log of which all is used.
 pub(crate) fn identify_judged(
-    log: &DriveLog,
+    steering: &Steering<'_>,
     options: &IdentifyOptions,
-    steering_faults: &dyn Fn() -> SteeringFaults,
 ) -> Result<Identified, Error> {
     options.check()?;
-    let logged = log;
-    let Read { held, open_hold_s, warning: as_held } = Read::new(logged, options)?;
-    let (log, delay) = delayed(&held.log, held.estimated, options);
+    let logged = steering.log;
+    let Read { held, open_hold_s, warning: as_held } = steering.read()?;
+    let (log, delay) = delayed(&held.log, held.estimated.as_ref(), options);
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
 
@@ -66,7 +65,7 @@ pub(crate) fn identify_judged(
     let from_fixes = sideslip(log);
     let mut warnings = log.warnings.clone();
     warnings.extend(from_fixes.warnings);
-    warnings.extend(as_held);
+    warnings.extend(as_held.clone());
     warnings.extend(reports(log, &data, &choice, options, &delay));
 
     let filter = filter(&data, &choice.factor, chosen, options.refine, &mut warnings)?;
@@ -88,7 +87,7 @@ pub(crate) fn identify_judged(
         warnings.push(format!("the model's uncertainty cannot be computed: {error}"));
     }
     let uncertainty = uncertainty.ok().map(|stated| match open_hold_s {
-        Some(period_s) => widened(stated, period_s, continuous.as_ref(), &model),
+        Some(period_s) => widened(stated, *period_s, continuous.as_ref(), &model),
         None => stated,
     });
     if log.speed.is_none() {
@@ -130,10 +129,10 @@ pub(crate) fn identify_judged(
         data: &data,
         choice: &choice,
         filter: &filter,
-        steering_faults: steering_faults(),
+        steering_faults: steering.faults(),
     };
     let mut evidence = found.evidence(&outcome, &traces, warnings)?;
-    evidence.held_for = held.vehicle.map(|vehicle| vehicle.to_file());
+    evidence.held_for = held.vehicle.as_ref().map(ContinuousResponse::to_file);
     let plant = outcome.plant(evidence)?;
     Ok(Identified { plant, traces })
 }
@@ -195,7 +194,7 @@ struct InputDelay {
 /// Delays the steering by the delay of the options, or the one that the estimation data determine.
 fn delayed<'a>(
     log: &'a DriveLog,
-    estimated: Option<Estimated>,
+    estimated: Option<&Estimated>,
     options: &IdentifyOptions,
 ) -> (Cow<'a, DriveLog>, InputDelay) {
     let delay = match (options.delay_s, estimated) {

@@ -4,7 +4,9 @@ use crate::Error;
 use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, count, of};
 use crate::data::split::Split;
+use crate::identify::held::Steering;
 use crate::identify::plant::Traces;
+use crate::selection::options::IdentifyOptions;
 use crate::single_track::directions::directions;
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::identify::{SingleTrack, identify_single_track};
@@ -12,7 +14,6 @@ use crate::single_track::log_options::IdentifyVehicleOptions;
 use crate::single_track::options::SingleTrackOptions;
 use crate::single_track::quality::{check_signs, quality};
 use crate::single_track::vehicle::VehicleOptions;
-use crate::validation::steering_faults::SteeringFaults;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{
@@ -49,17 +50,16 @@ pub fn identify_vehicle(
     options.check()?;
     let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
     let log = &*moving(log, least_mps)?;
-    identify_moving(log, least_mps, options, &|| SteeringFaults::of(log))
+    identify_moving(&Steering::new(log, &IdentifyOptions::default()), least_mps, options)
 }
 
-/// The same of a log that has nothing below the least speed, m/s, and whose faults of the steering are known, or
-/// found where there is a model.
+/// The same of a log that has nothing below the least speed, m/s.
 pub(crate) fn identify_moving(
-    log: &DriveLog,
+    steering: &Steering<'_>,
     least_mps: f64,
     options: &IdentifyVehicleOptions,
-    steering_faults: &dyn Fn() -> SteeringFaults,
 ) -> Result<IdentifiedVehicle, Error> {
+    let log = steering.log;
     options.check()?;
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation_fraction)
@@ -109,7 +109,7 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
     });
     let gentle = vehicle.in_gentle_driving();
-    vehicle.quality = quality(log, &recording, &found, &evidence, &gentle, steering_faults());
+    vehicle.quality = quality(steering, &recording, &found, &evidence, &gentle);
     vehicle.provenance = Some(Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),

@@ -4,7 +4,7 @@
 use crate::Error;
 use crate::bicycle::{response_errors, response_in_gentle_driving};
 use crate::data::recording::Recording;
-use crate::identify::held::with_open_hold;
+use crate::identify::held::{Steering, with_open_hold};
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
 use crate::single_track::unusual_parameters::unusual_parameters;
@@ -96,19 +96,19 @@ pub(super) fn check_signs(log: &DriveLog) -> Result<(), Error> {
 }
 
 pub(super) fn quality(
-    log: &DriveLog,
+    recorded: &Steering<'_>,
     recording: &Recording,
     found: &SingleTrack,
     e: &VehicleEvidence,
     gentle: &VehicleData,
-    steering_faults: SteeringFaults,
 ) -> Quality {
+    let (log, steering_faults) = (recorded.log, recorded.faults());
     let steering = standard_deviation(&recording.steering);
     let mut reasons: Vec<Reason> = weak_steering(steering).into_iter().collect();
     let (mut remarks, mut advice) = (Vec::new(), Vec::new());
     if reasons.is_empty() {
         let errors = response_errors(gentle, &e.directions, e.speed.mean_mps);
-        let (errors, open_hold_s) = with_open_hold(log, errors);
+        let (errors, open_hold_s) = with_open_hold(errors, recorded.open_hold_s());
         reasons = uncertain_response(&errors);
         advice.extend(open_hold_s.map(open_hold::advice));
         if let Some(fit) = &e.validation {

@@ -10,8 +10,9 @@ use crate::selection::candidate::{initial_states, output};
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use faer::Mat;
+use std::borrow::Cow;
 use steerwright_drivelog::{DriveLog, Role};
-use steerwright_formats::{Continuous, InputKind, Intersample, Matrix, Plant};
+use steerwright_formats::{ChannelSummary, Continuous, InputKind, Intersample, Matrix, Plant};
 
 /// How well a given model follows a drive, by the measures of [`steerwright_formats::Fits`].
 #[derive(Debug, Clone, PartialEq)]
@@ -69,12 +70,8 @@ pub fn validate_plant(
         }
     };
     let model = StateSpace { a, b, c, d };
-    // As the input that the plant was identified from was held.
-    let vehicle = plant.evidence.held_for.as_ref().map(|m| {
-        let none = Matrix::from_fn(1, 1, |_, _| 0.0);
-        continuous([&m.f, &m.g, &m.h, &none])
-    });
-    let held = held_for(log, between(log, plant), vehicle.transpose()?.as_ref());
+    let is_open = plant.uncertainty.as_ref().is_some_and(|u| u.open_hold_s.is_some());
+    let held = held_as(log, &plant.evidence.channels, is_open, plant.evidence.held_for.as_ref())?;
     let log = &*held;
     if plant.input_delay_s > 0.0 {
         let late = log.with_input_delayed(plant.input_delay_s);
@@ -83,12 +80,22 @@ pub fn validate_plant(
     validated(log, options, plant.input, model)
 }
 
-/// Where both logs leave it open whether the steering is held, it is read as the plant's own was.
-fn between(log: &DriveLog, plant: &Plant) -> Between {
-    let own = plant.evidence.channels.iter().find(|c| c.role == Role::Steering.key());
-    let is_open = plant.uncertainty.as_ref().is_some_and(|u| u.open_hold_s.is_some());
+/// The log with its steering held as that of a model was, whose evidence has these channels and was held for this
+/// vehicle. Where both logs leave it open whether the steering is held, it is read as the model's own was.
+pub(crate) fn held_as<'a>(
+    log: &'a DriveLog,
+    channels: &[ChannelSummary],
+    is_open: bool,
+    held_for_vehicle: Option<&Continuous>,
+) -> Result<Cow<'a, DriveLog>, Error> {
+    let own = channels.iter().find(|c| c.role == Role::Steering.key());
     let is_held = is_open && own.is_some_and(|c| c.intersample == Some(Intersample::Zoh));
-    log.open_hold_s().filter(|_| is_held).map_or(Between::AsRead, Between::Held)
+    let between = log.open_hold_s().filter(|_| is_held).map_or(Between::AsRead, Between::Held);
+    let vehicle = held_for_vehicle.map(|m| {
+        let none = Matrix::from_fn(1, 1, |_, _| 0.0);
+        continuous([&m.f, &m.g, &m.h, &none])
+    });
+    Ok(held_for(log, between, vehicle.transpose()?.as_ref()))
 }
 
 /// The model that holds the steering; its matrices are checked.

@@ -6,8 +6,8 @@ use faer::{Mat, c64};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
-use steerwright_formats::{Grade, ReasonCode};
-use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_formats::{Grade, ReasonCode, VehicleData};
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{IdentifyOptions, Intersample, identify, validate_plant};
 
@@ -148,18 +148,48 @@ fn a_hold_that_the_log_does_not_show_widens_the_phase() {
     }
 }
 
-/// A bicycle takes the angle as it was read: its grade knows what is open.
+/// A bicycle of a held angle has the response of the car, the phase of half a period included, and reproduces its fit;
+/// its grade knows what is open.
 #[test]
-fn the_grade_of_a_bicycle_covers_an_open_hold() {
+fn a_bicycle_holds_the_steering_as_the_data_prefer() {
+    let (options, validation) = (BicycleOptions::default(), IdentifyOptions::default());
     for (is_held, stated, passes) in
         [(true, None, false), (false, None, true), (true, Some(Intersample::Zoh), true)]
     {
         let log = angle(10.0, is_held, ANGLE, stated);
-        let quality = identify_bicycle(&log, &BicycleOptions::default()).unwrap().bicycle.quality;
+        let found = identify_bicycle(&log, &options).unwrap();
+        let quality = &found.bicycle.quality;
         let is_uncertain = quality.has(ReasonCode::UncertainPhase);
         let is_advised = quality.advice.iter().any(|a| a.contains("held between its samples"));
         println!("{is_held} {stated:?}: {}", quality.summary);
         assert!(!quality.has(ReasonCode::LateYawRate), "half a sample is no late clock");
         assert_eq!((!is_uncertain, !is_advised), (passes, passes), "{is_held} {stated:?}");
+        for hz in [0.3, 1.0, 2.0] {
+            let ratio = response(&found.bicycle.vehicle, TAU * hz) / car(TAU * hz);
+            let (gain, degrees) = (ratio.re.hypot(ratio.im), ratio.im.atan2(ratio.re) * 180.0 / PI);
+            println!("at {hz} Hz gain {gain:.4}, phase {degrees:.3}°");
+            assert!((gain - 1.0).abs() < 0.02, "{is_held} {stated:?}: gain {gain} at {hz} Hz");
+            assert!(degrees.abs() < 2.0, "{is_held} {stated:?}: phase {degrees}° at {hz} Hz");
+        }
+        let fit = validate_bicycle(&log, &validation, &found.bicycle).unwrap().validation_fit;
+        let apart = fit - found.bicycle.evidence.as_ref().unwrap().validation_fit;
+        assert!(apart.abs() < 0.1, "{is_held} {stated:?}: {apart}");
+        assert_eq!(found.traces.steering_rad, log.input);
     }
+}
+
+/// Yaw rate over road-wheel angle of eq 13 with its actuator.
+fn response(vehicle: &VehicleData, omega: f64) -> c64 {
+    let (m, j, v) = (vehicle.mass_kg, vehicle.yaw_inertia_kgm2, vehicle.speed_mps);
+    let (lf, lr) = (vehicle.distance_front_m, vehicle.distance_rear_m);
+    let (cf, cr) = (vehicle.cornering_stiffness_front_npr, vehicle.cornering_stiffness_rear_npr);
+    let a = [
+        [-(cf + cr) / (m * v), -v - (cf * lf - cr * lr) / (m * v)],
+        [-(cf * lf - cr * lr) / (j * v), -(cf * lf * lf + cr * lr * lr) / (j * v)],
+    ];
+    let f = Mat::from_fn(2, 2, |i, k| a[i][k]);
+    let s = c64::new(0.0, omega);
+    let actuator = c64::cis(-omega * vehicle.actuator_delay_s)
+        / (s * vehicle.actuator_time_constant_s + c64::new(1.0, 0.0));
+    pencil(&f, &[cf / m, cf * lf / j], &[0.0, 1.0], s) * actuator
 }

@@ -12,11 +12,12 @@ mod windows;
 
 use crate::Error;
 use crate::data::Signals;
+use crate::data::moving_pieces::MovingPieces;
 use crate::data::scaled::driving_input;
 use crate::subspace::{Accumulator, Decomposition};
 use crate::validation::spectra::Sums;
 use std::collections::BTreeMap;
-use steerwright_drivelog::{LogFile, LogOptions, Piece, Recording, open, stream};
+use steerwright_drivelog::{LogFile, LogOptions, Piece, Recording, StreamStart, open, stream};
 use steerwright_formats::{ChannelSummary, InputKind, SourceFile};
 
 /// Samples of a block, some seconds, so that validation windows come from all of a drive.
@@ -89,13 +90,27 @@ impl Accumulated {
             taken: 0,
             speed: Some((0.0, 0.0, 0.0)),
         };
-        let read = stream(recording, &options.log, &mut |step, piece| taking.take(step, piece))?;
+        let mut moving = MovingPieces::default();
+        let all_is_used = options.log.speed_window.is_some();
+        let mut step = 0.0;
+        let mut read = stream(recording, &options.log, &mut |start: StreamStart, piece| {
+            step = start.sample_time_s;
+            if all_is_used {
+                return taking.take(step, piece);
+            }
+            moving.take(start, piece, &mut |piece| taking.take(step, piece))
+        })?;
+        let slow = moving.end(&mut |piece| taking.take(step, piece))?;
         let Some(([estimation, validation], mut spectra)) = taking.states else {
             return Err(Error::too_few(0, 2 * options.horizon, 0.0));
         };
         spectra.end_segment();
         let mut used = options.log.to_map();
         used.insert("sample_time_used_s".into(), estimation.sample_time_s().to_string());
+        if let Some((least_mps, warning)) = slow {
+            used.insert("least_speed_mps".into(), least_mps.to_string());
+            read.warnings.extend(warning);
+        }
         Ok(Self {
             name: read.name,
             input_kind: options.input_kind,

@@ -265,3 +265,53 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     let distance = response_distance(&model(&plant), &model(&other));
     assert!(distance < 1e-6, "{distance:e}");
 }
+
+/// A drive with stretches at walking pace between gaps, where the yaw rate obeys another law.
+fn with_crawling(fast: &str, every: usize, crawling: usize) -> String {
+    const GAP: usize = 300;
+    let mut lines = fast.lines();
+    let mut text = format!("{}\n", lines.next().unwrap());
+    let mut row = 0;
+    for (k, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        if k % every == every - 1 {
+            row += GAP;
+            for slow in 0..crawling {
+                let angle = 0.3 * (0.02 * slow as f64).sin();
+                let t = 0.01 * row as f64;
+                text += &format!("{t:.3},{angle:.7},{:.7},1.0,0.1,0.0\n", 0.35 * angle);
+                row += 1;
+            }
+            row += GAP;
+        }
+        cells[0] = format!("{:.3}", 0.01 * row as f64);
+        text += &(cells.join(",") + "\n");
+        row += 1;
+    }
+    text
+}
+
+/// What crawls is left out, wherever it is, and reported; a vehicle that is nowhere faster is used as it is.
+#[test]
+fn what_crawls_is_left_out() {
+    let text = csv(11, 24_000);
+    let plain = accumulated(&text);
+    assert!(plain.warnings().is_empty(), "{:?}", plain.warnings());
+    let slow = accumulated(&with_crawling(&text, 3_000, 1_500));
+    let warned = slow.warnings().iter().find(|w| w.contains("the speed is below"));
+    println!("{warned:?}");
+    assert!(warned.is_some_and(|w| w.contains("left out")), "{:?}", slow.warnings());
+    let order = IdentifyOptions { order: Some(2), ..IdentifyOptions::default() };
+    let [plain_fit, slow_fit] = [&plain, &slow].map(|state| {
+        let plant = sent(state).identify(&order).unwrap();
+        assert!(plant.provenance.options.contains_key("least_speed_mps"));
+        plant.evidence.fit.validation
+    });
+    println!("{plain_fit} {slow_fit}");
+    assert!((plain_fit - slow_fit).abs() < 1.0, "{plain_fit} {slow_fit}");
+    assert!(slow.samples().0 + slow.samples().1 <= plain.samples().0 + plain.samples().1);
+
+    let crawling = accumulated(&text.replace(",15.", ",1.").replace(",14.", ",1."));
+    assert_eq!(crawling.samples(), plain.samples());
+    assert!(crawling.warnings().iter().all(|w| !w.contains("the speed is below")));
+}
