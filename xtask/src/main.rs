@@ -1,5 +1,5 @@
 //! The tasks of developers: `cargo xtask test`, `lint`, `docs`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
-//! `bench fmu`, `evaluate`, `experiment`.
+//! `bench fmu`, `evaluate`, `experiment`, `snapshot`.
 
 mod bench;
 mod browser;
@@ -18,6 +18,7 @@ mod python;
 mod python_types;
 mod readme;
 mod run;
+mod snapshot;
 mod stress;
 mod test;
 mod wheel;
@@ -77,6 +78,8 @@ enum Command {
     Evaluate(evaluate::Options),
     /// Controllers designed from a drive, on multi-body cars from outside, compared with their rivals
     Experiment(experiment::Options),
+    /// The results of every command, compared with tests/snapshot.csv
+    Snapshot(snapshot::Options),
     /// Measure something
     Bench(bench::Options),
 }
@@ -94,6 +97,7 @@ fn main() -> ExitCode {
         Command::Stress => stress::stress(),
         Command::Evaluate(options) => evaluate::evaluate(&options),
         Command::Experiment(options) => experiment::experiment(&options),
+        Command::Snapshot(options) => snapshot::snapshot(&options),
         Command::Bench(options) => bench::bench(&options),
         Command::Wheel { update } => wheel::wheel(None, update),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
