@@ -9,9 +9,13 @@ const BEGINNING: &[u8] = b"PK\x03\x04";
 /// Libraries are listed without their content, which a compiler may change.
 const LIBRARIES: &str = "binaries/";
 
+pub(super) fn is_archive(content: &[u8]) -> bool {
+    content.starts_with(BEGINNING)
+}
+
 /// A file with its content; an archive as its members, below a folder of its name.
 pub(super) fn opened(name: &str, bytes: Vec<u8>) -> Result<Vec<(String, Vec<u8>)>, String> {
-    if !bytes.starts_with(BEGINNING) {
+    if !is_archive(&bytes) {
         return Ok(vec![(name.to_owned(), bytes)]);
     }
     let problem = |e: &dyn std::fmt::Display| format!("{name}: {e}");

@@ -50,7 +50,7 @@ fn parse(text: &str) -> Result<Vec<Command>, String> {
 /// The words of a line; one in quotation marks may have spaces.
 fn words(line: &str) -> Result<Vec<String>, String> {
     let parts: Vec<&str> = line.split('"').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return Err(format!("{line:?}: a quotation mark is missing"));
     }
     let mut words = Vec::new();

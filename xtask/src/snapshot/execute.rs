@@ -1,8 +1,8 @@
 //! Runs the commands, each in a folder of its own, as soon as those that it needs have ended.
 
-use super::archive::opened;
+use super::archive::{is_archive, opened};
 use super::commands::Command;
-use super::mask::{Masks, without_study};
+use super::mask::{Masks, of_archive, replaced, without_study};
 use super::recording::Output;
 use crate::files::all_below;
 use std::fs;
@@ -18,6 +18,12 @@ pub(super) struct Runner<'a> {
     pub(super) masks: Masks,
 }
 
+/// The outputs of all commands, in their order, and the time of each command.
+pub(super) struct Recording {
+    pub(super) outputs: Vec<Output>,
+    pub(super) times: Vec<(Duration, String)>,
+}
+
 /// What has been done; a result is there once its command has ended.
 struct Done {
     is_started: Vec<bool>,
@@ -26,11 +32,8 @@ struct Done {
 }
 
 impl Runner<'_> {
-    /// The outputs of all commands, in their order, and the time of each command.
-    pub(super) fn run_all(
-        &self,
-        commands: &[Command],
-    ) -> Result<(Vec<Output>, Vec<(Duration, String)>), String> {
+    /// Runs all commands.
+    pub(super) fn run_all(&self, commands: &[Command]) -> Result<Recording, String> {
         let count = commands.len();
         let results = (0..count).map(|_| None).collect();
         let done = Done { is_started: vec![false; count], results, times: Vec::new() };
@@ -43,7 +46,7 @@ impl Runner<'_> {
         });
         let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
         let outputs: Result<Vec<_>, String> = done.results.into_iter().flatten().collect();
-        Ok((outputs?.into_iter().flatten().collect(), done.times))
+        Ok(Recording { outputs: outputs?.into_iter().flatten().collect(), times: done.times })
     }
 
     /// Runs commands until all are started.
@@ -82,12 +85,18 @@ impl Runner<'_> {
         let mut found = vec![("status".to_owned(), status)];
         let streams = [("stdout", output.stdout), ("stderr", output.stderr)];
         found.extend(streams.map(|(name, content)| (name.to_owned(), content)));
+        let mut of_archives = Vec::new();
         for file in all_below(&folder)? {
             let name = file.strip_prefix(&folder).unwrap_or(&file).display().to_string();
-            found.extend(opened(&name, fs::read(&file).map_err(|e| problem(&e))?)?);
+            let content = fs::read(&file).map_err(|e| problem(&e))?;
+            if is_archive(&content) {
+                of_archives.extend(of_archive(&content));
+            }
+            found.extend(opened(&name, content)?);
         }
         found.retain(|(_, content)| !content.is_empty());
-        Ok(found.into_iter().map(|(name, content)| self.output(command, name, content)).collect())
+        let output = |(name, content)| self.output(command, &of_archives, name, content);
+        Ok(found.into_iter().map(output).collect())
     }
 
     /// The arguments; one that ends with `/*` as the files of the folder.
@@ -106,11 +115,18 @@ impl Runner<'_> {
         Ok(arguments)
     }
 
-    fn output(&self, command: &Command, name: String, content: Vec<u8>) -> Output {
+    /// An output without what is masked.
+    fn output(
+        &self,
+        command: &Command,
+        of_archives: &[(String, &'static str)],
+        name: String,
+        content: Vec<u8>,
+    ) -> Output {
         let is_sweep = command.arguments.iter().any(|argument| argument == "sweep");
         let study = |text: String| if is_sweep { without_study(&text) } else { text };
         let content = match String::from_utf8(content) {
-            Ok(text) => study(self.masks.mask(&text)).into_bytes(),
+            Ok(text) => study(replaced(self.masks.mask(&text), of_archives)).into_bytes(),
             Err(error) => error.into_bytes(),
         };
         Output { command: command.name.clone(), file: study(name), content }

@@ -97,10 +97,14 @@ fn hash(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().take(6).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A text without its numbers and hashes, and the numbers.
+/// A text without its numbers and hashes, and the numbers. Without white space too: it depends on how long numbers are.
 fn split(text: &str) -> (String, Vec<f64>) {
     let (mut rest, mut without, mut numbers) = (text, String::with_capacity(text.len()), vec![]);
     while let Some(first) = rest.chars().next() {
+        if first.is_whitespace() {
+            rest = rest.trim_start();
+            continue;
+        }
         let length = hash_length(rest);
         if length > 0 {
             without += "<hash>";
@@ -129,17 +133,23 @@ fn word_length(text: &str) -> usize {
 
 /// The length of a hash at the start of a text: a GUID, or at least 32 hexadecimal digits.
 ///
-/// A GUID is a hash of the resources, whose numbers differ in the last digits.
+/// Hashes are of texts whose numbers differ in the last digits: a GUID is one of the resources.
 fn hash_length(text: &str) -> usize {
-    let length = |has: fn(&u8) -> bool| text.bytes().take_while(has).count();
-    let pure = length(u8::is_ascii_hexdigit);
-    let dashed = length(|byte| byte.is_ascii_hexdigit() || *byte == b'-');
-    let is_guid = dashed == 36 && text[..36].split('-').map(str::len).eq([8, 4, 4, 4, 12]);
-    match (is_guid, pure >= 32) {
-        (true, _) => dashed,
-        (false, true) => pure,
-        (false, false) => 0,
-    }
+    let pure = text.bytes().take_while(u8::is_ascii_hexdigit).count();
+    if pure >= 32 { pure } else { guid_length(text).unwrap_or(0) }
+}
+
+/// The length of a GUID, whose end may be in the next line of a table.
+fn guid_length(text: &str) -> Option<usize> {
+    let is_part = |byte: &u8| byte.is_ascii_hexdigit() || *byte == b'-';
+    let first = text.bytes().take_while(is_part).count();
+    let lengths: Vec<usize> = text[..first].split('-').map(str::len).collect();
+    let [8, 4, 4, 4, last @ 1..=12] = lengths[..] else { return None };
+    let rest = text[first..].trim_start();
+    let missing = 12 - last;
+    let is_complete = rest.bytes().take(missing).filter(u8::is_ascii_hexdigit).count() == missing;
+    let space = if missing > 0 { text.len() - first - rest.len() } else { 0 };
+    is_complete.then_some(first + space + missing)
 }
 
 /// A number at the start of a text, with its length.
@@ -181,15 +191,20 @@ mod tests {
         let guid = "0a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4e5f";
         let text = format!("x-1 = -2.5e-3, .5; {guid} 1e999 a1.2.3 −7 abc {}", "d".repeat(64));
         let (without, numbers) = split(&text);
-        assert_eq!(without, "x# = #, #; <hash> 1e# a## −# abc <hash>");
+        assert_eq!(without, "x#=#,#;<hash>1e#a##−#abc<hash>");
         assert_eq!(numbers, [-1.0, -2.5e-3, 0.5, 999.0, 1.2, 0.3, 7.0]);
+        // As a table has it, and what only looks like one.
+        let (without, _) = split("a  0a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4\n   e5f\n b");
+        assert_eq!(without, "a<hash>b");
+        let (without, _) = split("0a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4 x");
+        assert!(!without.contains("<hash>"), "{without}");
     }
 
     #[test]
     fn the_last_digits_of_numbers_are_no_difference() {
         let before =
             "{\"gain\": 0.3, \"mass\": 1500.0, \"guid\": \"0a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4e5f\"}";
-        let now = "{\"gain\": 0.30000000000000004, \"mass\": 1500, \"guid\": \"1a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4e5f\"}";
+        let now = "{\"gain\": 0.30000000000000004, \"mass\":\n1500, \"guid\": \"1a1b2c3d-0a1b-0a1b-0a1b-0a1b2c3d4e5f\"}";
         assert_eq!(difference(before, now), None);
     }
 

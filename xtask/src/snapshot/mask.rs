@@ -1,5 +1,6 @@
 //! What differs from run to run, or with the libraries of the FMUs, is replaced by a name of it.
 
+use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// The masks of one recording.
@@ -27,13 +28,29 @@ impl Masks {
         for line in text.split_inclusive('\n').filter(|line| !is_progress(line)) {
             lines += line;
         }
-        for (from, to) in &self.texts {
-            if lines.contains(from) {
-                lines = lines.replace(from, to);
-            }
-        }
-        lines
+        replaced(lines, &self.texts)
     }
+}
+
+/// A text with replacements, one after the other.
+pub(super) fn replaced(mut text: String, replacements: &[(String, &str)]) -> String {
+    for (from, to) in replacements {
+        if text.contains(from) {
+            text = text.replace(from, to);
+        }
+    }
+    text
+}
+
+/// What the libraries in an archive change of texts about it: its hash and its size.
+pub(super) fn of_archive(archive: &[u8]) -> [(String, &'static str); 3] {
+    let hash: String = Sha256::digest(archive).iter().map(|byte| format!("{byte:02x}")).collect();
+    let size = archive.len();
+    [
+        (hash, "<hash of an archive>"),
+        (format!("\"bytes\": {size}"), "\"bytes\": <size>"),
+        (format!("{} kB", size.div_ceil(1000)), "<size>"),
+    ]
 }
 
 /// A text without the hash of a sweep's study, which is also of the libraries: 16 hexadecimal digits.
@@ -71,6 +88,14 @@ fn is_progress(line: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn hash_and_size_of_an_archive_are_masked() {
+        let hash = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        let text = format!("{hash} \"bytes\": 3, 1 kB, 13");
+        let masked = "<hash of an archive> \"bytes\": <size>, <size>, 13";
+        assert_eq!(replaced(text, &of_archive(b"abc")), masked);
+    }
 
     #[test]
     fn folders_versions_progress_and_the_hashes_of_studies_are_masked() {

@@ -76,7 +76,7 @@ fn outputs(options: &Options) -> Result<Vec<recording::Output>, String> {
     let commands = commands::commands(&cases)?;
     let masks = mask::Masks::new(&work, root());
     let runner = execute::Runner { program: &program, work: &work, masks };
-    let (outputs, mut times) = runner.run_all(&commands)?;
+    let execute::Recording { outputs, mut times } = runner.run_all(&commands)?;
     if options.times {
         times.sort();
         times.iter().for_each(|(time, name)| eprintln!("{:6.2} s {name}", time.as_secs_f64()));
