@@ -79,7 +79,7 @@ impl Runner<'_> {
         for (variable, _) in std::env::vars().filter(|(name, _)| name.starts_with("STEERWRIGHT_")) {
             program.env_remove(variable);
         }
-        program.args(self.arguments(command)?).current_dir(&folder).env("NO_COLOR", "1");
+        program.args(self.arguments(command)).current_dir(&folder).env("NO_COLOR", "1");
         let output = program.stdin(Stdio::null()).output().map_err(|e| problem(&e))?;
         let status = output.status.to_string().into_bytes();
         let mut found = vec![("status".to_owned(), status)];
@@ -100,7 +100,7 @@ impl Runner<'_> {
     }
 
     /// The arguments; one that ends with `/*` as the files of the folder.
-    fn arguments(&self, command: &Command) -> Result<Vec<String>, String> {
+    fn arguments(&self, command: &Command) -> Vec<String> {
         let mut arguments = Vec::new();
         for argument in &command.arguments {
             let Some(folder) = argument.strip_suffix("/*") else {
@@ -108,11 +108,12 @@ impl Runner<'_> {
                 continue;
             };
             let place = self.work.join(&command.name);
-            let files = all_below(&place.join(folder))?;
+            // None where the command before has failed.
+            let files = all_below(&place.join(folder)).unwrap_or_default();
             let names = files.iter().filter_map(|file| file.file_name());
             arguments.extend(names.map(|name| format!("{folder}/{}", name.display())));
         }
-        Ok(arguments)
+        arguments
     }
 
     /// An output without what is masked.
