@@ -1,17 +1,15 @@
 //! Brings drives onto the grid, segment by segment, and reports what was left out.
 
+use crate::Error;
 use crate::drive::Drive;
-use crate::error::{Error, Place, counted};
+use crate::error::{Place, counted};
 use crate::log::{DriveLog, Segment};
 use crate::options::LogOptions;
 use crate::resample::Grid;
 use crate::role::Role;
 use crate::segments::{self, Clock, LEAST_SEGMENT, Span, Split};
-use crate::series::{LEAST_SAMPLES, Series};
+use crate::series::{LEAST_SAMPLES, MOST_SAMPLES, Series};
 use std::ops::Range;
-
-/// Most samples of the merged recording, and of the fine grid it is filtered on.
-pub(crate) const MOST_SAMPLES: usize = 20_000_000;
 
 impl DriveLog {
     pub(super) fn fill(&mut self, drives: &[Drive], options: &LogOptions) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! The channels of a drive: SI values, missing samples dropped, impossible values rejected.
 
-use crate::assemble::MOST_SAMPLES;
-use crate::error::{Error, Place, counted};
+use crate::Error;
+use crate::error::{Place, counted};
 use crate::expression::Term;
 use crate::faults::{SpikeFilter, average};
 use crate::intersample::{self, Updates};
@@ -9,7 +9,7 @@ use crate::mapping::{Source, time_column};
 use crate::options::LogOptions;
 use crate::recording::{Columns, Group, Recording, Request, Wanted, file_name};
 use crate::role::Role;
-use crate::series::Series;
+use crate::series::{MOST_SAMPLES, Series};
 use crate::signal::{median_period, unwrap};
 use crate::units::Unit;
 use std::rc::Rc;

@@ -4,8 +4,9 @@
 //! are channels of one drive on one clock. The rest is ambiguous, and rejected until the files of each drive
 //! are stated.
 
+use crate::Error;
 use crate::channels::{self, Opened};
-use crate::error::{Error, Place, last_part};
+use crate::error::{Place, last_part};
 use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
@@ -63,7 +64,7 @@ fn name<'f>(file: &'f Opened<'_>) -> &'f str {
 /// Whether the group has a channel for the role, whatever its unit.
 pub(crate) fn brings(group: &Group, role: Role, options: &LogOptions) -> bool {
     let has = |name: &str| group.find(name).is_some();
-    match role.wanted(options) {
+    match options.stated_channel(role) {
         Some(name) => {
             has(name.strip_prefix('-').unwrap_or(name))
                 || terms(name).is_some_and(|terms| terms.iter().all(|t| t.1.iter().all(|n| has(n))))

@@ -1,6 +1,6 @@
 //! What is in a log: the channels of each group with unit, rate, range and gaps, and what they may be.
 
-use crate::error::Error;
+use crate::Error;
 use crate::mapping::{check_quantity, check_units_are_used, time_column, unit_of};
 use crate::options::LogOptions;
 use crate::read::opened;

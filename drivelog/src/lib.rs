@@ -1,9 +1,17 @@
-//! Drive logs: CSV files of any tool → channels with units on one clock → segments on one uniform grid.
+//! Drive logs: files of any tool → channels with units on one clock → segments on one uniform grid.
 //!
-//! [`read_log`] brings CSV columns onto one grid as a [`DriveLog`], in as many segments as drives, gaps and
-//! windows make of it; [`stream`] does so piece by piece in memory that does not grow with the file. SI and
-//! radians, ISO 8855 signs. Faults that the log alone shows are handled on the way and reported: spikes,
-//! dropouts, frozen runs, repeated stamps, gaps.
+//! | format | channels |
+//! |---|---|
+//! | CSV of any dialect, plain or in gzip | its columns |
+//! | MDF 4 and 3 | its channels, and the signals of its CAN frames by DBC databases |
+//! | MCAP | the numbers in messages of ROS 2 or in JSON |
+//! | Parquet | its columns |
+//! | CAN logs as text (candump, Vector ASC), plain or in gzip | the signals of their frames by DBC databases |
+//!
+//! A format is recognised by the first bytes of the file and read as a [`Recording`]. [`read_log`] brings its
+//! channels onto one grid as a [`DriveLog`], in as many segments as drives, gaps and windows make of it; [`stream`]
+//! does so piece by piece in memory that does not grow with the file. SI and radians, ISO 8855 signs. Faults that
+//! the log alone shows are handled on the way and reported: spikes, dropouts, frozen runs, repeated stamps, gaps.
 //!
 //! ```
 //! # fn main() -> Result<(), steerwright_drivelog::Error> {

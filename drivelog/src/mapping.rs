@@ -1,6 +1,7 @@
 //! Finds the column for each role.
 
-use crate::error::{Error, Place};
+use crate::Error;
+use crate::error::Place;
 use crate::expression::{Term, terms};
 use crate::options::LogOptions;
 use crate::recording::Group;
@@ -25,7 +26,7 @@ pub(crate) fn find(
     role: Role,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Source>, Error> {
-    let Some(wanted) = role.wanted(options) else {
+    let Some(wanted) = options.stated_channel(role) else {
         return by_name(groups, options, role, warnings);
     };
     let (name, sign) = wanted.strip_prefix('-').map_or((wanted, 1.0), |n| (n, -1.0));

@@ -11,7 +11,7 @@
 //! units = { YAW_RATE = "deg/s" }
 //! ```
 
-use crate::error::Error;
+use crate::Error;
 use crate::options::{DecimalMark, LogOptions, Response};
 use crate::role::Role;
 use serde::Deserialize;

@@ -200,6 +200,18 @@ impl Default for LogOptions {
 }
 
 impl LogOptions {
+    /// The channel that is stated for a role.
+    pub(crate) fn stated_channel(&self, role: Role) -> Option<&str> {
+        let [input, output] = self.response.roles();
+        match role {
+            role if role == input => self.input.as_deref(),
+            role if role == output => self.output.as_deref(),
+            Role::Speed => self.speed.as_deref(),
+            Role::Time => self.time.as_deref(),
+            other => self.channels.get(other.key()).map(String::as_str),
+        }
+    }
+
     /// The options in force by name, for the provenance.
     #[must_use]
     pub fn to_map(&self) -> BTreeMap<String, String> {

@@ -2,14 +2,14 @@
 
 use crate::channels::Opened;
 use crate::drive::{Drive, grouped};
-use crate::error::{Error, last_part, stem};
+use crate::error::{last_part, stem};
 use crate::gnss::Gnss;
 use crate::log::DriveLog;
-use crate::mapping;
 use crate::options::{LogOptions, Response};
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
+use crate::{Error, mapping};
 use std::collections::BTreeMap;
 use steerwright_formats::ChannelSummary;
 

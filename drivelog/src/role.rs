@@ -1,6 +1,5 @@
 //! The quantity that a column represents, with its possible names, units and values.
 
-use crate::options::LogOptions;
 use crate::units::{Quantity, plain_name, split_brackets};
 
 /// The quantity that a column represents.
@@ -97,17 +96,6 @@ impl Role {
             Self::Engaged => "engaged",
             Self::Override => "override",
             other => other.name(),
-        }
-    }
-
-    pub(crate) fn wanted(self, options: &LogOptions) -> Option<&str> {
-        let [input, output] = options.response.roles();
-        match self {
-            role if role == input => options.input.as_deref(),
-            role if role == output => options.output.as_deref(),
-            Self::Speed => options.speed.as_deref(),
-            Self::Time => options.time.as_deref(),
-            other => options.channels.get(other.key()).map(String::as_str),
         }
     }
 

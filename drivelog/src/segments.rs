@@ -1,13 +1,13 @@
 //! Which times of a drive are used: where every channel is there, within the windows, without gaps.
 
 use crate::drive::Drive;
-use crate::error::{Error, Place, counted, round_ms, short};
-use crate::noise;
+use crate::error::{Place, counted, round_ms, short};
 use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
 use crate::role::Role;
 use crate::series::Series;
 use crate::signal::mean;
+use crate::{Error, noise};
 use std::ops::Range;
 use steerwright_formats::Intersample;
 

@@ -1,6 +1,7 @@
 //! Samples of one channel on its own clock, in SI units.
 
-use crate::error::{Error, Place, counted};
+use crate::Error;
+use crate::error::{Place, counted};
 use crate::resample::{Becomes, Grid, resample};
 use crate::role::Role;
 use crate::signal::resolution;
@@ -12,6 +13,8 @@ use steerwright_formats::{ChannelSummary, Intersample};
 pub(crate) const MOVING_MPS: f64 = 0.5;
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
+/// Most samples of the merged recording, and of the fine grid it is filtered on.
+pub(crate) const MOST_SAMPLES: usize = 20_000_000;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Series {

@@ -1,6 +1,10 @@
 //! `bicycle.json`: the two-wheel bicycle model of eq 13.
 
-use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance, Quality, VehicleDirection};
+use crate::bicycle_evidence::{BicycleEvidence, VehicleDirection};
+use crate::document::{Checker, Document};
+use crate::matrix::Matrix;
+use crate::provenance::Provenance;
+use crate::quality::Quality;
 use serde::{Deserialize, Serialize};
 
 /// Vehicle data (also the TOML that `steerwright bicycle` reads).

@@ -1,6 +1,8 @@
 //! The evidence for the quality of an identified bicycle.
 
-use crate::{ChannelSummary, Checker, Continuous, HeldOut};
+use crate::document::Checker;
+use crate::evidence::{ChannelSummary, HeldOut};
+use crate::state_space::Continuous;
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a bicycle from a log.

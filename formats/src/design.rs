@@ -1,6 +1,7 @@
 //! The specification of a controller and the results of its design: the evidence in `pid.json`.
 
-use crate::OverSpeed;
+use crate::loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
+use crate::over_speed::OverSpeed;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -167,41 +168,6 @@ pub struct DesignEvidence {
     pub over_speed: Option<OverSpeed>,
 }
 
-/// An unmet requirement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Shortfall {
-    /// The requirement.
-    pub requirement: String,
-    /// The requirement.
-    pub required: f64,
-    /// The value reached.
-    pub reached: f64,
-}
-
-/// Metrics of one step response.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StepMetrics {
-    /// Overshoot, percent of the step.
-    pub overshoot_percent: f64,
-    /// Time after which the response stays within the band; absent if it never does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub settling_time_s: Option<f64>,
-    /// Error at the steady-state time, percent of the step.
-    pub steady_state_error_percent: f64,
-    /// Time from 10 % to 90 %; absent if 90 % is never reached.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rise_time_s: Option<f64>,
-    /// Largest steering angle used, rad, in steering coordinates.
-    pub largest_angle_rad: f64,
-    /// Largest change in a sample, rad.
-    pub largest_increment_rad: f64,
-    /// Integral of the absolute error over the step's height, s.
-    #[serde(default)]
-    pub integral_absolute_error_s: f64,
-}
-
 /// A step of some height.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -238,18 +204,6 @@ pub struct EngagementRow {
     pub largest_offset_m: Option<f64>,
 }
 
-/// On a curve of constant curvature that begins at once, at the speed of the design.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OnACurve {
-    /// Curvature of the path, 1/m.
-    pub curvature_1pm: f64,
-    /// Yaw less the path's heading at the steady-state time, percent of the step's height.
-    pub steady_state_error_percent: f64,
-    /// The largest such difference before that, percent of the step's height.
-    pub largest_error_percent: f64,
-}
-
 /// The specification's steps in the loop of the packed FMUs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -265,29 +219,6 @@ pub struct FmuLoop {
     /// On the step with the steering offset; absent if the plant has no such parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_with_offset: Option<StepMetrics>,
-}
-
-/// Margins of the linear sampled loop, broken at the plant's input, with its delay.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Margins {
-    /// Gain margin, dB; absent if unlimited.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain_margin_db: Option<f64>,
-    /// Phase margin, degrees; absent if the gain never crosses 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub phase_margin_deg: Option<f64>,
-    /// Delay margin, s; absent if unlimited.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub delay_margin_s: Option<f64>,
-    /// Smallest distance of the loop from −1.
-    pub modulus_margin: f64,
-    /// Disk margin with zero skew, `1/max|S − ½|`: gain and phase may change together by that much.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub disk_margin: Option<f64>,
-    /// Gain crossover, rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub crossover_radps: Option<f64>,
 }
 
 /// The same gains on plants other than the nominal one.

@@ -1,6 +1,6 @@
 //! Reading and writing a versioned document.
 
-use crate::Matrix;
+use crate::matrix::Matrix;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Why a file is rejected. `file` is the name passed by the caller, `path` the JSON path of the fault.

@@ -3,7 +3,8 @@
 //! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. The README
 //! of `PoseEstimator` documents the numbers.
 
-use crate::{Checker, Document, is_zero};
+use crate::document::{Checker, Document};
+use crate::is_zero;
 use serde::{Deserialize, Serialize};
 
 /// Sensors, their noise, and the initial uncertainty.

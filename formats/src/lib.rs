@@ -24,9 +24,12 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
+mod gains;
 pub mod interruption;
+mod loop_metrics;
 mod matrix;
 mod model;
+mod over_speed;
 mod path;
 mod pid;
 mod plant;
@@ -35,6 +38,7 @@ mod quality;
 mod r_factor;
 mod schedule;
 mod start;
+mod state_space;
 mod torque;
 mod uncertainty;
 mod vehicle;
@@ -45,8 +49,8 @@ pub use bicycle_evidence::{
     BicycleEvidence, Estimated, SpeedSummary, Stated, VehicleDirection, WithDelay,
 };
 pub use design::{
-    Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, Margins, OnACurve,
-    OverEnsemble, Robustness, Shortfall, Specification, StepMetrics, TradeOff,
+    Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, OverEnsemble,
+    Robustness, Specification, TradeOff,
 };
 pub use document::{Checker, Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
@@ -56,22 +60,20 @@ pub use evidence::{
     Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
     ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
 };
+pub use gains::{GuidanceAdvice, PidGains};
+pub use loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 pub use matrix::Matrix;
 pub use model::{Model, Structure};
+pub use over_speed::{FrozenSpeed, OverSpeed, SpeedRamp, SpeedRampKind};
 pub use path::{Guidance, Path, PathPoint};
-pub use pid::{
-    DesignedFor, GuidanceAdvice, LargeErrors, LateralAcceleration, Limits, Pid, PidGains,
-};
-pub use plant::{
-    Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm,
-};
+pub use pid::{DesignedFor, LargeErrors, LateralAcceleration, Limits, Pid};
+pub use plant::{InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm};
 pub use provenance::{HashingReader, Provenance, SampleHash, SourceFile, sha256_hex};
 pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
-pub use schedule::{
-    FrozenSpeed, GuidanceEntry, OverSpeed, ScheduleEntry, SpeedRamp, SpeedRampKind,
-};
+pub use schedule::{GuidanceEntry, ScheduleEntry};
 pub use start::Start;
+pub use state_space::{Continuous, Discrete};
 pub use torque::{Torque, TorqueEvidence};
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,

@@ -3,10 +3,15 @@
 //! A structure is a variant of [`Structure`] and of [`Model`]. What another crate does for each of them stands in one
 //! `match`, in the file `model.rs` of that crate.
 
-use crate::{
-    Bicycle, ChannelSummary, Document, Error, Plant, Provenance, Quality, Torque, Vehicle,
-    schema_of,
-};
+use crate::Error;
+use crate::bicycle::Bicycle;
+use crate::document::{Document, schema_of};
+use crate::evidence::ChannelSummary;
+use crate::plant::Plant;
+use crate::provenance::Provenance;
+use crate::quality::Quality;
+use crate::torque::Torque;
+use crate::vehicle::Vehicle;
 use std::fmt;
 use std::str::FromStr;
 

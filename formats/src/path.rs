@@ -1,7 +1,9 @@
 //! `path.json`: a reference road in arc length, with guidance parameters.
 
-use crate::schedule::check_speeds;
-use crate::{Checker, Document, GuidanceEntry, Provenance, is_zero};
+use crate::document::{Checker, Document};
+use crate::is_zero;
+use crate::provenance::Provenance;
+use crate::schedule::{GuidanceEntry, check_speeds};
 use serde::{Deserialize, Serialize};
 
 /// A reference path: points in arc length, x and y in a local plane.

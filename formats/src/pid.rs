@@ -1,9 +1,12 @@
 //! `pid.json`: the steering controller of eq 14 with the evidence that it meets its specification.
 
-use crate::schedule::check_speeds;
-use crate::{
-    Checker, DesignEvidence, Document, Provenance, Quality, ScheduleEntry, Specification, is_zero,
-};
+use crate::design::{DesignEvidence, Specification};
+use crate::document::{Checker, Document};
+use crate::gains::{GuidanceAdvice, PidGains};
+use crate::is_zero;
+use crate::provenance::Provenance;
+use crate::quality::Quality;
+use crate::schedule::{ScheduleEntry, check_speeds};
 use serde::{Deserialize, Serialize};
 
 /// The controller, its specification, and the results of its design.
@@ -42,26 +45,6 @@ impl Pid {
     pub fn largest_angle_rad(&self) -> f64 {
         self.limits.largest_angle_rad(self.designed_for.speed_mps)
     }
-}
-
-/// Gains of `K(s) = Kp + Ki/s + Kd·s` (eq 14), parallel form, with setpoint weights and filter.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PidGains {
-    /// Kp, steering angle per yaw error.
-    pub kp: f64,
-    /// Ki, 1/s.
-    pub ki: f64,
-    /// Kd, s.
-    pub kd: f64,
-    /// Time constant of the derivative filter, s.
-    pub derivative_filter_time_s: f64,
-    /// Weight of the reference in the proportional action.
-    pub setpoint_weight_proportional: f64,
-    /// Weight of the reference in the derivative action.
-    pub setpoint_weight_derivative: f64,
-    /// Time constant of the anti-windup back-calculation, s.
-    pub anti_windup_time_s: f64,
 }
 
 /// Limits of the steering angle, in steering coordinates, and of the yaw error.
@@ -153,25 +136,6 @@ pub struct DesignedFor {
     pub quality: Quality,
 }
 
-/// Recommended settings of a path follower around this loop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GuidanceAdvice {
-    /// Steering angle per path curvature, rad·m, in addition to the steering that the previewed yaw
-    /// reference causes. It is not the whole steering of a steady turn, so use it together with the
-    /// preview.
-    pub feedforward_gain_radm: f64,
-    /// Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s.
-    pub preview_time_s: f64,
-    /// Gain from the path's yaw acceleration to the yaw reference, s²; part of the feedforward. 0 may be
-    /// omitted.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub yaw_acceleration_gain_s2: f64,
-    /// Gain from the path's yaw jerk to the yaw reference, s³. 0 may be omitted.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub yaw_jerk_gain_s3: f64,
-}
-
 impl Document for Pid {
     const SCHEMA: &'static str = "steerwright/pid/1";
 
@@ -200,21 +164,5 @@ impl Document for Pid {
         for (i, entry) in self.schedule.iter().enumerate() {
             entry.check(c, &format!("schedule[{i}]."));
         }
-    }
-}
-
-impl PidGains {
-    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
-        check_fields!(c.not_negative(self, at): kp ki kd derivative_filter_time_s);
-        check_fields!(c.finite(self, at): setpoint_weight_proportional setpoint_weight_derivative);
-        check_fields!(c.positive(self, at): anti_windup_time_s);
-    }
-}
-
-impl GuidanceAdvice {
-    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
-        check_fields!(c.finite(self, at): feedforward_gain_radm);
-        check_fields!(c.not_negative(self, at): preview_time_s);
-        check_fields!(c.finite(self, at): yaw_acceleration_gain_s2 yaw_jerk_gain_s3);
     }
 }

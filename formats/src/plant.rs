@@ -1,6 +1,12 @@
 //! `plant.json`: the identified lateral dynamics, steering angle in, yaw rate out.
 
-use crate::{Checker, Document, Evidence, Matrix, Provenance, Quality, Uncertainty};
+use crate::document::{Checker, Document};
+use crate::evidence::Evidence;
+use crate::matrix::Matrix;
+use crate::provenance::Provenance;
+use crate::quality::Quality;
+use crate::state_space::{Continuous, Discrete};
+use crate::uncertainty::Uncertainty;
 use serde::{Deserialize, Serialize};
 
 /// The identified plant: model, operating point, noise, evidence and provenance.
@@ -67,55 +73,6 @@ pub struct OperatingPoint {
     /// The yaw rate at that angle; zero if the model has a steady-state gain, by which the steering
     /// offset then represents it.
     pub yaw_rate_offset_radps: f64,
-}
-
-/// `x⁺ = A x + B u + K e`, `y = C x + D u + e` (eq 3–5).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Discrete {
-    /// Sample time T.
-    pub sample_time_s: f64,
-    /// State matrix, n by n.
-    #[serde(rename = "A")]
-    pub a: Matrix,
-    /// Input matrix, n by 1.
-    #[serde(rename = "B")]
-    pub b: Matrix,
-    /// Output matrix, 1 by n.
-    #[serde(rename = "C")]
-    pub c: Matrix,
-    /// Feedthrough, 1 by 1.
-    #[serde(rename = "D")]
-    pub d: Matrix,
-    /// Kalman gain, n by 1.
-    #[serde(rename = "K")]
-    pub k: Matrix,
-    /// State at the log's first sample.
-    pub x0: Vec<f64>,
-}
-
-/// `ẋ = F x + G u`, `y = H x + D u` (eq 6–8), the exact zero-order-hold inverse of [`Discrete`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Continuous {
-    /// State matrix, n by n.
-    #[serde(rename = "F")]
-    pub f: Matrix,
-    /// Input matrix, n by 1.
-    #[serde(rename = "G")]
-    pub g: Matrix,
-    /// Output matrix, 1 by n.
-    #[serde(rename = "H")]
-    pub h: Matrix,
-}
-
-impl Continuous {
-    /// Reports matrices that are not of order `n`; `at` is the key.
-    pub(crate) fn check(&self, c: &mut Checker, n: usize, at: &str) {
-        c.shape(&self.f, n, n, &format!("{at}.F"));
-        c.shape(&self.g, n, 1, &format!("{at}.G"));
-        c.shape(&self.h, 1, n, &format!("{at}.H"));
-    }
 }
 
 /// The noise as identified.

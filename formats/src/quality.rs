@@ -4,7 +4,7 @@
 //! Quality is part of `plant.json` and `bicycle.json`, and travels with everything that is made from
 //! them: `pid.json`, the provenance and documentation of an FMU, and each page of a report.
 
-use crate::Checker;
+use crate::document::Checker;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

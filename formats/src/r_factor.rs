@@ -4,7 +4,10 @@
 //! The R factors are bytes of `sysid` in hexadecimal; everything else is plain. A checksum over the
 //! whole file detects a file that was cut or changed.
 
-use crate::{ChannelSummary, Checker, Document, InputKind, Provenance, sha256_hex};
+use crate::document::{Checker, Document};
+use crate::evidence::ChannelSummary;
+use crate::plant::InputKind;
+use crate::provenance::{Provenance, sha256_hex};
 use serde::{Deserialize, Serialize};
 
 /// The windows of accumulated drives.

@@ -3,7 +3,7 @@
 //! It is one of the FMU's resources, so that a loop starts on its road also in tools that
 //! set nothing: the binary reads it, and modelDescription.xml states what the binary reports.
 
-use crate::{Checker, Document};
+use crate::document::{Checker, Document};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

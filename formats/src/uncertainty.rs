@@ -4,7 +4,8 @@
 //! Standard errors are one standard deviation of the estimate, to first order (delta method): the
 //! truth lies within 1.96 of them with 95 % probability, for a model of the right order.
 
-use crate::{Checker, Matrix};
+use crate::document::Checker;
+use crate::matrix::Matrix;
 use serde::{Deserialize, Serialize};
 
 /// Standard errors in a 95 % interval.

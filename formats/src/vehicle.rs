@@ -3,7 +3,11 @@
 //! Identified in a log, or written by hand as the example in this repository, `tests/data/multibody/vehicle.json`.
 //! The README of `NonlinearVehicle` documents the numbers.
 
-use crate::{Checker, Document, Provenance, Quality, VehicleData, VehicleEvidence};
+use crate::bicycle::VehicleData;
+use crate::document::{Checker, Document};
+use crate::provenance::Provenance;
+use crate::quality::Quality;
+use crate::vehicle_evidence::VehicleEvidence;
 use serde::{Deserialize, Serialize};
 
 /// A vehicle up to its limits.

@@ -1,8 +1,9 @@
 //! The evidence for the quality of a vehicle that was identified from a log.
 
-use crate::{
-    BicycleEvidence, ChannelSummary, Checker, Matrix, SpeedSummary, VehicleDirection, WithDelay,
-};
+use crate::bicycle_evidence::{BicycleEvidence, SpeedSummary, VehicleDirection, WithDelay};
+use crate::document::Checker;
+use crate::evidence::ChannelSummary;
+use crate::matrix::Matrix;
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a vehicle from a log, by the single-track model of

@@ -1,8 +1,9 @@
 //! The content of a `modelDescription.xml`.
 
-use crate::{
-    Causality, DependencyKind, Initial, Kind, NamingConvention, Unit, Value, Variability,
-    default_initial,
+use crate::legality::default_initial;
+use crate::units::Unit;
+use crate::vocabulary::{
+    Causality, DependencyKind, Initial, Kind, NamingConvention, Value, Variability,
 };
 
 /// The content of a `modelDescription.xml` of FMI 2.0.

@@ -1,6 +1,6 @@
 //! Why a description cannot be read or built.
 
-use crate::Kind;
+use crate::vocabulary::Kind;
 
 /// Why a model description cannot be read or built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,9 +1,11 @@
 //! From the static table, the start values and the states of an FMU to its description.
 
+use crate::Error;
 use crate::description::{CoSimulation, DefaultExperiment, ModelDescription, Unknown, Variable};
+use crate::legality::needs_start;
 use crate::table::{DependsOn, Table, VariableSpec};
 use crate::units::{Unit, UnitSpec};
-use crate::{Causality, DependencyKind, Error, Initial, Value, needs_start};
+use crate::vocabulary::{Causality, DependencyKind, Initial, Value};
 
 impl ModelDescription {
     /// The description of the FMU that `table` defines.

@@ -1,7 +1,7 @@
 //! Which combinations of causality, variability and `initial` FMI 2.0 allows, and which variables
 //! have a start value: the two tables of section 2.2.7.
 
-use crate::{Causality, Initial, Variability};
+use crate::vocabulary::{Causality, Initial, Variability};
 
 /// The five groups of the standard's table of `initial`.
 #[derive(Clone, Copy)]

@@ -5,13 +5,14 @@
 //! standard's rules. It rejects documents without a meaning: another version than FMI 2.0, a missing
 //! name, an invalid number, a document type declaration (which can define entities that multiply).
 
+use crate::Error;
 use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, ModelExchange, Unknown,
     Variable, VendorAnnotation,
 };
 use crate::units::{BaseUnit, DisplayUnit, Unit};
-use crate::{
-    Causality, DependencyKind, Error, Initial, Kind, NamingConvention, Value, Variability,
+use crate::vocabulary::{
+    Causality, DependencyKind, Initial, Kind, NamingConvention, Value, Variability,
 };
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::BTreeMap;

@@ -1,8 +1,10 @@
 //! The standard's rules that a schema cannot express (sections 2.2.1 to 2.2.8).
 
 use crate::description::{ModelDescription, Variable};
+use crate::legality::{allows_start, is_legal, needs_start};
 use crate::table::{is_c_identifier, is_file_name};
-use crate::{Causality, Initial, Kind, Unit, Variability, allows_start, is_legal, needs_start};
+use crate::units::Unit;
+use crate::vocabulary::{Causality, Initial, Kind, Value, Variability};
 use std::collections::{BTreeMap, BTreeSet};
 
 mod aliases;
@@ -198,7 +200,7 @@ impl Check<'_> {
         {
             self.report("min-above-max", place, format!("min {min} exceeds max {max}"));
         }
-        if let Some(start) = v.start.as_ref().and_then(crate::Value::as_number) {
+        if let Some(start) = v.start.as_ref().and_then(Value::as_number) {
             let (min, max) = (v.min.unwrap_or(f64::NEG_INFINITY), v.max.unwrap_or(f64::INFINITY));
             // Written so that NaN fails; limits that contradict each other are reported above.
             if min <= max && !(start >= min && start <= max) {

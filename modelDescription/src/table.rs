@@ -3,8 +3,9 @@
 //! Every function here is `const`: in a `const` or `static` item a row or table that the standard
 //! forbids stops the compilation with the message of the assertion that failed.
 
+use crate::legality::{default_initial, is_legal};
 use crate::units::{UnitSpec, same};
-use crate::{Causality, Initial, Kind, Variability, default_initial, is_legal};
+use crate::vocabulary::{Causality, Initial, Kind, Variability};
 
 /// The dependencies of an unknown, by the names of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! Writing `modelDescription.xml`: deterministic, indented, elements in the order of the schema.
 
-use crate::Value;
 use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, Unknown, Variable,
     VendorAnnotation,
 };
 use crate::units::{BaseUnit, Unit};
+use crate::vocabulary::{Kind, Value};
 use quick_xml::Writer;
 use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 use std::io::Write;
@@ -235,7 +235,7 @@ impl Sink {
         for (name, limit) in [("min", variable.min), ("max", variable.max)] {
             kind = match (variable.kind, limit) {
                 // An integer limit has no decimal point; it is exact in an f64.
-                (crate::Kind::Integer, Some(limit)) => kind.with(name, &format!("{limit:.0}")),
+                (Kind::Integer, Some(limit)) => kind.with(name, &format!("{limit:.0}")),
                 (_, limit) => kind.number(name, limit),
             };
         }

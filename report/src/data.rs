@@ -204,8 +204,9 @@ fn mark(mark: &Mark) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::WIDTH;
+    use crate::figure::Style;
     use crate::palette::BLUE;
-    use crate::{Style, WIDTH};
 
     /// What the page reads from a column.
     fn decoded(text: &str) -> Vec<Option<f64>> {

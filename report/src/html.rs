@@ -5,8 +5,10 @@
 //! do not run, and as data, from which the scripts in `page` draw with uPlot a figure that can be
 //! magnified.
 
+use crate::figure::Figure;
 use crate::markup::{escape, push};
-use crate::{Error, Figure, Table, data};
+use crate::table::Table;
+use crate::{Error, data};
 
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPTS: [&str; 3] =

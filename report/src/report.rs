@@ -1,6 +1,6 @@
 //! The report: what is known, as one page.
 
-use crate::{StepResponse, Traces, Track};
+use crate::read::{StepResponse, Traces, Track};
 use steerwright_formats::{Bicycle, Model, Path, Pid, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.

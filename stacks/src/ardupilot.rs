@@ -4,7 +4,8 @@
 //! speed. With the road wheel at `max_angle` times the output, the yaw rate is the demanded one for
 //! `ATC_STR_RAT_FF = L/(MOT_SPD_SCA_BASE·max_angle)`.
 
-use crate::{Export, Lateral, Quantity, Stated};
+use crate::export::{Export, Stated};
+use crate::lateral::{Lateral, Quantity};
 
 /// The default of `MOT_SPD_SCA_BASE`, m/s.
 const BASE: f64 = 1.0;

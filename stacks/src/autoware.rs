@@ -3,7 +3,8 @@
 //! Both hold a road-wheel angle δ with `δ̇ = (δ_command(t − delay) − δ)/τ` and `yaw rate = v·tan δ/wheel_base`; the
 //! simulator reports `δ + steer_bias` as its measurement.
 
-use crate::{Export, Lateral, Quantity, Stated};
+use crate::export::{Export, Stated};
+use crate::lateral::{Lateral, Quantity};
 
 const SIMULATOR: &str = "simulator_model.param.yaml";
 const MPC: &str = "mpc.param.yaml";

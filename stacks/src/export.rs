@@ -1,6 +1,7 @@
 //! The parameters of a stack, and those that a model does not determine.
 
-use crate::{Error, Quantity};
+use crate::Error;
+use crate::lateral::Quantity;
 use serde::Serialize;
 use steerwright_formats::{Grade, Quality};
 

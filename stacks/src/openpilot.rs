@@ -5,7 +5,8 @@
 //! `steerActuatorDelay + 0.2 s`.
 
 use crate::autoware::LEADS;
-use crate::{Export, Lateral, Quantity, Timing};
+use crate::export::Export;
+use crate::lateral::{Lateral, Quantity, Timing};
 
 /// The part of the lateral delay that openpilot adds to `steerActuatorDelay`, s.
 pub(crate) const ADDED: f64 = 0.2;

@@ -3,7 +3,8 @@
 //! The road-wheel angle is `atan(RO_YAW_RATE_CORR·(yaw rate)·RA_WHEEL_BASE/v)`, divided by `RA_MAX_STR_ANG`.
 
 use crate::autoware::wheelbase;
-use crate::{Export, Lateral, Stated};
+use crate::export::{Export, Stated};
+use crate::lateral::Lateral;
 
 const ACKERMANN: &str = "Rover Ackermann";
 const RATE: &str = "Rover Rate Control";

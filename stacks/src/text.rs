@@ -1,6 +1,6 @@
 //! The file of each stack's own tools, with standard errors and conventions as comments.
 
-use crate::{Export, Parameter, Stack};
+use crate::export::{Export, Parameter, Stack};
 use std::fmt::Write;
 use steerwright_formats::Grade;
 

@@ -3,8 +3,10 @@
 //! Its controller commands `desired lateral acceleration/latAccelFactor + friction·sign`, the friction within a small
 //! error of the acceleration, and compensates the roll of the road with 9.81 m/s²·sin(roll).
 
+use crate::Error;
+use crate::export::{Export, Stack};
+use crate::lateral::Quantity;
 use crate::openpilot::{ADDED, GROUP};
-use crate::{Error, Export, Quantity, Stack};
 use steerwright_formats::{Estimate, Torque};
 
 const TUNING: &str = "CarParams.lateralTuning.torque";

@@ -1,6 +1,7 @@
 //! Rows with the same time: a clock with few digits, or a logger that writes an instant twice.
 
-use crate::error::{Error, counted, short};
+use crate::Error;
+use crate::error::{counted, short};
 use crate::series::Series;
 use crate::units::Quantity;
 use std::f64::consts::{PI, TAU};

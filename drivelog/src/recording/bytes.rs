@@ -1,6 +1,6 @@
 //! Where the bytes of a log come from.
 
-use crate::error::Error;
+use crate::Error;
 use flate2::read::MultiGzDecoder;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;

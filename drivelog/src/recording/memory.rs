@@ -1,7 +1,7 @@
 //! Channels that are in memory already, such as the columns of a data frame.
 
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
-use crate::error::Error;
+use crate::Error;
 use std::rc::Rc;
 
 struct Memory {

@@ -15,7 +15,8 @@ mod ros;
 pub use bytes::{LogFile, ReadAt};
 pub use memory::in_memory;
 
-use crate::error::{Error, last_part};
+use crate::Error;
+use crate::error::last_part;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::split_brackets;

@@ -5,7 +5,7 @@
 
 use super::bytes::{At, Head, LogFile, ReadAt};
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, Wanted, contained};
-use crate::error::Error;
+use crate::Error;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};

@@ -1,6 +1,6 @@
 //! Pieces of several groups, brought to one end: each with the rows up to an instant that all have reached.
 
-use crate::error::Error;
+use crate::Error;
 use crate::recording::{Columns, Pieces};
 use std::iter::Peekable;
 

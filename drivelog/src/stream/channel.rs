@@ -1,7 +1,7 @@
 //! One channel of a file that is read in chunks.
 
+use crate::Error;
 use crate::channels::difference;
-use crate::error::Error;
 use crate::faults::{Repeated, SpikeFilter, average};
 use crate::intersample::{self, Updates};
 use crate::options::LogOptions;

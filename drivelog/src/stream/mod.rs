@@ -14,9 +14,8 @@ mod tests;
 
 use crate::channels::{Selected, check_clock, count_from, first_instant, source_file};
 use crate::drive::{Drive, brings, sources, steering_ratio};
-use crate::error::{Error, counted, last_part, stem};
+use crate::error::{counted, last_part, stem};
 use crate::faults::{Freezes, Moving, Sampled};
-use crate::intersample;
 use crate::mapping::{self, Source};
 use crate::options::{LogOptions, Response};
 use crate::read::{check_options, opened};
@@ -25,6 +24,7 @@ use crate::role::Role;
 use crate::segments::{self, Clock};
 use crate::series::Series;
 use crate::units::Quantity;
+use crate::{Error, intersample};
 use aligned::Aligned;
 use channel::Channel;
 use span::Spans;

@@ -1,8 +1,9 @@
 //! The segments of a drive that is read in chunks, on the grids they have where it is read whole.
 
 use super::gate::{Gate, Piece, Sink, StreamStart};
+use crate::Error;
 use crate::drive::Drive;
-use crate::error::{Error, counted};
+use crate::error::counted;
 use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
 use crate::role::Role;

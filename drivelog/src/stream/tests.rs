@@ -1,10 +1,12 @@
 //! A file read in chunks brings what it brings when it is read whole.
 
-use super::{Piece, Streamed, in_chunks};
-use crate::{
-    DriveLog, Error, Group, LogFile, LogOptions, Pieces, Recording, Request, Rows, Wanted,
-    in_memory, open, read_log, read_recordings,
-};
+use super::gate::Piece;
+use super::{Streamed, in_chunks};
+use crate::Error;
+use crate::log::DriveLog;
+use crate::options::LogOptions;
+use crate::read::{read_log, read_recordings};
+use crate::recording::{Group, LogFile, Pieces, Recording, Request, Rows, Wanted, in_memory, open};
 use steerwright_formats::ChannelSummary;
 
 /// Segments of (steering, yaw rate, speed).

@@ -1,12 +1,12 @@
 //! Reading and setting variables. All arguments of a call are checked before a variable changes.
 
-use crate::access_rules::EVERYTHING_READ;
-use crate::calls::{Access, Class, Leniency, State, set_access};
+use crate::access_rules::{Access, Class, EVERYTHING_READ, Leniency, set_access};
+use crate::calls::State;
 use crate::exposed::Exposed;
 use crate::instance::{Instance, Outcome};
 use crate::logger::Category;
+use crate::slave::{Slave, VariableId};
 use crate::types::Status;
-use crate::{Slave, VariableId};
 use model_description::{Causality, Kind, Value, VariableSpec};
 use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;

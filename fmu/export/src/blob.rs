@@ -21,7 +21,7 @@
 
 use crate::calls::State;
 use crate::instance::{Core, Experiment, Instance, Snapshot};
-use crate::{Slave, VariableId};
+use crate::slave::{Slave, VariableId};
 use model_description::{Causality, Variability};
 use sha2::{Digest, Sha256};
 

@@ -1,7 +1,11 @@
 //! The model description of a slave.
 
+use crate::exposed;
+use crate::log::Log;
+use crate::logger::LOG_CATEGORIES;
+use crate::resources::Resources;
+use crate::slave::{Slave, VariableId};
 use crate::structure::structure;
-use crate::{LOG_CATEGORIES, Log, Resources, Slave, VariableId, exposed};
 use model_description::{
     CoSimulation, DefaultExperiment, ExposedState, LogCategory, ModelDescription, UnitSpec, Value,
 };

@@ -10,9 +10,9 @@ use crate::calls::State;
 use crate::contain::Contained;
 use crate::exposed::Exposed;
 use crate::instance::{Instance, Outcome};
+use crate::slave::{Known, Slave, Unknown, VariableId};
 use crate::structure::depends_initially;
 use crate::types::Status;
-use crate::{Known, Slave, Unknown, VariableId};
 use model_description::{Causality, Kind, Value, Variability, VariableSpec};
 use std::mem::MaybeUninit;
 

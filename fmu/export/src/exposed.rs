@@ -1,8 +1,8 @@
 //! The exposed states of a slave with [`Slave::states`](crate::Slave::states): state i has the
 //! variables `state[i+1]` and `der(state[i+1])`, with value references above those of the table.
 
-use crate::Slave;
-use crate::calls::Class;
+use crate::access_rules::Class;
+use crate::slave::Slave;
 
 /// The first value reference of the states; the value references of tables are smaller.
 pub(crate) const FIRST: u32 = 0x1000_0000;

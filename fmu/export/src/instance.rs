@@ -1,11 +1,14 @@
 //! One instance: state machine, times, FMU state. All code here is safe and works on slices.
 
-use crate::calls::{Call, Leniency, State};
+use crate::access_rules::Leniency;
+use crate::calls::{Call, State};
 use crate::contain::Contained;
-use crate::log::{Level, Repetitions};
+use crate::describe;
+use crate::log::{Level, Log, Repetitions};
 use crate::logger::{Category, Logger};
+use crate::resources::Resources;
+use crate::slave::{Slave, VariableId};
 use crate::types::Status;
-use crate::{Log, Resources, Slave, VariableId, describe};
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
 

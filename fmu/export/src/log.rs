@@ -5,7 +5,7 @@
 //! [`KINDS`] kinds all new ones count as one kind. The status of a call does not depend on this. The
 //! counts are not part of an FMU state, so restoring a state repeats no line; `fmi2Reset` clears them.
 
-use crate::calls::Leniency;
+use crate::access_rules::Leniency;
 
 /// The severity of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

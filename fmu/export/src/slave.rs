@@ -1,6 +1,7 @@
 //! The trait that the author of an FMU implements.
 
-use crate::{Log, Resources};
+use crate::log::Log;
+use crate::resources::Resources;
 use model_description::{DependencyKind, DependsOn, Table, Value, VariableSpec};
 
 /// A variable of an FMU: usually an enum with one variant for each row of the table.

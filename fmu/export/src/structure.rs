@@ -7,8 +7,7 @@
 //! [`Slave::dependency`] adds the other dependencies, for example a feedthrough that is defined by the
 //! resources.
 
-use crate::slave::listed;
-use crate::{Known, Slave, Unknown, VariableId};
+use crate::slave::{Known, Slave, Unknown, VariableId, listed};
 use model_description as xml;
 use model_description::{Causality, DependencyKind, Initial, ModelDescription};
 

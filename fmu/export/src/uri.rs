@@ -4,7 +4,7 @@
 //! unescaped spaces and UTF-8, a plain path without a scheme, and on Windows `file:///C:/p`,
 //! `file://C:/p`, `file:C:/p`, `file:////server/share/p`.
 
-use crate::ResourceError;
+use crate::resources::ResourceError;
 use std::path::PathBuf;
 
 /// The folder of a location: the first candidate that exists, else the first candidate.

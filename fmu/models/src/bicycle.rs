@@ -6,14 +6,11 @@
 //! road wheel. With `v_y = ẏ − V·ψ` and `r = ψ̇` it is eq 13 at constant speed, and unlike eq 13 it stays
 //! right when the speed changes, since ẏ of eq 13 would leak into v_y.
 
-use crate::error::Error;
-use crate::identified::FASTEST_RATE;
+use crate::Error;
+use crate::limits::{BLEND_SPEED, FASTEST_RATE};
 use crate::sideslip::Sideslip;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
-
-/// Speed below which the dynamics are those of this speed, m/s; see [`crate::bicycle_plant`].
-pub const BLEND_SPEED: f64 = 1.0;
 
 /// Longest delay of the steering actuator, s.
 pub const LONGEST_DELAY: f64 = 10.0;

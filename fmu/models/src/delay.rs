@@ -5,7 +5,8 @@
 //! is lost however long the simulation runs. Segments shorter than the delay over [`RESOLUTION`] are
 //! merged into their neighbour such that the input's integral is kept, and a ramp in pieces stays the ramp.
 
-use crate::error::{Error, finite};
+use crate::Error;
+use crate::error::finite;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

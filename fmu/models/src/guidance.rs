@@ -17,8 +17,9 @@
 //! C = 0 means that C is not known: A is then G, and K is J. `yaw_reference` is not wrapped: it is as
 //! continuous as the path.
 
+use crate::Error;
 use crate::angle::wrap_angle;
-use crate::error::{Error, diverged, finite};
+use crate::error::{diverged, finite};
 use crate::path::PathGeometry;
 use crate::sideslip::Sideslip;
 use crate::trigonometry::atan;

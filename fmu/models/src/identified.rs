@@ -10,7 +10,9 @@
 //! and, where A has a real logarithm, the continuous form of eq 6–11 whose zero-order-hold samples
 //! these are. The plant that moves by it is [`crate::identified_plant::IdentifiedPlant`].
 
-use crate::error::{Error, numbers};
+use crate::Error;
+use crate::error::numbers;
+use crate::limits::FASTEST_RATE;
 use crate::linear::{ContinuousModel, discretize};
 use crate::quadrature::LONGEST_PANEL;
 use crate::sideslip::Sideslip;
@@ -79,9 +81,6 @@ pub struct IdentifiedModel {
 
 /// How far eq 9–11 may be off, relative to the largest entry.
 const CONSISTENCY: f64 = 1e-6;
-
-/// Fastest mode that is stepped, 1/s.
-pub const FASTEST_RATE: f64 = 1e5;
 
 impl IdentifiedModel {
     /// Checks shapes and numbers, and that the continuous form samples to the discrete one.

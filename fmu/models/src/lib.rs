@@ -30,6 +30,7 @@ pub mod guidance;
 pub mod identified;
 pub mod identified_plant;
 mod intervals;
+pub mod limits;
 pub mod linear;
 pub mod noise;
 pub mod nonlinear;

@@ -5,7 +5,7 @@
 //! row added, the exact integral of the output. An input that grows by u̇ within the step (first-order
 //! hold) is one more row, `d/dt (u, u̇) = (u̇, 0)`: just as exact.
 
-use crate::error::Error;
+use crate::Error;
 use crate::quadrature::{NODE, NODES, panels};
 use nalgebra::DMatrix;
 use std::sync::Arc;

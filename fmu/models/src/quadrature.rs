@@ -5,7 +5,8 @@
 //! 50 m/s) stays below 1e-12 m a panel. Yaw at the nodes is given as its deviation from the yaw at
 //! the panel's start, so that one sine and cosine of the large angle serve all nodes.
 
-use crate::error::{Error, finite};
+use crate::Error;
+use crate::error::finite;
 use crate::trigonometry::{sin_cos, sin_cos_small};
 use serde::{Deserialize, Serialize};
 

@@ -14,7 +14,7 @@
 //! grows by the cube of their force, a³ = v·a²·r, hence Q(v); C(v) is the difference of
 //! [`crate::BicycleParameters::sideslip_per_yaw_acceleration`] between two speeds.
 
-use crate::bicycle::BLEND_SPEED;
+use crate::limits::BLEND_SPEED;
 use serde::{Deserialize, Serialize};
 
 /// Limit of the lateral acceleration, m/s².

@@ -4,7 +4,7 @@
 //! steps of 0.01 s, and one that computes `k·h` changes `h` by an ulp from step to step. So only a phase
 //! is kept, `phase += h/Ts`, snapped to the integer when it is within [`SNAP`] of it.
 
-use crate::error::Error;
+use crate::Error;
 use serde::{Deserialize, Serialize};
 
 /// How near to a tick the phase is taken to be on it, in periods.

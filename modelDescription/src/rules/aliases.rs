@@ -1,8 +1,9 @@
 //! Alias variables: those of one base type that share a value reference (section 2.2.7).
 
-use super::{Check, Place};
+use super::Check;
+use super::place::Place;
 use crate::description::Variable;
-use crate::{Causality, Variability};
+use crate::vocabulary::{Causality, Variability};
 use std::collections::BTreeMap;
 
 impl Check<'_> {

@@ -1,7 +1,8 @@
 //! Names of variables (section 2.2.9): the grammar of structured names, and arrays in order.
 
-use super::{Check, Place};
-use crate::NamingConvention;
+use super::Check;
+use super::place::Place;
+use crate::vocabulary::NamingConvention;
 use std::collections::BTreeMap;
 
 impl Check<'_> {

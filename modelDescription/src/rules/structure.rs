@@ -1,9 +1,9 @@
 //! `ModelStructure`: required variables of each list, and legal dependencies (section 2.2.8).
 
-use super::place::List;
-use super::{Check, Place};
+use super::Check;
+use super::place::{List, Place};
 use crate::description::{Unknown, Variable};
-use crate::{Causality, DependencyKind, Initial, Kind, Variability};
+use crate::vocabulary::{Causality, DependencyKind, Initial, Kind, Variability};
 use std::collections::BTreeSet;
 
 impl Check<'_> {

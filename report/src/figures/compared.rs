@@ -3,8 +3,9 @@
 
 use super::tracking::{reference_road, tracking_errors};
 use super::{DEG, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style};
 use crate::palette::{BLUE, Color, GREY, nth};
-use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Track};
+use crate::read::{StepResponse, Track};
 use steerwright_formats::PathPoint;
 
 /// The measurement, drawn under the simulations.

@@ -1,8 +1,9 @@
 //! The yaw step that the controller was designed for.
 
 use super::{DEG, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Symbol};
+use crate::read::StepResponse;
 use steerwright_formats::{Specification, StepMetrics};
 
 /// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot

@@ -1,8 +1,8 @@
 //! The reliability of a model: prediction, residuals, frequency response, poles and zeros.
 
 use super::{DEG, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use std::f64::consts::TAU;
 use steerwright_formats::{
     FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,

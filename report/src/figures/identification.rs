@@ -2,8 +2,9 @@
 //! by frequency, by order.
 
 use super::{DEG, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Traces};
+use crate::read::Traces;
 use steerwright_formats::{Excitation, OrderRow};
 
 /// Length of the magnified part of a long drive, s.

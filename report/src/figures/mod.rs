@@ -18,7 +18,8 @@ pub use identification::{coherence, comparison, drive, order_table};
 pub use open_loop::{OpenLoop, bode, nyquist};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
-use crate::{Figure, Traces};
+use crate::figure::Figure;
+use crate::read::Traces;
 use steerwright_formats::{Model, Plant};
 
 /// The names of [`of_identification`].

@@ -1,8 +1,8 @@
 //! The open loop of a design: Bode and Nyquist plots with its margins.
 
 use super::{DEG, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use std::f64::consts::TAU;
 use steerwright_formats::Margins;
 

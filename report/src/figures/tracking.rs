@@ -1,8 +1,9 @@
 //! The reference road and how it was followed (the paper's Fig. 5 to 7).
 
 use super::{DEG, metres, text};
+use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use crate::palette::{BLACK, Color, GREY, nth};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Track};
+use crate::read::Track;
 use steerwright_formats::PathPoint;
 
 /// Light enough for the tracks to be seen on it.

@@ -2,7 +2,9 @@
 
 use super::{met, optional, significant, value};
 use crate::figures::{self, DEG};
-use crate::{Block, Controller, Section, Table, Tone};
+use crate::html::{Block, Section, Tone};
+use crate::report::Controller;
+use crate::table::Table;
 use steerwright_formats::{Bicycle, Engagement, Grade, Pid, Shortfall, StepMetrics};
 
 /// Vehicle data and coefficients of eq 13.

@@ -2,7 +2,9 @@
 
 use super::{significant, value};
 use crate::figures::{self, DEG, text};
-use crate::{Block, Section, Table, Traces};
+use crate::html::{Block, Section};
+use crate::read::Traces;
+use crate::table::Table;
 use steerwright_formats::{
     ChannelSummary, DataFactor, Evidence, Excitation, FactorMethod, InputKind, Model, Plant,
     Provenance, ResidualTest,

@@ -10,7 +10,8 @@ pub use identification::{factor_in_words, start_in_words};
 pub use model::parameter_tables;
 
 use crate::figures::text;
-use crate::{Block, Report, Section, Tone, report_html};
+use crate::html::{Block, Section, Tone, report_html};
+use crate::report::Report;
 use steerwright_formats::{Grade, Quality};
 
 impl Report<'_> {

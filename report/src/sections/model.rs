@@ -2,7 +2,9 @@
 
 use super::{evidence, identification};
 use crate::figures;
-use crate::{Block, Section, Table, Traces};
+use crate::html::{Block, Section};
+use crate::read::Traces;
+use crate::table::Table;
 use steerwright_formats::{
     BicycleEvidence, Model, NORMAL_95, Torque, VehicleEvidence, VehicleParameter,
 };

@@ -2,7 +2,10 @@
 
 use super::value;
 use crate::figures::{self, DEG};
-use crate::{Block, Report, Section, Table, Track};
+use crate::html::{Block, Section};
+use crate::read::Track;
+use crate::report::Report;
+use crate::table::Table;
 use steerwright_formats::{Model, Path, Provenance};
 
 /// The conclusions of the files, before the numbers.

@@ -7,7 +7,7 @@ mod text;
 
 use super::bytes::{Head, LogFile};
 use super::{Batches, Group, Pieces, Recording, Request};
-use crate::error::Error;
+use crate::Error;
 use crate::options::LogOptions;
 pub(in crate::recording) use decode::{Decoder, Identifier, Seen};
 use std::collections::{BTreeMap, VecDeque};

@@ -4,7 +4,7 @@
 
 use super::comments::WithoutComments;
 use super::stamps::Stamps;
-use crate::error::Error;
+use crate::Error;
 use crate::options::DecimalMark;
 use crate::units::parse_unit;
 

@@ -9,7 +9,8 @@ mod stamps;
 
 use super::bytes::LogFile;
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
-use crate::error::{Error, Place};
+use crate::Error;
+use crate::error::Place;
 use crate::options::{DecimalMark, LogOptions};
 use comments::WithoutComments;
 use head::{Head, comma_number, is_blank, is_comment, is_missing, line};

@@ -6,27 +6,21 @@
 
 mod chunk;
 mod content;
+mod file;
 mod records;
 mod rows;
 mod topic;
 
 use super::bytes::{Head, LogFile};
 use super::{Group, Pieces, Recording, Request};
-use crate::error::Error;
+use crate::Error;
 use crate::options::LogOptions;
 use content::Content;
+use file::Mcap;
 use records::{MAGIC, View};
 use rows::Reading;
 use std::io;
 use topic::{Messages, Topic};
-
-pub(super) struct Mcap {
-    file: String,
-    view: View,
-    content: Content,
-    groups: Vec<Group>,
-    topics: Vec<Topic>,
-}
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
     head.start.starts_with(MAGIC)
@@ -51,12 +45,6 @@ pub(super) fn open<'a>(
         return Err(Error::Read { file: file.name, byte: MAGIC.len() as u64, problem });
     }
     Ok(Box::new(Mcap { file: file.name, view, content, groups, topics }))
-}
-
-impl Mcap {
-    fn failed(&self, byte: u64, error: &io::Error) -> Error {
-        Error::Read { file: self.file.clone(), byte, problem: error.to_string() }
-    }
 }
 
 impl Topic {

@@ -1,11 +1,11 @@
 //! Rows in the order of their times: chunks may overlap, and stamps be logged late.
 
-use super::Mcap;
 use super::chunk::records;
 use super::content::Block;
+use super::file::Mcap;
 use super::records::{HEAD, Message, op};
 use super::topic::{FIELDS, LOG_TIME, PUBLISH_TIME, Topic};
-use crate::error::Error;
+use crate::Error;
 use crate::recording::ros::seconds;
 use crate::recording::{Batches, Request, Rows};
 use std::cmp::{Ordering, Reverse};

@@ -8,7 +8,7 @@ mod version3;
 use super::bytes::{Head, LogFile, ReadAt};
 use super::can::{Decoder, Identifier, Seen};
 use super::{Batches, Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
-use crate::error::Error;
+use crate::Error;
 use crate::options::LogOptions;
 use falcon_mdf::error::Mf4Error;
 use falcon_mdf::io::{ByteSlice, ByteSource};

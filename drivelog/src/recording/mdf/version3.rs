@@ -1,7 +1,7 @@
 //! MDF 3 and older: the values of a channel group are decoded as a whole.
 
 use super::{Source, place};
-use crate::error::Error;
+use crate::Error;
 use crate::recording::bytes::LogFile;
 use crate::recording::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use falcon_mdf::mdf3::{Mdf3ChannelGroup, Mdf3File};

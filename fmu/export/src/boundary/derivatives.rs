@@ -1,10 +1,10 @@
 //! Time derivatives of inputs and outputs, and directional derivatives.
 
 use super::{call, supported};
-use crate::Slave;
 use crate::arguments::{array, slots};
 use crate::calls::Call;
 use crate::instance::Instance;
+use crate::slave::Slave;
 use crate::types::Status;
 use std::ffi::c_void;
 

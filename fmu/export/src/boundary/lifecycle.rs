@@ -6,8 +6,10 @@ use crate::calls::Call;
 use crate::contain::{contain, silence_hook};
 use crate::instance::Instance;
 use crate::logger::{Category, Logger};
+use crate::resources::Resources;
+use crate::slave::Slave;
 use crate::types::{CO_SIMULATION, CallbackFunctions, TYPES_PLATFORM, VERSION};
-use crate::{Resources, Slave, uri};
+use crate::uri;
 use std::ffi::{CStr, c_char, c_void};
 
 /// `fmi2GetTypesPlatform`.

@@ -21,10 +21,10 @@ pub use states::*;
 pub use stepping::*;
 pub use values::*;
 
-use crate::Slave;
 use crate::calls::Call;
 use crate::contain::contain;
 use crate::instance::{Instance, Outcome};
+use crate::slave::Slave;
 use crate::types::Status;
 use std::ffi::c_void;
 

@@ -3,11 +3,11 @@
 //! All live states are listed, so that an invalid or freed pointer is an error, not undefined behaviour.
 
 use super::{call, supported};
-use crate::Slave;
 use crate::arguments::{array, slots};
 use crate::blob::encode;
 use crate::calls::Call;
 use crate::instance::{Instance, Snapshot};
+use crate::slave::Slave;
 use crate::types::Status;
 use std::any::TypeId;
 use std::ffi::{c_char, c_void};

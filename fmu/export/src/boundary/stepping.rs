@@ -1,10 +1,10 @@
 //! Steps and their status.
 
 use super::{call, supported};
-use crate::Slave;
 use crate::arguments::slots;
 use crate::calls::Call;
 use crate::instance::Instance;
+use crate::slave::Slave;
 use crate::types::{LAST_SUCCESSFUL_TIME, Status, TERMINATED};
 use std::ffi::{c_char, c_void};
 

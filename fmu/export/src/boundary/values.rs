@@ -1,10 +1,10 @@
 //! Reading and setting variables.
 
 use super::call;
-use crate::Slave;
 use crate::arguments::{array, slots, strings};
 use crate::calls::Call;
 use crate::instance::Instance;
+use crate::slave::Slave;
 use model_description::{Kind, Value};
 use std::ffi::{c_char, c_void};
 

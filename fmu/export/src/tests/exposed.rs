@@ -3,7 +3,8 @@
 use super::host::{ERROR, OK, STATES};
 use super::plant::*;
 use crate::calls::State;
-use crate::{Resources, describe};
+use crate::describe;
+use crate::resources::Resources;
 use model_description::{Causality, DependencyKind as Kind, Initial, Unknown, Variability};
 
 #[test]

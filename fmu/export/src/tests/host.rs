@@ -196,7 +196,7 @@ impl Host {
 
     /// All settable numbers, read directly from the slave.
     pub(super) fn values(&self) -> [f64; 5] {
-        use crate::{Slave, VariableId};
+        use crate::slave::{Slave, VariableId};
         // SAFETY: a live instance of the probe.
         let instance = unsafe { &mut *self.component.cast::<Instance<Probe>>() };
         [U, GAIN, Y, N, ON].map(|reference| {

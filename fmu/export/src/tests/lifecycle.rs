@@ -2,9 +2,10 @@
 
 use super::host::{ERROR, Host, Lines, OK, WARNING, call, callbacks, guid};
 use super::probe::{ERROR_IN_STEP, FAULT, LIVE, Probe, TABLE, U, WARNING_IN_STEP};
-use crate::boundary as c;
 use crate::calls::State;
-use crate::{LOG_CATEGORIES, Resources, describe};
+use crate::logger::LOG_CATEGORIES;
+use crate::resources::Resources;
+use crate::{boundary as c, describe};
 use std::ffi::{CStr, CString, c_void};
 use std::ptr::null;
 

@@ -8,7 +8,9 @@ use super::host::{Line, Lines, OK, callbacks};
 use crate::boundary as c;
 use crate::calls::State;
 use crate::instance::Instance;
-use crate::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
+use crate::log::Log;
+use crate::resources::Resources;
+use crate::slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
 use model_description::{
     Causality as C, DependencyKind, DependsOn, Table, Value, Variability as V, VariableSpec,
 };

@@ -1,6 +1,8 @@
 //! A slave with every kind of variable and selectable faults.
 
-use crate::{Log, Resources, Slave, VariableId};
+use crate::log::Log;
+use crate::resources::Resources;
+use crate::slave::{Slave, VariableId};
 use model_description::{Causality as C, Initial, Table, Value, Variability as V, VariableSpec};
 use std::cell::Cell;
 

@@ -2,8 +2,9 @@
 
 use super::host::{ERROR, OK, STATES, WARNING};
 use super::plant::*;
+use crate::access_rules::Leniency;
 use crate::boundary as c;
-use crate::calls::{Leniency, State};
+use crate::calls::State;
 use sha2::{Digest, Sha256};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};

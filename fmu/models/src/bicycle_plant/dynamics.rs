@@ -1,7 +1,7 @@
 //! `ẇ = F(v)·w + G·u` for w = (v_y, r, δ) at one speed, blended below [`BLEND_SPEED`] (see [`super`]).
 
 use super::BicyclePlant;
-use crate::bicycle::BLEND_SPEED;
+use crate::limits::BLEND_SPEED;
 
 /// F and G at one speed.
 pub(super) struct Dynamics {

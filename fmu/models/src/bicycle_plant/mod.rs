@@ -6,7 +6,7 @@
 //! bit over panels shorter than the fastest time constant. Three states make a term cheaper than looking
 //! up a cached matrix, and a speed that changes at every step costs the same as a constant one.
 //!
-//! Below 1 m/s ([`BLEND_SPEED`](crate::bicycle::BLEND_SPEED)) the rates ∝ 1/V would grow without bound.
+//! Below 1 m/s ([`BLEND_SPEED`](crate::limits::BLEND_SPEED)) the rates ∝ 1/V would grow without bound.
 //! There the states approach the steady turn of the present speed with the dynamics of 1 m/s:
 //!
 //! ```text
@@ -15,9 +15,9 @@
 //!
 //! This is continuous in v, since `F(v)·s(v)` at 1 m/s is minus the column of δ.
 
+use crate::Error;
 use crate::bicycle::{BicycleParameters, Coefficients};
 use crate::delay::DelayLine;
-use crate::error::Error;
 use crate::quadrature::{Pose, pose_getters};
 
 mod dynamics;

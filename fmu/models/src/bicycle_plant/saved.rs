@@ -1,9 +1,10 @@
 //! The bicycle plant's state as it is saved.
 
 use super::BicyclePlant;
+use crate::Error;
 use crate::bicycle::BicycleParameters;
 use crate::delay::{DelayLine, History};
-use crate::error::{Error, finite};
+use crate::error::finite;
 use crate::quadrature::Pose;
 use serde::{Deserialize, Serialize};
 

@@ -2,8 +2,9 @@
 
 use super::BicyclePlant;
 use super::dynamics::Dynamics;
+use crate::Error;
 use crate::delay::Segment;
-use crate::error::{Error, diverged};
+use crate::error::diverged;
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::{LONGEST_PANEL, NODE, NODES, mean, panels};
 use crate::trigonometry::sin_cos_small;

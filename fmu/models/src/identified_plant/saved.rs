@@ -1,8 +1,9 @@
 //! The identified plant's state as it is saved: all that is not in the model's file.
 
 use super::IdentifiedPlant;
+use crate::Error;
 use crate::delay::History;
-use crate::error::{Error, finite};
+use crate::error::finite;
 use crate::quadrature::Pose;
 use crate::ticks::Ticks;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,9 @@
 //! Advancing the identified plant: pieces between grid points and breakpoints of the delayed input.
 
 use super::IdentifiedPlant;
+use crate::Error;
 use crate::delay::Segment;
-use crate::error::{Error, diverged};
+use crate::error::diverged;
 use crate::linear::Outputs;
 use crate::quadrature::{NODES, Pose, mean_aside, mean_direction, mean_direction_of_arc};
 use crate::sideslip::Sideslip;

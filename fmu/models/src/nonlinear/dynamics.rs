@@ -3,7 +3,8 @@
 use super::actuator::Actuator;
 use super::parameters::NonlinearParameters;
 use super::tyre::{Axle, TyreParameters};
-use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
+use crate::bicycle::{BicycleParameters, Coefficients};
+use crate::limits::BLEND_SPEED;
 use crate::trigonometry::{atan, sin_cos};
 
 /// Acceleration of free fall, m/s².

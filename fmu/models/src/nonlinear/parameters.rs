@@ -1,7 +1,7 @@
 //! What the vehicle is made of.
 
+use crate::Error;
 use crate::bicycle::BicycleParameters;
-use crate::error::Error;
 use serde::{Deserialize, Serialize};
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.

@@ -3,8 +3,9 @@
 use super::dynamics::Constants;
 use super::parameters::NonlinearParameters;
 use super::vehicle::NonlinearVehicle;
+use crate::Error;
 use crate::delay::{DelayLine, History};
-use crate::error::{Error, finite};
+use crate::error::finite;
 use crate::quadrature::Pose;
 use serde::{Deserialize, Serialize};
 

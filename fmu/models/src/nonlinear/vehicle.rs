@@ -3,8 +3,9 @@
 use super::dynamics::{Constants, Lateral, RoadWheel};
 use super::parameters::{NonlinearParameters, within};
 use super::runge_kutta::Longest;
+use crate::Error;
 use crate::delay::{DelayLine, Segment};
-use crate::error::{Error, diverged, numbers};
+use crate::error::{diverged, numbers};
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::{Pose, pose_getters};
 use crate::trigonometry::sin_cos;

@@ -16,8 +16,8 @@ mod segment;
 pub use projection::{Projection, WINDOW};
 pub use segment::PathPoint;
 
+use crate::Error;
 use crate::angle::wrap_angle;
-use crate::error::Error;
 use crate::intervals::Intervals;
 use segment::{Node, Segment, extend};
 use std::f64::consts::TAU;

@@ -25,8 +25,9 @@ mod parameters;
 pub use governor::time_at_largest_rate;
 pub use parameters::PidParameters;
 
+use crate::Error;
 use crate::angle::wrap_angle;
-use crate::error::{Error, diverged, finite};
+use crate::error::{diverged, finite};
 use governor::Governor;
 use serde::{Deserialize, Serialize};
 

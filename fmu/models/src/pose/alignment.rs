@@ -7,8 +7,9 @@
 
 use super::filter::{BIAS, Filter, YAW};
 use super::parameters::PoseParameters;
+use crate::Error;
 use crate::angle::wrap_angle;
-use crate::error::{Error, finite};
+use crate::error::finite;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,8 @@
 //! intervals shorter than the latency over [`RESOLUTION`] are merged into their neighbour, their
 //! readings averaged over time.
 
-use crate::error::{Error, finite};
+use crate::Error;
+use crate::error::finite;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

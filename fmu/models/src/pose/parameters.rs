@@ -1,6 +1,6 @@
 //! The parameters of the filter.
 
-use crate::error::Error;
+use crate::Error;
 use crate::sideslip::Sideslip;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

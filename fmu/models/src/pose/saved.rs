@@ -5,7 +5,8 @@ use super::estimator::{MOST_OUTLIERS, PoseEstimator, PoseInput};
 use super::filter::Filter;
 use super::history::History;
 use super::parameters::PoseParameters;
-use crate::error::{Error, finite};
+use crate::Error;
+use crate::error::finite;
 use crate::ticks::Ticks;
 use serde::{Deserialize, Serialize};
 

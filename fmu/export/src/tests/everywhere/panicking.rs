@@ -1,6 +1,8 @@
 //! A slave that panics in a chosen function.
 
-use crate::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
+use crate::log::Log;
+use crate::resources::Resources;
+use crate::slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
 use model_description::{
     Causality as C, DependencyKind, Table, Value, Variability as V, VariableSpec,
 };
