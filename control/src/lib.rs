@@ -45,10 +45,9 @@ pub use design::options::{DesignOptions, RobustOptions};
 pub use design::over_speed::design_over_speeds;
 pub use error::Error;
 pub use guidance::track::{Master, TrackTrace, track, track_with};
-pub use guidance::{
-    Sideslip, guidance_for, guidance_schedule, plant_sideslip, sideslip, with_sideslip,
-};
-pub use model::model_sideslip;
+pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
+pub use model::{model_sideslip, plant_sideslip};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;
+pub use steerwright_models::Sideslip;

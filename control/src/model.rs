@@ -1,8 +1,10 @@
 //! What control needs of each structure of a model.
 
-use crate::guidance::{Sideslip, bicycle_sideslip, plant_sideslip};
-use crate::{DesignPlant, Error, bicycle_of_vehicle};
-use steerwright_formats::Model;
+use crate::Error;
+use crate::bicycle::bicycle_of_vehicle;
+use crate::plants::design_plant::DesignPlant;
+use steerwright_formats::{Bicycle, Model, Plant};
+use steerwright_models::Sideslip;
 
 impl DesignPlant {
     /// The plant of a model as controllers are designed on it: a vehicle as it is in gentle driving.
@@ -31,4 +33,17 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
         Model::SingleTrack(vehicle) => bicycle_sideslip(&bicycle_of_vehicle(vehicle)?, speed),
         Model::Torque(_) => None,
     })
+}
+
+fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
+    let vehicle = &bicycle.vehicle;
+    let speed = speed.unwrap_or(vehicle.speed_mps);
+    let parameters = steerwright_loading::bicycle_parameters(vehicle);
+    (speed > 0.0).then(|| parameters.sideslip(speed))
+}
+
+/// The sideslip of an identified plant, where it was measured.
+#[must_use]
+pub fn plant_sideslip(plant: &Plant) -> Option<Sideslip> {
+    steerwright_loading::sideslip(plant)
 }

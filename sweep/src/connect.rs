@@ -1,6 +1,6 @@
 //! From a study to a wired system: archives opened, connections made, times found.
 
-use crate::error::Error;
+use crate::Error;
 use crate::study::Study;
 use std::collections::HashMap;
 use std::path::PathBuf;

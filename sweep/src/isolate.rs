@@ -6,7 +6,7 @@
 //! answers `last` instead of `row` and goes; the next run gets another. One that does not answer in time is
 //! ended by the parent.
 
-use crate::error::Error;
+use crate::Error;
 use crate::make::{Made, Options, too_long};
 use crate::metric::Outcome;
 use crate::prepare::Sweep;

@@ -1,6 +1,6 @@
 //! One run, made in this process: its outcome, its row, its trajectory.
 
-use crate::error::Error;
+use crate::Error;
 use crate::metric::Outcome;
 use crate::plan::Plan;
 use crate::prepare::Sweep;

@@ -4,7 +4,7 @@
 //! A piece has the header and the rows that the whole results have, under a name that states its runs and the hash
 //! of study, FMUs and program; it appears whole or not at all. Merged, the pieces are the bytes of one run of all.
 
-use crate::error::Error;
+use crate::Error;
 use crate::make::Options;
 use crate::metric::Outcome;
 use crate::prepare::Sweep;

@@ -1,7 +1,7 @@
 //! A study made ready: FMUs open, names resolved, the first steps tried.
 
+use crate::Error;
 use crate::connect::{Source, Wired, connect};
-use crate::error::Error;
 use crate::plan::Plan;
 use crate::resolve::{Resets, resolve};
 use crate::rig::{Ended, Rig};

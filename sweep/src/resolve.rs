@@ -1,9 +1,9 @@
 //! From names to places: the [`Plan`] of a study on its wired system.
 
+use crate::Error;
 use crate::connect::{Wired, host};
 use crate::disturbance::Disturbance;
 use crate::draws::{Key as DrawKey, Number};
-use crate::error::Error;
 use crate::metric::{Metric, OFF_PATH_BEYOND_M, Shows, Target};
 use crate::plan::{Plan, Reuse, Varied};
 use crate::study::{Coupling, Disturb, Instances, Quantity, Shape, Study};

@@ -6,7 +6,7 @@
 //! once, whole, so that the file always holds the results of the first runs; a last line that a crash
 //! of the machine cut short is removed by the next call.
 
-use crate::error::Error;
+use crate::Error;
 use crate::metric::Outcome;
 use crate::plan::Plan;
 use crate::prepare::Sweep;

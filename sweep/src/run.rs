@@ -5,7 +5,7 @@
 //! After `fmi2Fatal` nothing of that FMU may be called any more in this process: the sweep ends
 //! there, and can be resumed in another process.
 
-use crate::error::Error;
+use crate::Error;
 use crate::isolate::Worker;
 use crate::make::{Made, Options};
 use crate::metric::Outcome;

@@ -4,7 +4,8 @@
 //! means is found when the FMUs are open, see [`crate::Sweep::prepare`]; every entry keeps its
 //! place in the file until then.
 
-use crate::error::{Error, Place};
+use crate::Error;
+use crate::error::Place;
 use crate::metric::Kind as MetricKind;
 use serde::Deserialize;
 use std::collections::BTreeMap;

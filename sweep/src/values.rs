@@ -1,9 +1,9 @@
 //! The values that a study sets and varies, held against the variables that get them.
 
+use crate::Error;
 use crate::connect::{Wired, host, split};
 use crate::distribution::Distribution;
 use crate::draws::Key;
-use crate::error::Error;
 use crate::plan::Varied;
 use crate::study::{Study, Vary};
 use std::collections::HashMap;

@@ -13,6 +13,7 @@ use crate::error::check_yaw_rate;
 use crate::identify::held::Steering;
 use crate::identify::plant::{Identified, Traces};
 use crate::selection::options::IdentifyOptions;
+use crate::single_track::quality::NOT_AS_VALIDATED;
 use crate::single_track::{self, IdentifiedVehicle, IdentifyVehicleOptions};
 use crate::torque::{TorqueOptions, identify_torque};
 use crate::validation::fit::{FitWithError, fit_with_error};
@@ -27,9 +28,6 @@ const LEAST_SPREAD: f64 = 0.05;
 const LINEAR_MPS2: f64 = 4.0;
 /// Growth of the errors from which a structure is rejected, if it is beyond two standard errors.
 const LARGEST_GROWTH: f64 = 1.05;
-
-/// Why a vehicle is never chosen, and at most a warning where it is identified by its name.
-pub(crate) const NOT_AS_VALIDATED: &str = "vehicle.json leaves out the relaxation of the tyres, the lift of a wheel and a negative delay, which the validated model has";
 
 /// A structure and what became of it.
 #[derive(Debug, Clone, PartialEq)]

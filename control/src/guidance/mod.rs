@@ -3,9 +3,10 @@
 pub(crate) mod track;
 
 use crate::Error;
-use steerwright_formats::{Bicycle, Guidance, GuidanceAdvice, GuidanceEntry, Model, Pid, Plant};
+use crate::model::model_sideslip;
+use steerwright_formats::{Guidance, GuidanceAdvice, GuidanceEntry, Model, Pid};
 use steerwright_loading::{guidance_over_speed, guidance_parameters};
-pub use steerwright_models::Sideslip;
+use steerwright_models::Sideslip;
 
 /// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
 /// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.
@@ -91,19 +92,6 @@ pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option
     if !Model::is_in(document) {
         return Ok(None);
     }
-    let stated = crate::model_sideslip(&Model::from_json(document, file)?, speed)?;
+    let stated = model_sideslip(&Model::from_json(document, file)?, speed)?;
     Ok(stated.map(|s| s.at(speed.unwrap_or(s.reference_speed))))
-}
-
-pub(crate) fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
-    let vehicle = &bicycle.vehicle;
-    let speed = speed.unwrap_or(vehicle.speed_mps);
-    let parameters = steerwright_loading::bicycle_parameters(vehicle);
-    (speed > 0.0).then(|| parameters.sideslip(speed))
-}
-
-/// The sideslip of an identified plant, where it was measured.
-#[must_use]
-pub fn plant_sideslip(plant: &Plant) -> Option<Sideslip> {
-    steerwright_loading::sideslip(plant)
 }

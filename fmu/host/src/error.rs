@@ -8,6 +8,9 @@ use crate::c_types::Status;
 use crate::log::LogLine;
 use crate::names::near_text;
 
+/// The library of Python's C interface, in messages.
+pub(crate) const LIBPYTHON: &str = "libpython";
+
 /// An error of this crate; [`Error::hint`] is the suggested fix.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -224,7 +227,7 @@ impl Error {
                 "the FMU breaks the FMI 2.0 standard (2.3): rename the binary or modelIdentifier"
             }
             Self::NoBinary { .. } => "export the FMU for this platform, or run it on one it has",
-            Self::Load { reason, .. } if reason.contains(crate::library::LIBPYTHON) => {
+            Self::Load { reason, .. } if reason.contains(LIBPYTHON) => {
                 "install the version of Python that the FMU was made for and load its library \
                  first, as in LD_PRELOAD=libpython3.11.so.1.0 steerwright simulate ..."
             }

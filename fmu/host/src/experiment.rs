@@ -2,7 +2,7 @@
 
 use model_description::DefaultExperiment;
 
-use crate::Archive;
+use crate::archive::Archive;
 
 /// The earliest start, the latest stop and the smallest step that any of the archives recommends, and a
 /// remark where their starts differ. What none of them states is missing.

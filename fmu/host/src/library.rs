@@ -16,6 +16,7 @@ use crate::c_types::{
     GetStatus, GetText, Instantiate, RawStatus, Serialize, SerializedSize, Set, SetDebugLogging,
     SetDerivatives, SetState, SetupExperiment, Simple, StateByAddress,
 };
+use crate::error::LIBPYTHON;
 
 /// Declares [`Functions`] and its loading from one list of field, C name and type.
 macro_rules! functions {
@@ -180,9 +181,6 @@ unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {
     }
     .map(Into::into)
 }
-
-/// The library of Python's C interface, in messages.
-pub(crate) const LIBPYTHON: &str = "libpython";
 
 /// libloading keeps the system's message in the error's source.
 fn reason(error: &libloading::Error) -> String {

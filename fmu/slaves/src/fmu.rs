@@ -65,9 +65,9 @@ macro_rules! fmus {
             pub fn open(
                 self,
                 resources: Vec<(String, Vec<u8>)>,
-            ) -> Result<Box<dyn crate::Running>, String> {
+            ) -> Result<Box<dyn crate::run::Running>, String> {
                 let resources = &Resources::from(resources);
-                let slave: Box<dyn crate::Running> =
+                let slave: Box<dyn crate::run::Running> =
                     match self { $(Self::$name => Box::new(crate::$name::open(resources)?)),* };
                 Ok(slave)
             }

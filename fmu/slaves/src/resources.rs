@@ -49,7 +49,7 @@ const HINT: &str = "pack the archive again with `steerwright package`";
 
 #[cfg(test)]
 mod tests {
-    use crate::LateralPid;
+    use crate::lateral_pid::LateralPid;
     use crate::tables::lateral_pid::Variable;
     use fmi2_export::{Resources, Slave};
     use model_description::Value;

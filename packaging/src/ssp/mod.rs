@@ -16,8 +16,8 @@ mod start;
 mod structure;
 mod wiring;
 
-use crate::archive::zipped;
-use crate::{Error, Packed};
+use crate::Error;
+use crate::archive::{Packed, zipped};
 use std::iter::once;
 use steerwright_host::Connection;
 use zip::CompressionMethod;

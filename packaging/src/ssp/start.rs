@@ -1,6 +1,7 @@
 //! Start values of the FMUs of a loop.
 
-use crate::{Fmu, Packed};
+use crate::Fmu;
+use crate::archive::Packed;
 use model_description::{Causality, Value};
 use steerwright_formats::{Path, Start};
 use steerwright_host::Connection;

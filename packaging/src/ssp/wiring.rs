@@ -1,6 +1,7 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
-use crate::{Error, Fmu, Packed};
+use crate::archive::Packed;
+use crate::{Error, Fmu};
 use steerwright_host::{Connection, Measurement, Unit};
 
 /// Measurements of the pose estimator: in a loop without receiver the fixes are the true position, and

@@ -2,7 +2,7 @@
 //! gap, each with an initial state of its own.
 
 use crate::Error;
-use crate::data::Signals;
+use crate::data::signals::Signals;
 
 /// Samples without a gap, time along columns.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,9 +5,8 @@
 //! of the log where it is excited.
 
 use crate::Error;
-use crate::data::dataset::without;
+use crate::data::dataset::{DataSet, Segment, without};
 use crate::data::split::{Selection, Split};
-use crate::data::{DataSet, Segment};
 use crate::error::check_yaw_rate;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;

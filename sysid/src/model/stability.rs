@@ -68,7 +68,8 @@ pub fn largest_radius(samples: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::linalg::dense::spectral_radius;
-    use crate::model::{StateSpace, free_response};
+    use crate::model::simulation::free_response;
+    use crate::model::state_space::StateSpace;
 
     /// The shift is by all outputs: a mode that is stable already stays where it is.
     #[test]

@@ -4,9 +4,10 @@ use crate::data::{DataSet, Segment};
 use crate::linalg::dense::{identity, solve, vcat};
 use crate::model::{Innovation, StateSpace};
 use crate::pem::coordinates::Coordinates;
+use crate::pem::covariance::uncertain_simulation;
 use crate::pem::rows::{Drive, Sensitivities};
 use crate::pem::search::each_error;
-use crate::pem::{stable_gain, uncertain_simulation};
+use crate::pem::stable_gain;
 use faer::Mat;
 
 /// Numbers that look random.

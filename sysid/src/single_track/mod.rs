@@ -38,7 +38,7 @@ mod options;
 mod parameters;
 mod prepared;
 mod problem;
-mod quality;
+pub(crate) mod quality;
 mod search;
 mod simulate;
 mod step;

@@ -4,13 +4,10 @@
 //! many times over, against each other and against the priors. An output's sum of squares is divided by
 //! the density of its errors at the frequencies of the vehicle's motion instead.
 
-use crate::single_track::problem::{OUTPUTS, Point, Problem};
+use crate::single_track::problem::{Densities, Point, Problem};
 use crate::single_track::simulate::Run;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
-
-/// Spectral density of each output's errors at low frequency, unit²·s.
-pub(super) type Densities = [f64; OUTPUTS];
 
 /// Share of an output's deviation that errors are supposed to have before there are any.
 const SUPPOSED_ERROR: f64 = 0.1;

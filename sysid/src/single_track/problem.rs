@@ -3,7 +3,6 @@
 
 use crate::linalg::dual::Dual;
 use crate::single_track::dynamics::Constants;
-use crate::single_track::noise::Densities;
 use crate::single_track::parameters::{COUNT, Parameter};
 use crate::single_track::prepared::PreparedSegment;
 use crate::single_track::simulate::{Output, Run, simulate};
@@ -22,6 +21,9 @@ const SPIN: (f64, f64, f64) = (0.7, 0.3, 0.2);
 
 /// Coordinates of all parameters.
 pub(super) type Point = [f64; COUNT];
+
+/// Spectral density of each output's errors at low frequency, unit²·s.
+pub(super) type Densities = [f64; OUTPUTS];
 
 /// The data with the priors.
 #[derive(Debug, Clone)]

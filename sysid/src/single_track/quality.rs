@@ -8,7 +8,6 @@ use crate::identify::held::{Steering, with_open_hold};
 use crate::single_track::identify::SingleTrack;
 use crate::single_track::parameters::Parameter;
 use crate::single_track::unusual_parameters::unusual_parameters;
-use crate::structures::NOT_AS_VALIDATED;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::open_hold;
 use crate::validation::pairs::pairs;
@@ -24,6 +23,9 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
+
+/// Why a vehicle is never chosen, and at most a warning where it is identified by its name.
+pub(crate) const NOT_AS_VALIDATED: &str = "vehicle.json leaves out the relaxation of the tyres, the lift of a wheel and a negative delay, which the validated model has";
 
 /// Means over this time are compared, s.
 const MEAN_S: f64 = 0.5;

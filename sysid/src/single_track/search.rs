@@ -6,9 +6,9 @@
 //! without. A model that spins in the free simulation where the vehicle did not has no cost.
 
 use crate::Error;
-use crate::single_track::noise::{Densities, observed, supposed};
+use crate::single_track::noise::{observed, supposed};
 use crate::single_track::parameters::Parameter;
-use crate::single_track::problem::{Point, Problem};
+use crate::single_track::problem::{Densities, Point, Problem};
 use crate::single_track::simulate::Run;
 use crate::single_track::step::{Refined, refine};
 use steerwright_formats::interruption::Interruption;

@@ -3,8 +3,7 @@
 use crate::Error;
 use crate::linalg::dense::is_finite;
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, lower};
-use crate::single_track::noise::Densities;
-use crate::single_track::problem::{Normals, Point, Problem};
+use crate::single_track::problem::{Densities, Normals, Point, Problem};
 use crate::single_track::simulate::Run;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};

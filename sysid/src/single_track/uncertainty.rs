@@ -13,9 +13,8 @@
 
 use crate::Error;
 use crate::linalg::dense::pseudo_inverse;
-use crate::single_track::noise::Densities;
 use crate::single_track::parameters::COUNT;
-use crate::single_track::problem::{OUTPUTS, Point, Problem};
+use crate::single_track::problem::{Densities, OUTPUTS, Point, Problem};
 use crate::single_track::simulate::Run;
 use faer::{Mat, Side};
 

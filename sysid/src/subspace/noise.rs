@@ -4,7 +4,7 @@ use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, pseudo_inverse, vcat};
 use crate::model::riccati::kalman_filter;
 use crate::model::{StateSpace, free_response};
-use crate::subspace::Factor;
+use crate::subspace::factor::Factor;
 use faer::{Mat, MatRef};
 
 /// Residuals [W; V] of the state recursion with the states that Γ sees in the data:

@@ -4,8 +4,8 @@ use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, pseudo_inverse, vcat};
 use crate::model::StateSpace;
 use crate::model::stability::stable_fit;
-use crate::subspace::weights::{oblique, oblique_next};
-use crate::subspace::{Factor, Subspace};
+use crate::subspace::factor::Factor;
+use crate::subspace::weights::{Subspace, oblique, oblique_next};
 use faer::{Mat, MatRef};
 
 /// How A and C come out of the column space of Γ.

@@ -3,7 +3,8 @@
 use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, least_squares, pseudo_inverse, r_factor, vcat};
 use crate::model::StateSpace;
-use crate::subspace::{Factor, Subspace};
+use crate::subspace::factor::Factor;
+use crate::subspace::weights::Subspace;
 use faer::{Mat, MatRef};
 
 /// B and D for given A, C by the unbiased problem of N4SID (Van Overschee and De Moor 1996, figure

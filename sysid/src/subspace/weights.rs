@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, pseudo_inverse, r_factor, svd, vcat};
-use crate::subspace::Factor;
+use crate::subspace::factor::Factor;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
 

@@ -1,10 +1,11 @@
 //! Least squares of (K, K·f, ρ, b, d), and their covariance.
 
-use super::BLOCK_S;
 use super::signals::{LARGEST_DELAY, Signals};
 use crate::Error;
 use nalgebra::{SMatrix, SVector};
 
+/// Duration of a block of errors, s: longer than they are correlated.
+pub(super) const BLOCK_S: f64 = 10.0;
 /// Step between the delays that are tried first, s.
 const DELAY_STEP: f64 = 0.02;
 /// Newton steps from the best of these.

@@ -1,6 +1,6 @@
 //! The signals of the equation, after the low-pass filter.
 
-use super::TorqueOptions;
+use super::options::TorqueOptions;
 use steerwright_drivelog::{DriveLog, Role};
 
 const GRAVITY: f64 = 9.806_65;

@@ -1,4 +1,5 @@
-use super::{TorqueOptions, identify_torque};
+use super::identify_torque;
+use super::options::TorqueOptions;
 use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, Response, read_log};
 use steerwright_formats::{Estimate, Grade, Torque};

@@ -2,7 +2,8 @@
 
 use model_description::{Causality, Initial, Kind, Value, Variability, Variable};
 
-use super::{Instance, Phase};
+use super::Instance;
+use super::phase::Phase;
 use crate::Error;
 
 /// Declares the readers of one variable of a kind.

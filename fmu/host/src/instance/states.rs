@@ -10,7 +10,8 @@
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Instance, Phase, phase};
+use super::Instance;
+use super::phase::{self, Phase};
 use crate::Error;
 use crate::c_types::FmuStatePointer;
 

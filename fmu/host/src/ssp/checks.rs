@@ -6,9 +6,11 @@
 use model_description::{Causality, Unit, Variable};
 
 use super::structure::{Component, Place};
+use crate::Error;
+use crate::archive::Archive;
 use crate::names::near_text;
+use crate::system::Connection;
 use crate::units::{Relation, base_of, relation};
-use crate::{Archive, Connection, Error};
 
 /// The differences between a component's connectors and its FMU, one line each.
 pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String> {

@@ -18,9 +18,11 @@ use model_description::{Causality, Kind, Unit, Value, Variable};
 
 pub use structure::{Component, Connector, Parameter, Place, SystemStructure};
 
-use crate::archive::extract;
+use crate::archive::{Archive, Limits, extract};
+use crate::instance::Instance;
 use crate::names::near_text;
-use crate::{Archive, Connection, Error, Instance, Limits, System, units};
+use crate::system::{Connection, System};
+use crate::{Error, units};
 
 /// The file that describes a package.
 const STRUCTURE: &str = "SystemStructure.ssd";

@@ -9,8 +9,9 @@ use model_description::{BaseUnit, Unit, Value};
 
 use super::element::{Element, File};
 use super::structure::{Component, Connector, Parameter, SystemStructure, Written};
+use crate::Error;
 use crate::names::{near, near_text};
-use crate::{Connection, Error};
+use crate::system::Connection;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";

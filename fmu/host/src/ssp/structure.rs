@@ -2,7 +2,7 @@
 
 use model_description::{BaseUnit, Unit, Value};
 
-use crate::Connection;
+use crate::system::Connection;
 
 /// Components that are FMUs, the connections between them, and the values they start with.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -7,7 +7,8 @@
 use model_description::{Kind, Value};
 
 use super::plan::{Assigned, Assignment, Coupling, Inputs, Member, Outputs, Plan};
-use crate::{Error, Instance, Phase};
+use crate::Error;
+use crate::instance::{Instance, Phase};
 
 /// Computes the external signals from a communication point (s) on.
 pub type Signals<'a> = &'a mut dyn FnMut(f64, &mut [f64]);

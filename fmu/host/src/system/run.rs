@@ -4,11 +4,13 @@ use std::collections::HashMap;
 
 use model_description::{Causality, Kind, Variable};
 
-use super::plan::{Assigned, Grid, Key, PlanOptions};
+use super::System;
+use super::cosimulation::Cosimulation;
+use super::inputs::InputTable;
+use super::plan::{Assigned, Coupling, Grid, Key, PlanOptions};
 use super::recording::Recording;
-use super::{Cosimulation, Coupling, InputTable, System};
-use crate::instance::why_not_settable;
-use crate::{Error, Phase};
+use crate::Error;
+use crate::instance::{Phase, why_not_settable};
 
 /// More steps are refused: a slip in a time.
 const MAX_STEPS: f64 = 1e8;

@@ -13,7 +13,7 @@ mod reference;
 mod states;
 mod trajectory;
 
-use crate::error::Error;
+use crate::Error;
 use crate::finding::{Finding, Location, Report};
 use journal::Journal;
 use std::ffi::OsString;
@@ -104,7 +104,7 @@ fn why_skipped(report: &Report) -> Option<String> {
     const PREVENTING: [&str; 6] =
         ["zip-", "xml-", "no-", "not-co-simulation", "binary-f", "fmi-version"];
     let broken = report.findings.iter().find(|finding| {
-        finding.severity == crate::Severity::Error
+        finding.severity == crate::rules::Severity::Error
             // The description could be read all the same.
             && finding.rule != "xml-encoding"
             && PREVENTING.iter().any(|head| finding.rule.starts_with(head))

@@ -1,6 +1,8 @@
 //! The evidence of a model of accumulated drives, and the plant with it.
 
+use crate::Error;
 use crate::data::Signals;
+use crate::data::scaled::Detrend;
 use crate::data::statistics::{Z99, chi_squared_quantile};
 use crate::identify::accumulated::file::input_name;
 use crate::identify::accumulated::in_windows::{choose, kalman_gain};
@@ -14,7 +16,6 @@ use crate::selection::order::Errors;
 use crate::selection::search::mirroring_warning;
 use crate::validation::frequencies::{data_factor, of_spectra};
 use crate::validation::modelled::{LAGS, Modelled};
-use crate::{Detrend, Error};
 use faer::MatRef;
 use steerwright_formats::{
     Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest,

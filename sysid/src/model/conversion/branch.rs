@@ -5,8 +5,8 @@
 
 use crate::Error;
 use crate::linalg::dense::{eigenvalues, solve};
-use crate::model::StateSpace;
 use crate::model::conversion::to_continuous;
+use crate::model::state_space::StateSpace;
 use faer::{Mat, MatRef};
 
 /// Growth of the squared errors that a continuous form may cost: 5 % of their root.

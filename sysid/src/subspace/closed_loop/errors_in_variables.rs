@@ -16,9 +16,9 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, pseudo_inverse, r_factor, svd};
 use crate::model::{StateSpace, free_response};
-use crate::subspace::Factor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use crate::subspace::closed_loop::{factor, horizons};
+use crate::subspace::factor::Factor;
 use faer::{Mat, MatRef};
 
 /// The result of the method.

@@ -12,9 +12,9 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::data::statistics::{Z99, chi_squared_quantile};
 use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, svd};
-use crate::subspace::Factor;
 use crate::subspace::closed_loop::predictor::order_in;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
+use crate::subspace::factor::Factor;
 use faer::Mat;
 
 /// One-step errors of a smaller share of an output are noise that biases no model, whoever answers to it.

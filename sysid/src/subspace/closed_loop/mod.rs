@@ -29,8 +29,8 @@ pub use crate::subspace::closed_loop::states::Decomposition;
 use crate::Error;
 use crate::data::DataSet;
 use crate::model::Innovation;
-use crate::subspace::Factor;
 use crate::subspace::closed_loop::windows::Windows;
+use crate::subspace::factor::Factor;
 
 /// A method for closed-loop data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

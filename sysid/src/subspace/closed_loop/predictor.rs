@@ -2,8 +2,8 @@
 
 use crate::Error;
 use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, r_factor};
-use crate::subspace::Factor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
+use crate::subspace::factor::Factor;
 use faer::{Mat, MatRef};
 
 /// `ŷ(t) = D u(t) + Σ_{j=1..p} Ξ_j z(t−j)` with z = [u; y] and Ξ_j = C Ã^{j−1} B̃.

@@ -4,7 +4,7 @@
 
 use crate::Error;
 use crate::linalg::dense::is_finite;
-use crate::subspace::Factor;
+use crate::subspace::factor::Factor;
 use faer::Mat;
 use std::ops::Range;
 
