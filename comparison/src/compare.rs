@@ -1,7 +1,7 @@
 //! The comparison: its job, its steps and its result.
 
+use crate::Error;
 use crate::drive::{self, Drive};
-use crate::error::Error;
 use crate::models::{self, ComparedModel, Controller, ControllerFile};
 use crate::outcome::{self, Outcome};
 use crate::plants::{Plant, Setting};

@@ -1,6 +1,7 @@
 //! The figures of a comparison.
 
-use crate::{Comparison, Run};
+use crate::compare::Comparison;
+use crate::runs::Run;
 use steerwright_report::figures::{self, Driven, Simulated, YawStep};
 use steerwright_report::{Figure, Track, WIDTH};
 

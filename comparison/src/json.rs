@@ -1,6 +1,8 @@
 //! A comparison as JSON, in SI units.
 
-use crate::{Comparison, Outcome, Verdict};
+use crate::compare::Comparison;
+use crate::outcome::Outcome;
+use crate::verdict::Verdict;
 use serde::Serialize;
 use steerwright_formats::{Guidance, PidGains, SourceFile, StepMetrics};
 

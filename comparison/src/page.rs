@@ -1,7 +1,8 @@
 //! The files of a comparison: tables, figures and one self-contained page.
 
+use crate::compare::Comparison;
 use crate::figures::{self, Drawn};
-use crate::{Comparison, Error, tables};
+use crate::{Error, tables};
 use steerwright_formats::SourceFile;
 use steerwright_report::{Block, Section, Table, Tone, WIDTH, report_html};
 use steerwright_sweep::Class;

@@ -1,6 +1,7 @@
 //! A comparison as tables and as CSV.
 
-use crate::{Comparison, Run};
+use crate::compare::Comparison;
+use crate::runs::Run;
 use std::fmt::Write;
 use steerwright_formats::Guidance;
 use steerwright_report::Table;

@@ -1,6 +1,7 @@
 //! Drives that are accumulated, in memory.
 
-use crate::{options, source, work};
+use crate::arrays::source;
+use crate::{options, work};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -5,8 +5,9 @@ use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use std::path::PathBuf;
 use std::sync::Arc;
-use steerwright::stages::Table;
+use steerwright::stages::{Source, Table};
 use steerwright_drivelog::DriveLog;
 
 /// Memory of an object as a read-only array that keeps the object alive.
@@ -40,6 +41,17 @@ pub(crate) fn tables(tables: &Bound<'_, PyList>) -> PyResult<Vec<Table>> {
         Ok((name, columns.collect::<PyResult<_>>()?))
     };
     tables.iter().map(table).collect()
+}
+
+/// Files, or tables: each a name and a dict of float64 columns, which are copied.
+pub(crate) fn source(
+    files: Option<Vec<PathBuf>>,
+    tables: Option<&Bound<'_, PyList>>,
+) -> PyResult<Source> {
+    match tables {
+        None => Ok(Source::Files(files.unwrap_or_default())),
+        Some(tables) => Ok(Source::Tables(self::tables(tables)?)),
+    }
 }
 
 /// A log on one grid: SI and radians, ISO 8855 signs.

@@ -7,13 +7,13 @@ mod options;
 mod work;
 
 use accumulated::Drives;
-use arrays::{Log, Traces};
+use arrays::{Log, Traces, source};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
-use steerwright::stages::{self, Source};
+use steerwright::stages;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -61,17 +61,6 @@ fn words(subcommand: &str, keywords: &Bound<'_, PyDict>) -> PyResult<Vec<String>
         None => format!("--{name}"),
     };
     Ok(options.into_iter().map(word).collect())
-}
-
-/// Files, or tables: each a name and a dict of float64 columns, which are copied.
-pub(crate) fn source(
-    files: Option<Vec<PathBuf>>,
-    tables: Option<&Bound<'_, PyList>>,
-) -> PyResult<Source> {
-    match tables {
-        None => Ok(Source::Files(files.unwrap_or_default())),
-        Some(tables) => Ok(Source::Tables(arrays::tables(tables)?)),
-    }
 }
 
 /// Writes a document as the command line does.
