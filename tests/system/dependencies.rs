@@ -1,73 +1,8 @@
-//! The allowed dependencies inside the workspace; see ARCHITECTURE.md.
+//! The dependencies inside the workspace are those of the table in ARCHITECTURE.md.
 
-use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
-
-const NOTHING: &[&str] = &[];
-const LIBRARY: &[&str] = &["fmi2-export", "slaves"];
-
-const ALLOWED: &[(&str, &[&str])] = &[
-    ("identified-plant", LIBRARY),
-    ("bicycle-plant", LIBRARY),
-    ("nonlinear-vehicle", LIBRARY),
-    ("lateral-pid", LIBRARY),
-    ("reference-path", LIBRARY),
-    ("pose-estimator", LIBRARY),
-    ("slaves", &["fmi2-export", "formats", "model-description", "loading", "models"]),
-    ("fmi2-export", &["model-description"]),
-    ("control", &["formats", "loading", "models"]),
-    ("loading", &["formats", "models"]),
-    ("drivelog", &["formats"]),
-    ("sysid", &["drivelog", "formats"]),
-    ("evaluation", &["drivelog", "sysid"]),
-    ("host", &["model-description"]),
-    ("packaging", &["host", "formats", "model-description", "slaves"]),
-    ("checker", &["host", "model-description"]),
-    ("report", &["formats"]),
-    ("stacks", &["formats"]),
-    ("sweep", &["host"]),
-    (
-        "comparison",
-        &[
-            "control",
-            "drivelog",
-            "host",
-            "binaries",
-            "formats",
-            "packaging",
-            "report",
-            "sweep",
-            "sysid",
-        ],
-    ),
-    (
-        "steerwright",
-        &[
-            "comparison",
-            "control",
-            "drivelog",
-            "host",
-            "binaries",
-            "checker",
-            "formats",
-            "packaging",
-            "report",
-            "stacks",
-            "sweep",
-            "sysid",
-        ],
-    ),
-    ("python", &["drivelog", "steerwright", "sysid"]),
-    ("formats", NOTHING),
-    ("models", NOTHING),
-    ("model-description", NOTHING),
-    ("binaries", NOTHING),
-    ("fuzzing", &["drivelog", "fmi2-export", "host", "model-description", "slaves"]),
-    ("xtask", NOTHING),
-    ("abi", NOTHING),
-    ("bench-fmus", &["fmi2-export"]),
-];
 
 /// The crates that carry no prefix: those for others to use, the program, and cargo's convention.
 const UNPREFIXED: [&str; 4] = ["fmi2-export", "model-description", "steerwright", "xtask"];
@@ -96,34 +31,71 @@ fn names_are_those_of_folders() {
     }
 }
 
-#[test]
-fn no_edge_beyond_the_architecture() {
-    let metadata = metadata();
-    let members: BTreeSet<&str> =
-        metadata.workspace_packages().iter().map(|p| short(p.name.as_str())).collect();
-    let allowed: BTreeMap<&str, &[&str]> = ALLOWED.iter().copied().collect();
-    assert_eq!(
-        members,
-        allowed.keys().copied().collect::<BTreeSet<_>>(),
-        "a crate without a rule, or a rule without a crate"
-    );
-    for package in metadata.workspace_packages() {
-        for dependency in &package.dependencies {
-            let name = short(&dependency.name);
-            if dependency.kind != DependencyKind::Development && members.contains(name) {
-                assert!(
-                    allowed[short(&package.name)].contains(&name),
-                    "{} depends on {name}, which ARCHITECTURE.md does not allow",
-                    package.name
-                );
-            }
+/// The cdylibs of FMUs: the folders of `fmu/` that make one.
+fn fmu_binaries(metadata: &Metadata) -> BTreeSet<String> {
+    let is_cdylib = |package: &Package| package.targets.iter().any(|t| t.is_cdylib());
+    let is_fmu = |package: &Package| {
+        let folder = package.manifest_path.parent().and_then(|folder| folder.parent());
+        folder.and_then(|folder| folder.file_name()) == Some("fmu")
+    };
+    let packages = metadata.workspace_packages().into_iter();
+    packages
+        .filter(|p| is_cdylib(p) && is_fmu(p))
+        .map(|p| short(p.name.as_str()).to_string())
+        .collect()
+}
+
+/// Crates between backquotes.
+fn crates(cell: &str) -> BTreeSet<String> {
+    cell.split('`').skip(1).step_by(2).map(String::from).collect()
+}
+
+/// The table of ARCHITECTURE.md: each crate with those that it depends on.
+fn table(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
+    let page = include_str!("../../ARCHITECTURE.md");
+    let rows = page.lines().skip_while(|line| line.trim() != "| crate | depends on |").skip(2);
+    let mut table = BTreeMap::new();
+    for row in rows.map(str::trim).take_while(|row| row.starts_with('|')) {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let [names, dependencies] = cells[..] else { panic!("{row}") };
+        assert_eq!(dependencies == "nothing of ours", crates(dependencies).is_empty(), "{row}");
+        let names = if names == "the cdylibs" { fmu_binaries(metadata) } else { crates(names) };
+        for name in names {
+            let earlier = table.insert(name, crates(dependencies));
+            assert!(earlier.is_none(), "a crate has two rows: {row}");
         }
+    }
+    table
+}
+
+/// The dependencies that cargo builds with, those for development apart.
+fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
+    let packages = metadata.workspace_packages();
+    let members: BTreeSet<&str> = packages.iter().map(|p| short(p.name.as_str())).collect();
+    let of = |package: &Package| {
+        let built = package.dependencies.iter().filter(|d| d.kind != DependencyKind::Development);
+        let names = built.map(|dependency| short(&dependency.name));
+        names.filter(|name| members.contains(name)).map(String::from).collect()
+    };
+    packages.iter().map(|p| (short(p.name.as_str()).to_string(), of(p))).collect()
+}
+
+#[test]
+fn dependencies_are_those_of_the_architecture() {
+    let metadata = metadata();
+    let (table, edges) = (table(&metadata), edges(&metadata));
+    let names = |map: &BTreeMap<String, _>| map.keys().cloned().collect::<BTreeSet<_>>();
+    assert_eq!(names(&edges), names(&table), "the crates of cargo, and those of ARCHITECTURE.md");
+    for (name, dependencies) in &edges {
+        assert_eq!(dependencies, &table[name], "{name}: in Cargo.toml, and in ARCHITECTURE.md");
     }
 }
 
 #[test]
 fn an_fmu_binary_links_no_identification_and_no_design() {
-    for (library, _) in ALLOWED.iter().filter(|(_, allowed)| *allowed == LIBRARY) {
+    let libraries = fmu_binaries(&metadata());
+    assert!(libraries.contains("identified-plant"), "{libraries:?}");
+    for library in libraries {
         let tree = Command::new(env!("CARGO"))
             .args(["tree", "--edges", "normal", "--prefix", "none", "--package"])
             .arg(format!("steerwright-{library}"))

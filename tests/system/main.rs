@@ -5,6 +5,7 @@
 
 mod bad_input;
 mod check;
+mod circles;
 mod closed_loop;
 #[cfg(unix)]
 mod cluster;
