@@ -22,10 +22,10 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// A file of `tests/data`, carried in the program.
+/// A file of `examples/drives`, carried in the program.
 macro_rules! data {
     ($name:literal) => {
-        ($name, include_str!(concat!("../tests/data/", $name)))
+        ($name, include_str!(concat!("../examples/drives/", $name)))
     };
 }
 

@@ -8,7 +8,7 @@ use steerwright_host::{Archive, Causality, Kind, Value};
 use steerwright_packaging::Fmu;
 
 /// The parameters that a data sheet lacks for a vehicle at its limits.
-const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
+const REST: &str = include_str!("../../examples/drives/multibody/vehicle.json");
 
 /// See the module.
 pub struct Truth {

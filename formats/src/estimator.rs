@@ -1,6 +1,6 @@
 //! `estimator.json`: the sensors of a pose estimator.
 //!
-//! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. The README
+//! Written by hand; the example in this repository is `examples/drives/multibody/estimator.json`. The README
 //! of `PoseEstimator` documents the numbers.
 
 use crate::document::{Checker, Document};

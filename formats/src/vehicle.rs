@@ -1,6 +1,6 @@
 //! `vehicle.json`: a vehicle with saturating tyres, load transfer and a steering actuator.
 //!
-//! Identified in a log, or written by hand as the example in this repository, `tests/data/multibody/vehicle.json`.
+//! Identified in a log, or written by hand as the example in this repository, `examples/drives/multibody/vehicle.json`.
 //! The README of `NonlinearVehicle` documents the numbers.
 
 use crate::bicycle::VehicleData;

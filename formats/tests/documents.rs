@@ -169,7 +169,7 @@ fn the_distance_to_the_rear_axle_is_optional() {
     assert_eq!(Plant::from_json(&text, "p.json").unwrap().sideslip.unwrap().distance_rear(), 0.0);
     assert_eq!(fault(&with(Some(term(-1.0))).to_json()), "sideslip.distance_rear_m.value");
 
-    let text = include_str!("../../tests/data/multibody/estimator.json");
+    let text = include_str!("../../examples/drives/multibody/estimator.json");
     let estimator = Estimator::from_json(text, "estimator.json").unwrap();
     assert_eq!(estimator.distance_rear_m, 0.0);
     assert!(!estimator.to_json().contains("distance_rear_m"));

@@ -3,7 +3,7 @@
 
 use steerwright_formats::{Document, Error, Estimator};
 
-const EXAMPLE: &str = include_str!("../../tests/data/multibody/estimator.json");
+const EXAMPLE: &str = include_str!("../../examples/drives/multibody/estimator.json");
 
 #[test]
 fn the_example_survives_a_round_trip() {

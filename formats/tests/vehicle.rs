@@ -3,7 +3,7 @@
 
 use steerwright_formats::{Document, Error, Vehicle};
 
-const EXAMPLE: &str = include_str!("../../tests/data/multibody/vehicle.json");
+const EXAMPLE: &str = include_str!("../../examples/drives/multibody/vehicle.json");
 
 #[test]
 fn the_example_survives_a_round_trip() {

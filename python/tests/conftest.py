@@ -1,4 +1,4 @@
-"""Fixtures: the recorded drive of tests/data, its model and controller, and the command line of the wheel."""
+"""Fixtures: the recorded drive of examples/drives, its model and controller, and the command line of the wheel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import steerwright
 
-DATA = Path(__file__).parents[2] / "tests/data"
+DATA = Path(__file__).parents[2] / "examples/drives"
 DRIVE = DATA / "multibody/drive.csv"
 COLUMNS = {"input_channel": "steering_command_rad", "steering_ratio": 1.0}
 

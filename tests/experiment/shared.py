@@ -1,4 +1,4 @@
-"""Finds the test drive's modules, which tests/data/multibody shares with the experiment."""
+"""Finds the test drive's modules, which examples/drives/multibody shares with the experiment."""
 
 import sys
 from pathlib import Path

@@ -1,7 +1,7 @@
 """A car of the experiment: the multi-body vehicle behind a steering servo, at a held speed.
 
 Servo: dδ/dt = (command − δ)/T with |dδ/dt| ≤ limit. Speed hold: acceleration = 2/s · (v0 − v).
-Both as in tests/data/multibody. Integration is the classical Runge–Kutta method of order four, the
+Both as in examples/drives/multibody. Integration is the classical Runge–Kutta method of order four, the
 command held for a sample.
 
 States: x, y m; road-wheel angle rad; v_x m/s; yaw rad; yaw rate rad/s; … (29, see

@@ -30,7 +30,7 @@ pub(crate) fn text_of(output: &Output) -> String {
 
 /// The data that ships with the repository.
 pub(crate) fn data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drives")
 }
 
 /// A demo: its folder, and the JSON it printed.

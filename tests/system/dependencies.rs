@@ -1,5 +1,6 @@
 //! The dependencies inside the workspace are those of the table in ARCHITECTURE.md.
 
+use crate::circles::sources;
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -109,6 +110,23 @@ fn an_fmu_binary_links_no_identification_and_no_design() {
         assert!(reached.contains("models"), "{reached:?}");
         for forbidden in ["faer", "sysid", "control", "argmin", "clap"] {
             assert!(!reached.contains(forbidden), "{library} links {forbidden}");
+        }
+    }
+}
+
+/// What is delivered does not depend on what tests it.
+#[test]
+fn code_includes_no_file_of_the_tests() {
+    for (package, texts) in sources() {
+        // It shares the known vehicles of the tests.
+        if package == "steerwright-evaluation" {
+            continue;
+        }
+        for (module, text) in texts {
+            for line in text.lines().filter(|line| line.contains("tests/")) {
+                let is_inclusion = line.contains("include") || line.contains("#[path");
+                assert!(!is_inclusion, "{package}: {}: {line}", module.join("::"));
+            }
         }
     }
 }

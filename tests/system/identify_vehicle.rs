@@ -19,7 +19,7 @@ fn inputs(t: f64) -> [f64; 2] {
     [speed, size * sum * (2.58 / (speed * speed) + 0.0004)]
 }
 
-/// Drives the car of tests/data; its yaw rates.
+/// Drives the car of examples/drives; its yaw rates.
 fn record(file: &Path) -> Vec<f64> {
     let mut car = NonlinearVehicle::new(NonlinearParameters::default()).unwrap();
     (car.speed, car.steering_angle) = (inputs(0.0)[0], 0.0);

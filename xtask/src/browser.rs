@@ -38,7 +38,7 @@ pub(crate) fn browser() -> Result<(), String> {
 /// The tutorial's build, and a comparison of its models.
 fn build(program: &Path, out: &Path) -> Result<(), String> {
     remove(out)?;
-    let data = root().join("tests/data/multibody");
+    let data = root().join("examples/drives/multibody");
     let mut build = Command::new(program);
     build.arg("build").arg(data.join("drive.csv"));
     build.args(["--input-channel", "steering_command_rad", "--steering-ratio", "1"]);

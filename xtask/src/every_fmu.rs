@@ -10,7 +10,7 @@ use std::process::Command;
 /// Runs the demo into `out` and packs the two written by hand next to its archives; `binaries` is a
 /// folder of libraries to pack instead of this machine's own.
 pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
-    let by_hand = |name: &str| root().join("tests/data/multibody").join(name);
+    let by_hand = |name: &str| root().join("examples/drives/multibody").join(name);
     let (vehicle, estimator) = (by_hand("vehicle.json"), by_hand("estimator.json"));
     let program = program(binaries)?;
     // The demo replaces only a folder of its own, and the two were added to the one before.

@@ -40,7 +40,7 @@ pub(crate) fn readme() -> Result<(), String> {
     let complete = demo(&[])?;
     let complete = complete.split("\n\n").next().unwrap_or_default().trim_end();
     replace(&root().join("docs/demo.md"), &format!("```\n{complete}\n```"))?;
-    let data = root().join("tests/data/multibody");
+    let data = root().join("examples/drives/multibody");
     let models = ["plant.json", "bicycle.json"].map(|name| out.join("demo/multibody").join(name));
     run(Command::new(&program)
         .arg("compare")

@@ -49,7 +49,7 @@ fn fresh(wheel: &Path) -> Result<(), String> {
     run(command(&python).args(["-m", "pip", "install", "--quiet"]).arg(wheel))?;
     let installed = start.elapsed().as_secs_f64();
     let example = root().join("python/examples/log_to_fmu.py");
-    let drive = root().join("tests/data/multibody/drive.csv");
+    let drive = root().join("examples/drives/multibody/drive.csv");
     run(command(&python).arg(example).arg(drive).arg(folder.join("fmu")).current_dir(&folder))?;
     let (name, size) =
         (wheel.file_name().unwrap_or_default().to_string_lossy(), fs::metadata(wheel));

@@ -1,5 +1,5 @@
 //! Paths from recorded positions: known curves with noise and faults, and the recordings of
-//! tests/data.
+//! examples/drives.
 
 use std::f64::consts::TAU;
 use steerwright_control::Error;
@@ -9,7 +9,7 @@ use steerwright_control::paths::{
 };
 
 fn data(name: &str) -> (String, String) {
-    let path = format!("{}/../tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../examples/drives/{name}", env!("CARGO_MANIFEST_DIR"));
     (std::fs::read_to_string(&path).expect("the recording"), name.to_owned())
 }
 

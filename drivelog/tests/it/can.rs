@@ -6,7 +6,7 @@ use steerwright_drivelog::{
 };
 
 fn data(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/comma2k19");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/drives/comma2k19");
     std::fs::read(folder.join(name)).unwrap()
 }
 

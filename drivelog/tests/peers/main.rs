@@ -10,7 +10,7 @@ use std::process::Command;
 use steerwright_drivelog::{LogFile, LogOptions, Request, Wanted, open};
 
 fn data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/drives")
 }
 
 /// Runs a script of this folder, and compares each channel that it lists; how many they are.

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const VEHICLE: &str = "tests/data/multibody/vehicle.json";
+const VEHICLE: &str = "examples/drives/multibody/vehicle.json";
 const ARCHIVE: &str = "NonlinearVehicle.fmu";
 
 /// Copies the sources: all but what was built and what git keeps.

@@ -7,7 +7,7 @@ use steerwright_models::NonlinearParameters;
 
 #[test]
 fn the_example_is_the_default() {
-    let text = include_str!("../../../tests/data/multibody/vehicle.json");
+    let text = include_str!("../../../examples/drives/multibody/vehicle.json");
     let vehicle = Vehicle::from_json(text, "vehicle.json").unwrap();
     assert_eq!(nonlinear_parameters(&vehicle), NonlinearParameters::default());
 }

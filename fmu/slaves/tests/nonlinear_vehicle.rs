@@ -8,7 +8,7 @@ use steerwright_slaves::{Fmu, NonlinearVehicle};
 
 type Variable = <NonlinearVehicle as Slave>::Variable;
 
-const FILE: &str = include_str!("../../../tests/data/multibody/vehicle.json");
+const FILE: &str = include_str!("../../../examples/drives/multibody/vehicle.json");
 const TABLE: &model_description::Table = <NonlinearVehicle as Slave>::TABLE;
 
 fn resources(file: Option<&str>) -> Resources {

@@ -182,12 +182,12 @@ pub(crate) fn document(fmu: Fmu) -> String {
         Fmu::IdentifiedPlant => plant(),
         Fmu::BicyclePlant => bicycle(),
         Fmu::NonlinearVehicle => {
-            include_str!("../../../tests/data/multibody/vehicle.json").to_owned()
+            include_str!("../../../examples/drives/multibody/vehicle.json").to_owned()
         }
         Fmu::LateralPid => pid(),
         Fmu::ReferencePath => path(),
         Fmu::PoseEstimator => {
-            include_str!("../../../tests/data/multibody/estimator.json").to_owned()
+            include_str!("../../../examples/drives/multibody/estimator.json").to_owned()
         }
     }
 }

@@ -6,7 +6,7 @@ use steerwright_models::BicycleParameters;
 
 /// A file of the repository's test data.
 pub(crate) fn data(path: &str) -> Vec<u8> {
-    let path = format!("{}/../tests/data/{path}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../examples/drives/{path}", env!("CARGO_MANIFEST_DIR"));
     std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 

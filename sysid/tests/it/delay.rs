@@ -101,7 +101,7 @@ fn the_stated_error_holds_what_a_lag_can_replace() {
 
 /// The drives in the repository; none of them has a delay in addition to the servo's lag.
 fn recorded(sample_time_s: f64) -> DriveLog {
-    let text = std::fs::read("../tests/data/multibody/drive.csv").unwrap();
+    let text = std::fs::read("../examples/drives/multibody/drive.csv").unwrap();
     let options = LogOptions {
         input: Some("steering_command_rad".into()),
         steering_ratio: Some(1.0),

@@ -14,7 +14,7 @@ pub(crate) fn cluster(short: bool) -> Result<(), String> {
     let (interpreter, _) = wheel::installed(binaries.is_dir().then_some(binaries.as_path()))?;
     run(python::command(&interpreter)
         .arg(root().join("python/benchmarks/cluster.py"))
-        .arg(root().join("tests/data/multibody/drive.csv"))
+        .arg(root().join("examples/drives/multibody/drive.csv"))
         .args(if short { SHORT } else { WHOLE })
         .current_dir(target()))
 }

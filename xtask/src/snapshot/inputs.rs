@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// A folder of inputs, and the folder of the repository that it is a copy of.
 const COPIED: [(&str, &str); 7] = [
-    ("data", "tests/data"),
+    ("data", "examples/drives"),
     ("logs", "tests/fuzzing/corpus/logs"),
     ("archives", "tests/fuzzing/corpus/archives"),
     ("databases", "tests/fuzzing/corpus/databases"),

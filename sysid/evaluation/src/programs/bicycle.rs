@@ -28,8 +28,8 @@ type Failure = Box<dyn std::error::Error>;
 pub(crate) fn run() -> Result<(), Failure> {
     let arguments: Arguments = options();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    println!("Multi-body vehicle, 15 m/s (tests/data/multibody)");
-    let file = root.join("tests/data/multibody/drive.csv");
+    println!("Multi-body vehicle, 15 m/s (examples/drives/multibody)");
+    let file = root.join("examples/drives/multibody/drive.csv");
     drive(&file, ["steering_command_rad", "yaw_rate_radps", "speed_mps"], 0.04)?;
     let Some(data) = arguments.data else {
         println!("left out: the Revs drive (state its folder with --data DIR)");

@@ -10,7 +10,7 @@ use steerwright_sysid::{IdentifyOptions, validate};
 fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
     let log = multibody();
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
-    // tests/data/multibody/vehicle.toml
+    // examples/drives/multibody/vehicle.toml
     let sheet = BicycleParameters {
         mass: 1093.2952,
         yaw_inertia: 1791.5995,
