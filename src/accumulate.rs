@@ -3,7 +3,7 @@
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
 use crate::identify::accumulated::{are_factors, check_factor_options, factor, merged};
-use crate::log_options::{LogArguments, input_kind, log_file};
+use crate::log_options::{LogArguments, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console};
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = AccumulateOptions::default().horizon)]
     horizon: usize,
     /// Input of the model: the steering angle, or its product with the speed
-    #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
+    #[arg(long, value_name = "steering|steering*speed", default_value = "steering")]
     model_input: InputKind,
     #[command(flatten)]
     log: LogArguments,

@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "MODEL.json")]
     model: PathBuf,
     /// The driving stack
-    #[arg(long = "for", value_name = "autoware|openpilot|ardupilot|px4", value_parser = stack)]
+    #[arg(long = "for", value_name = "autoware|openpilot|ardupilot|px4")]
     stack: Stack,
     /// Write the parameters here; by default they are printed
     #[arg(long = "output", short = 'o', value_name = "FILE")]
@@ -34,13 +34,6 @@ pub(crate) struct Arguments {
     wheelbase: Option<f64>,
     #[command(flatten)]
     gate: GateArguments,
-}
-
-fn stack(text: &str) -> Result<Stack, String> {
-    Stack::ALL
-        .into_iter()
-        .find(|stack| stack.name() == text)
-        .ok_or_else(|| "expected autoware, openpilot, ardupilot or px4".into())
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {

@@ -4,9 +4,11 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use steerwright_drivelog::{
     DecimalMark, DriveLog, LogFile, LogOptions, Mapping, Response, VehicleClass,
 };
+use steerwright_formats::UnknownWord;
 use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
 
 /// How the channels in a log file are found.
@@ -33,7 +35,7 @@ pub(crate) struct SourceArguments {
     #[arg(long, value_name = "NAME", requires = "mapping")]
     pub(crate) mapping_vehicle: Option<String>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
-    #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
+    #[arg(long, value_name = "point|comma")]
     pub(crate) decimal: Option<DecimalMark>,
     /// Time between rows of files without a clock
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
@@ -73,7 +75,7 @@ pub(crate) struct LogArguments {
     pub(crate) steering_ratio: Option<f64>,
     /// Class of the vehicle: a model with dimensions of none of this class fails. By default it must have those of
     /// one of them
-    #[arg(long, value_name = "car|truck|bus|scale", value_parser = vehicle_class)]
+    #[arg(long, value_name = "car|truck|bus|scale")]
     pub(crate) vehicle_class: Option<VehicleClass>,
     /// Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     /// drive, and all other files are channels of one drive
@@ -91,7 +93,7 @@ pub(crate) struct LogArguments {
     pub(crate) sample_time: Option<f64>,
     /// Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
     /// angle) or along straight lines (foh); auto decides by name, unit and values
-    #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto", value_parser = intersample)]
+    #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto")]
     pub(crate) intersample: Auto<Intersample>,
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
@@ -113,7 +115,7 @@ pub(crate) struct LogArguments {
 pub(crate) struct IdentifyArguments {
     /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data; auto
     /// decides by a test for feedback
-    #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto", value_parser = method)]
+    #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto")]
     pub(crate) method: Auto<Method>,
     /// Order of the model
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
@@ -125,14 +127,14 @@ pub(crate) struct IdentifyArguments {
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) horizon: Auto<usize>,
     /// Input of the model: the steering angle, or its product with the speed
-    #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
+    #[arg(long, value_name = "steering|steering*speed", default_value = "steering")]
     pub(crate) model_input: InputKind,
     /// Pure delay of the steering; auto estimates it, and uses none if the data do not support one
     #[arg(long, value_name = "TIME|auto", allow_hyphen_values = true, default_value = "auto", value_parser = delay)]
     pub(crate) delay: Auto<f64>,
     /// Offsets and trends to remove: the means of the estimation data, a straight line over time for each
     /// drive, or none
-    #[arg(long, value_name = "mean|linear|none", default_value = "mean", value_parser = detrend)]
+    #[arg(long, value_name = "mean|linear|none", default_value = "mean")]
     pub(crate) detrend: Detrend,
     /// Feedthrough: the yaw rate depends on the steering of the same sample
     #[arg(long, value_name = "auto|on|off", default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true, value_parser = switch)]
@@ -147,7 +149,18 @@ pub(crate) struct IdentifyArguments {
 
 /// A value or `auto`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Auto<T>(Option<T>);
+pub(crate) struct Auto<T>(pub(crate) Option<T>);
+
+impl<T: FromStr<Err = UnknownWord>> FromStr for Auto<T> {
+    type Err = UnknownWord;
+
+    fn from_str(text: &str) -> Result<Self, UnknownWord> {
+        match text {
+            "auto" => Ok(Self(None)),
+            _ => text.parse().map(|value| Self(Some(value))).map_err(|e: UnknownWord| e.or("auto")),
+        }
+    }
+}
 
 /// Files that belong together.
 #[derive(Debug, Clone)]
@@ -260,11 +273,6 @@ pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'stat
     })
 }
 
-fn decimal_mark(text: &str) -> Result<DecimalMark, String> {
-    let named = DecimalMark::ALL.into_iter().find(|m| m.name() == text);
-    named.ok_or_else(|| "expected point or comma".into())
-}
-
 fn samples(text: &str) -> Result<Auto<usize>, String> {
     match text {
         "all" => Ok(Auto(None)),
@@ -326,27 +334,6 @@ fn auto<T>(text: &str, named: Option<T>, expected: &str) -> Result<Auto<T>, Stri
     known.then_some(Auto(named)).ok_or_else(|| format!("expected {expected}"))
 }
 
-fn intersample(text: &str) -> Result<Auto<Intersample>, String> {
-    let named = Intersample::ALL.into_iter().find(|i| i.name() == text);
-    auto(text, named, "auto, zoh, foh or bl")
-}
-
-fn vehicle_class(text: &str) -> Result<VehicleClass, String> {
-    let named = VehicleClass::ALL.into_iter().find(|class| class.name() == text);
-    named.ok_or_else(|| "expected car, truck, bus or scale".into())
-}
-
-fn detrend(text: &str) -> Result<Detrend, String> {
-    let named = Detrend::ALL.into_iter().find(|d| d.name() == text);
-    named.ok_or_else(|| "expected mean, linear or none".into())
-}
-
-fn method(text: &str) -> Result<Auto<Method>, String> {
-    let names = Method::ALL.map(|m| m.name()).join(", ");
-    let named = Method::ALL.into_iter().find(|m| m.name() == text);
-    auto(text, named, &format!("auto, {names}"))
-}
-
 fn number(text: &str) -> Result<Auto<usize>, String> {
     auto(text, text.parse().ok(), "a number or auto")
 }
@@ -358,12 +345,4 @@ fn switch(text: &str) -> Result<Auto<bool>, String> {
         _ => None,
     };
     auto(text, named, "auto, on or off")
-}
-
-pub(crate) fn input_kind(text: &str) -> Result<InputKind, String> {
-    match text {
-        "steering" => Ok(InputKind::Steering),
-        "steering*speed" => Ok(InputKind::SteeringTimesSpeed),
-        _ => Err("expected steering or steering*speed".into()),
-    }
 }

@@ -120,15 +120,10 @@ struct ReadArguments {
     /// What responds: the yaw rate to the steering angle; for the structure single-track also accelerations and
     /// sideslip (motion); or, for the structure torque, the lateral acceleration to a steering torque or its
     /// normalised command
-    #[arg(long, value_name = "yaw-rate|lateral-acceleration|motion", default_value = "yaw-rate", value_parser = response)]
+    #[arg(long, value_name = "yaw-rate|lateral-acceleration|motion", default_value = "yaw-rate")]
     response: Response,
     #[command(flatten)]
     log: crate::log_options::LogArguments,
-}
-
-fn response(text: &str) -> Result<Response, String> {
-    let named = Response::ALL.into_iter().find(|response| response.name() == text);
-    named.ok_or_else(|| "expected yaw-rate, lateral-acceleration or motion".into())
 }
 
 /// Reads a log, with the options of `read`.

@@ -12,11 +12,11 @@
 //! ```
 
 use crate::Error;
-use crate::options::{DecimalMark, LogOptions, Response};
+use crate::options::{LogOptions, Response};
 use crate::role::Role;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
-use steerwright_formats::Intersample;
+use steerwright_formats::UnknownWord;
 
 /// How logs are read, as far as it is stated.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -135,7 +135,7 @@ impl Mapping {
         let known: BTreeSet<&str> = known.collect();
         if let Some(role) = self.channels.keys().find(|role| !known.contains(role.as_str())) {
             let known: Vec<&str> = known.into_iter().collect();
-            return Err(unknown("channels", role, &format!("one of {}", known.join(", "))));
+            return Err(unknown("channels", role, format!("one of {}", known.join(", "))));
         }
         let mut further: Vec<(&str, Option<String>)> =
             self.channels.iter().map(|(role, name)| (role.as_str(), Some(name.clone()))).collect();
@@ -170,13 +170,14 @@ impl Mapping {
             options.topics = self.topics;
         }
         if let Some(word) = self.decimal {
-            let mark = DecimalMark::ALL.into_iter().find(|mark| mark.name() == word);
-            let mark = mark.ok_or_else(|| unknown("decimal", &word, "point or comma"))?;
+            let mark =
+                word.parse().map_err(|e: UnknownWord| unknown("decimal", &word, e.expected()))?;
             options.decimal = options.decimal.or(Some(mark));
         }
         if let Some(word) = self.intersample {
-            let found = Intersample::ALL.into_iter().find(|i| i.name() == word);
-            let found = found.ok_or_else(|| unknown("intersample", &word, "zoh, foh or bl"))?;
+            let found = word
+                .parse()
+                .map_err(|e: UnknownWord| unknown("intersample", &word, e.expected()))?;
             options.intersample = options.intersample.or(Some(found));
         }
         options.steering_ratio = options.steering_ratio.or(self.steering_ratio);
@@ -191,8 +192,8 @@ impl Mapping {
     }
 }
 
-fn unknown(option: &'static str, word: &str, expected: &str) -> Error {
-    Error::UnknownWord { option, word: word.into(), expected: expected.into() }
+fn unknown(option: &'static str, word: &str, expected: String) -> Error {
+    Error::UnknownWord { option, word: word.into(), expected }
 }
 
 /// The fault with its line.

@@ -13,19 +13,7 @@ pub enum DecimalMark {
     Comma,
 }
 
-impl DecimalMark {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Point, Self::Comma];
-
-    /// Its name in options and messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Comma => "comma",
-        }
-    }
-}
+steerwright_formats::words!(DecimalMark { Point = "point", Comma = "comma" });
 
 /// What responds to what in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,20 +27,13 @@ pub enum Response {
     Motion,
 }
 
+steerwright_formats::words!(Response {
+    YawRate = "yaw-rate",
+    LateralAcceleration = "lateral-acceleration",
+    Motion = "motion",
+});
+
 impl Response {
-    /// All.
-    pub const ALL: [Self; 3] = [Self::YawRate, Self::LateralAcceleration, Self::Motion];
-
-    /// Its name in options and messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::YawRate => "yaw-rate",
-            Self::LateralAcceleration => "lateral-acceleration",
-            Self::Motion => "motion",
-        }
-    }
-
     /// The roles of input and output.
     #[must_use]
     pub fn roles(self) -> [Role; 2] {
@@ -155,21 +136,12 @@ pub enum VehicleClass {
     Scale,
 }
 
-impl VehicleClass {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Car, Self::Truck, Self::Bus, Self::Scale];
-
-    /// The word on the command line and in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Car => "car",
-            Self::Truck => "truck",
-            Self::Bus => "bus",
-            Self::Scale => "scale",
-        }
-    }
-}
+steerwright_formats::words!(VehicleClass {
+    Car = "car",
+    Truck = "truck",
+    Bus = "bus",
+    Scale = "scale",
+});
 
 impl Default for LogOptions {
     fn default() -> Self {

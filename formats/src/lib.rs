@@ -43,6 +43,7 @@ mod torque;
 mod uncertainty;
 mod vehicle;
 mod vehicle_evidence;
+mod words;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{
@@ -80,6 +81,7 @@ pub use uncertainty::{
 };
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 pub use vehicle_evidence::{Prior, SimulationFit, VehicleEvidence, VehicleParameter, correlated};
+pub use words::UnknownWord;
 
 /// Of a number that a file need not state.
 #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde requires

@@ -12,8 +12,6 @@ use crate::provenance::Provenance;
 use crate::quality::Quality;
 use crate::torque::Torque;
 use crate::vehicle::Vehicle;
-use std::fmt;
-use std::str::FromStr;
 
 /// The structure of a model; simpler ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,21 +26,14 @@ pub enum Structure {
     Torque,
 }
 
+crate::words!(Structure {
+    StateSpace = "state-space",
+    Bicycle = "bicycle",
+    SingleTrack = "single-track",
+    Torque = "torque",
+});
+
 impl Structure {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::StateSpace, Self::Bicycle, Self::SingleTrack, Self::Torque];
-
-    /// Its name in options and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::StateSpace => "state-space",
-            Self::Bicycle => "bicycle",
-            Self::SingleTrack => "single-track",
-            Self::Torque => "torque",
-        }
-    }
-
     /// The usual name of a model's file.
     #[must_use]
     pub fn file_name(self) -> &'static str {
@@ -52,20 +43,6 @@ impl Structure {
             Self::SingleTrack => "vehicle.json",
             Self::Torque => "torque.json",
         }
-    }
-}
-
-impl fmt::Display for Structure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Structure {
-    type Err = ();
-
-    fn from_str(text: &str) -> Result<Self, ()> {
-        Self::ALL.into_iter().find(|structure| structure.name() == text).ok_or(())
     }
 }
 
@@ -280,6 +257,7 @@ mod tests {
         for structure in Structure::ALL {
             assert_eq!(structure.name().parse(), Ok(structure));
         }
-        assert_eq!("auto".parse::<Structure>(), Err(()));
+        let unknown = "auto".parse::<Structure>().unwrap_err();
+        assert_eq!(unknown.expected(), "state-space, bicycle, single-track or torque");
     }
 }

@@ -62,6 +62,8 @@ pub enum InputKind {
     SteeringTimesSpeed,
 }
 
+crate::words!(InputKind { Steering = "steering", SteeringTimesSpeed = "steering*speed" });
+
 /// The point about which the model is linear.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

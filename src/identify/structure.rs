@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::identify::auto;
-use crate::log_options::IdentifyArguments;
+use crate::log_options::{Auto, IdentifyArguments};
 use crate::quantity;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::Structure;
@@ -21,8 +21,12 @@ pub(crate) struct StructureArguments {
     /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
     /// validation data reject it, then the bicycle; single-track is compared only. With an option of state-space
     /// (all under Identification but --max-samples and --validation-fraction) and from R factors, auto is state-space
-    #[arg(long, value_name = "auto|state-space|bicycle|single-track|torque", default_value = "auto", value_parser = structure)]
-    structure: NamedOrAuto,
+    #[arg(
+        long,
+        value_name = "auto|state-space|bicycle|single-track|torque",
+        default_value = "auto"
+    )]
+    structure: Auto<Structure>,
     /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
@@ -54,9 +58,6 @@ pub(crate) struct StructureArguments {
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     friction_rate: Option<f64>,
 }
-
-/// A structure; `None` for auto.
-type NamedOrAuto = Option<Structure>;
 
 /// The wanted structure with its options.
 #[derive(Debug)]
@@ -121,7 +122,7 @@ impl StructureArguments {
         let of_torque = [(self.friction_rate.is_some(), "--friction-rate")];
         let scheduled = [(self.min_speed.is_some(), "--min-speed")];
         let is_stated = of_state_space.iter().any(|(is_stated, _)| *is_stated);
-        let structure = match self.structure {
+        let structure = match self.structure.0 {
             None if is_stated => Some(Structure::StateSpace),
             other => other,
         };
@@ -198,14 +199,6 @@ impl StructureArguments {
             validation_fraction,
         }
     }
-}
-
-fn structure(text: &str) -> Result<NamedOrAuto, String> {
-    if text == "auto" {
-        return Ok(None);
-    }
-    let named = text.parse().map(Some);
-    named.map_err(|()| "expected auto, state-space, bicycle, single-track or torque".into())
 }
 
 /// `NAME=MEAN,DEVIATION`.

@@ -19,21 +19,12 @@ pub enum Stack {
     Px4,
 }
 
-impl Stack {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Autoware, Self::Openpilot, Self::Ardupilot, Self::Px4];
-
-    /// The word on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Autoware => "autoware",
-            Self::Openpilot => "openpilot",
-            Self::Ardupilot => "ardupilot",
-            Self::Px4 => "px4",
-        }
-    }
-}
+steerwright_formats::words!(Stack {
+    Autoware = "autoware",
+    Openpilot = "openpilot",
+    Ardupilot = "ardupilot",
+    Px4 = "px4",
+});
 
 /// Numbers that the model does not hold, at the road wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

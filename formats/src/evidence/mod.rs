@@ -133,20 +133,7 @@ pub enum Intersample {
     Bl,
 }
 
-impl Intersample {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Zoh, Self::Foh, Self::Bl];
-
-    /// The word on the command line and in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Zoh => "zoh",
-            Self::Foh => "foh",
-            Self::Bl => "bl",
-        }
-    }
-}
+crate::words!(Intersample { Zoh = "zoh", Foh = "foh", Bl = "bl" });
 
 /// The summary of one channel.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -26,20 +26,7 @@ pub enum Detrend {
     None,
 }
 
-impl Detrend {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Mean, Self::Linear, Self::None];
-
-    /// The word on the command line and in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mean => "mean",
-            Self::Linear => "linear",
-            Self::None => "none",
-        }
-    }
-}
+steerwright_formats::words!(Detrend { Mean = "mean", Linear = "linear", None = "none" });
 
 /// How a log becomes estimation and validation data.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,8 @@ use crate::data::scaled::{Detrend, Preparation};
 use crate::subspace::closed_loop::ClosedLoopMethod;
 use crate::subspace::{Realization, Weighting};
 use std::collections::BTreeMap;
-use steerwright_formats::InputKind;
+use std::str::FromStr;
+use steerwright_formats::{InputKind, UnknownWord};
 
 /// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
 /// validation data choose nothing.
@@ -165,6 +166,15 @@ impl Method {
             Self::OpenLoop(method) => method.name(),
             Self::ClosedLoop(method) => method.name(),
         }
+    }
+}
+
+impl FromStr for Method {
+    type Err = UnknownWord;
+
+    fn from_str(text: &str) -> Result<Self, UnknownWord> {
+        let unknown = || UnknownWord::new(&Self::ALL.map(Self::name));
+        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(unknown)
     }
 }
 

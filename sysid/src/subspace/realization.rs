@@ -17,19 +17,7 @@ pub enum Realization {
     Eq12,
 }
 
-impl Realization {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Shift, Self::Eq12];
-
-    /// The name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Shift => "shift",
-            Self::Eq12 => "eq 12",
-        }
-    }
-}
+steerwright_formats::words!(Realization { Shift = "shift", Eq12 = "eq 12" });
 
 /// A and C from the shift structure of Γ: C is its first block row, Γ↑ A = Γ↓.
 ///

@@ -18,20 +18,8 @@ pub enum Weighting {
     Cva,
 }
 
-impl Weighting {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Moesp, Self::Cva, Self::N4sid];
-
-    /// The name in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::N4sid => "n4sid",
-            Self::Moesp => "moesp",
-            Self::Cva => "cva",
-        }
-    }
-}
+// In the order in which they are compared.
+steerwright_formats::words!(Weighting { Moesp = "moesp", Cva = "cva", N4sid = "n4sid" });
 
 /// Singular values and the basis W1⁻¹·U·S^{1/2} of the extended observability matrix Γ.
 #[derive(Debug, Clone)]

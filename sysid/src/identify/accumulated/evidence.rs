@@ -4,7 +4,6 @@ use crate::Error;
 use crate::data::Signals;
 use crate::data::scaled::Detrend;
 use crate::data::statistics::{Z99, chi_squared_quantile};
-use crate::identify::accumulated::file::input_name;
 use crate::identify::accumulated::in_windows::{choose, kalman_gain};
 use crate::identify::accumulated::windows::Windows;
 use crate::identify::accumulated::{Accumulated, BLOCK, VALIDATION_PERIOD};
@@ -64,7 +63,7 @@ impl Accumulated {
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
-        used.insert("model_input".into(), input_name(self.input_kind).into());
+        used.insert("model_input".into(), self.input_kind.name().into());
         used.insert("realization".into(), chosen.realization.name().into());
         for unused in ["validation_fraction", "delay_s"] {
             used.remove(unused);
@@ -157,8 +156,8 @@ impl Accumulated {
             return Err(Error::option("detrend", options.detrend.name(), expected));
         }
         if options.input_kind != InputKind::Steering && options.input_kind != self.input_kind {
-            let expected = format!("{}, which was accumulated", input_name(self.input_kind));
-            return Err(Error::option("model input", input_name(options.input_kind), expected));
+            let expected = format!("{}, which was accumulated", self.input_kind);
+            return Err(Error::option("model input", options.input_kind, expected));
         }
         match options.horizon {
             Some(s) if s > self.horizon => {

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::identify::accumulated::Accumulated;
 use crate::subspace::Accumulator;
 use crate::validation::spectra::Sums;
-use steerwright_formats::{AccumulatedDrives, AccumulatedSpeed, Document, InputKind, Provenance};
+use steerwright_formats::{AccumulatedDrives, AccumulatedSpeed, Document, Provenance};
 
 const INPUT: &str = "model_input";
 
@@ -14,7 +14,7 @@ impl Accumulated {
     pub fn to_file(&self) -> AccumulatedDrives {
         let mut options = self.options.clone();
         options.insert("horizon".into(), self.horizon.to_string());
-        options.insert(INPUT.into(), input_name(self.input_kind).into());
+        options.insert(INPUT.into(), self.input_kind.name().into());
         AccumulatedDrives {
             schema: AccumulatedDrives::SCHEMA.into(),
             name: self.name.clone(),
@@ -87,13 +87,6 @@ impl Accumulated {
             options: file.provenance.options.clone(),
             version: file.provenance.version.clone(),
         })
-    }
-}
-
-pub(crate) fn input_name(kind: InputKind) -> &'static str {
-    match kind {
-        InputKind::Steering => "steering",
-        InputKind::SteeringTimesSpeed => "steering*speed",
     }
 }
 

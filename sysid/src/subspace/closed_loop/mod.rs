@@ -41,19 +41,7 @@ pub enum ClosedLoopMethod {
     Pbsid,
 }
 
-impl ClosedLoopMethod {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Ssarx, Self::Pbsid];
-
-    /// The name in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ssarx => "ssarx",
-            Self::Pbsid => "pbsid",
-        }
-    }
-}
+steerwright_formats::words!(ClosedLoopMethod { Ssarx = "ssarx", Pbsid = "pbsid" });
 
 /// The model of one order.
 ///

@@ -1,0 +1,98 @@
+//! Enumerations whose values are words: in options, files and messages.
+
+use std::fmt;
+
+/// Gives an enumeration its words: `ALL`, `name`, `Display`, and `FromStr` with [`UnknownWord`].
+#[macro_export]
+macro_rules! words {
+    ($name:ident { $($value:ident = $word:literal),+ $(,)? }) => {
+        impl $name {
+            /// All of them.
+            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$value),+];
+
+            /// The word in options, files and messages.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$value => $word,)+
+                }
+            }
+        }
+
+        impl ::std::fmt::Display for $name {
+            fn fmt(&self, f: &mut ::std::fmt::Formatter<'_>) -> ::std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl ::std::str::FromStr for $name {
+            type Err = $crate::UnknownWord;
+
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                let unknown = || $crate::UnknownWord::new(&[$($word),+]);
+                Self::ALL.into_iter().find(|value| value.name() == text).ok_or_else(unknown)
+            }
+        }
+    };
+}
+
+/// A text that is none of the words of an enumeration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownWord {
+    words: Vec<&'static str>,
+}
+
+impl UnknownWord {
+    /// Of these words.
+    #[must_use]
+    pub fn new(words: &[&'static str]) -> Self {
+        Self { words: words.to_vec() }
+    }
+
+    /// With another word before these.
+    #[must_use]
+    pub fn or(mut self, word: &'static str) -> Self {
+        self.words.insert(0, word);
+        self
+    }
+
+    /// The words that it may be, as `a, b or c`.
+    #[must_use]
+    pub fn expected(&self) -> String {
+        match self.words.split_last() {
+            Some((last, [])) => (*last).into(),
+            Some((last, first)) => format!("{} or {last}", first.join(", ")),
+            None => "nothing".into(),
+        }
+    }
+}
+
+impl fmt::Display for UnknownWord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}", self.expected())
+    }
+}
+
+impl std::error::Error for UnknownWord {}
+
+#[cfg(test)]
+mod tests {
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Mark {
+        Point,
+        Comma,
+        Space,
+    }
+
+    crate::words!(Mark { Point = "point", Comma = "comma", Space = "space" });
+
+    #[test]
+    fn words_are_read_and_an_unknown_one_lists_them() {
+        for mark in Mark::ALL {
+            assert_eq!(mark.to_string().parse(), Ok(mark));
+        }
+        let unknown = "Point".parse::<Mark>().unwrap_err();
+        assert_eq!(unknown.to_string(), "expected point, comma or space");
+        assert_eq!(unknown.or("auto").expected(), "auto, point, comma or space");
+    }
+}
