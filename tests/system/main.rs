@@ -41,4 +41,3 @@ mod stages;
 mod support;
 mod sweep;
 mod tutorial;
-mod words;
