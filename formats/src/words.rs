@@ -77,22 +77,15 @@ impl std::error::Error for UnknownWord {}
 
 #[cfg(test)]
 mod tests {
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    enum Mark {
-        Point,
-        Comma,
-        Space,
-    }
-
-    crate::words!(Mark { Point = "point", Comma = "comma", Space = "space" });
+    use crate::Intersample;
 
     #[test]
     fn words_are_read_and_an_unknown_one_lists_them() {
-        for mark in Mark::ALL {
-            assert_eq!(mark.to_string().parse(), Ok(mark));
+        for behaviour in Intersample::ALL {
+            assert_eq!(behaviour.to_string().parse(), Ok(behaviour));
         }
-        let unknown = "Point".parse::<Mark>().unwrap_err();
-        assert_eq!(unknown.to_string(), "expected point, comma or space");
-        assert_eq!(unknown.or("auto").expected(), "auto, point, comma or space");
+        let unknown = "Zoh".parse::<Intersample>().unwrap_err();
+        assert_eq!(unknown.to_string(), "expected zoh, foh or bl");
+        assert_eq!(unknown.or("auto").expected(), "auto, zoh, foh or bl");
     }
 }
