@@ -2,6 +2,7 @@
 
 use crate::role::unit_in_place_of;
 use crate::units::known_units;
+use miette::Diagnostic;
 
 /// A cell of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,78 +28,122 @@ impl std::fmt::Display for Place {
 }
 
 /// Why a log was refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Diagnostic)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     #[error("no log is named")]
+    #[diagnostic(help("name a CSV file with a header line"))]
     NoFiles,
     #[error("{file}: byte {byte}: {problem}")]
+    #[diagnostic(help(
+        "the file is damaged or was not written to its end: copy it again, or export the part that can be read"
+    ))]
     Read { file: String, byte: u64, problem: String },
     #[error(
         "{file}: a file of this format is read at several places, and a stream cannot be sought"
     )]
+    #[diagnostic(help("name the file itself, not standard input or a pipe"))]
     NotSought { file: String },
     #[error(
         "{file}: the file is compressed as a whole (gzip), and its format is read at several places"
     )]
+    #[diagnostic(help("decompress it first: gunzip FILE"))]
     Gzip { file: String },
     #[error("{file}: a raw bus with {kinds} kinds of frames, and no database is named")]
+    #[diagnostic(help("name the CAN database (DBC) of the vehicle"))]
     NoDatabase { file: String, kinds: usize },
     #[error("{file}: none of the {kinds} kinds of frames is in the databases")]
+    #[diagnostic(help("name the database of this vehicle and bus"))]
     NotInDatabase { file: String, kinds: usize },
     #[error("{file}: {problem}")]
+    #[diagnostic(help("use columns of equal length with different names"))]
     Columns { file: String, problem: String },
     #[error("{file}: {problem}")]
+    #[diagnostic(help(
+        "a mapping has steering, yaw_rate, speed, time, units, topics, dbc, steering_ratio and the like, for all vehicles or under [vehicle.NAME]"
+    ))]
     Mapping { file: String, problem: String },
     #[error("{file}: there is no topic {topics}; there are: {available}")]
+    #[diagnostic(help("spell the topic, message or channel group as it is listed"))]
     NoSuchTopic { file: String, topics: String, available: String },
     #[error("the channels of `{expression}` (for the {role}) have different clocks")]
+    #[diagnostic(help(
+        "combine channels of one topic, message or channel group, or log them with one clock"
+    ))]
     SeveralClocks { role: &'static str, expression: String },
     #[error("{file}: the file is empty")]
+    #[diagnostic(help("{}", TABLE))]
     EmptyFile { file: String },
     #[error("{file}: this is a JSON document, not a log")]
+    #[diagnostic(help(
+        "name a log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
+    ))]
     Json { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
+    #[diagnostic(help("{}", TABLE))]
     NotText { file: String, line: u64 },
     #[error("{file}: the text is UTF-16, and UTF-8 is expected")]
+    #[diagnostic(help("save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv"))]
     Utf16 { file: String },
     #[error("{file}:{line}: {problem}")]
+    #[diagnostic(help("{}", complete_rows(0, 0)))]
     Csv { file: String, line: u64, problem: String },
     #[error("{file}:{line}: the row has {got} cells, the header has {expected}")]
+    #[diagnostic(help("{}", complete_rows(*got, *expected)))]
     RaggedRow { file: String, line: u64, got: usize, expected: usize },
     #[error("{file}:{line}: the header names the column `{column}` twice")]
+    #[diagnostic(help("use a different name for each column"))]
     RepeatedColumn { file: String, line: u64, column: String },
     #[error("no column `{column}` (for the {role}); there are: {available}")]
+    #[diagnostic(help("{}", CHANNEL))]
     MissingColumn { role: &'static str, column: String, available: String },
     #[error("which column is the {role}? {problem}; there are: {available}")]
+    #[diagnostic(help("{}", CHANNEL))]
     RoleNotFound { role: &'static str, problem: String, available: String },
     #[error("the column `{column}` (for the {role}) is in more than one file: {files}")]
+    #[diagnostic(help("{}", one_file(column, files)))]
     AmbiguousColumn { role: &'static str, column: String, files: String },
     #[error("{at}: `{text}` is not a number")]
+    #[diagnostic(help("{}", numbers(text)))]
     NotANumber { at: Box<Place>, text: String },
     #[error(
         "{at}: `{text}` has a decimal {}, {}",
         if text.contains(',') { "comma or groups of digits" } else { "point" },
         other.map_or("and the first rows leave open which".into(), |other| format!("and the file's decimal mark is a {other}"))
     )]
+    #[diagnostic(help(
+        "state the decimal mark, a comma or a point; export numbers without groups of digits"
+    ))]
     DecimalMark { at: Box<Place>, text: String, other: Option<&'static str> },
     #[error("{at}: `{text}` is not a time written like those above it (ISO 8601)")]
+    #[diagnostic(help(
+        "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing"
+    ))]
     NotATime { at: Box<Place>, text: String },
     #[error("{at}: `{text}` is not a finite number")]
+    #[diagnostic(help("leave the cell blank where a sample is missing"))]
     NotFinite { at: Box<Place>, text: String },
     #[error("{at}: the unit is not stated")]
+    #[diagnostic(help("{}", state_unit(&at.column)))]
     UnitNotStated { at: Box<Place> },
     #[error("{file}: column `{column}`: `{unit}` is not a known unit")]
+    #[diagnostic(help("known units: {}", known_units()))]
     UnknownUnit { file: String, column: String, unit: String },
     #[error("{at}: the header has the unit {header}, the row under it {row}")]
+    #[diagnostic(help("state the unit that is right"))]
     UnitsDiffer { at: Box<Place>, header: &'static str, row: &'static str },
     #[error("{at}: {value} is beyond ±1, and a full scale is stated for this steering command")]
+    #[diagnostic(help(
+        "state the unit % where 100 is the full scale, or the angle's unit; state no full scale where 1 is not the full scale"
+    ))]
     BeyondFullScale { at: Box<Place>, value: f64 },
     #[error("a unit is stated for `{column}`, which is not a column that is read")]
+    #[diagnostic(help("spell the name as in the header, or leave its unit out"))]
     UnusedUnit { column: String },
     #[error(
         "{file}: column `{column}` is in {unit}, which is no unit of the {role} (expected {expected})"
     )]
+    #[diagnostic(help("map another column, or state the unit where the name is misleading"))]
     WrongQuantity {
         file: String,
         column: String,
@@ -107,27 +152,42 @@ pub enum Error {
         expected: &'static str,
     },
     #[error("{file}: no column is the time; there are: {available}")]
+    #[diagnostic(help(
+        "name the time column, with its unit in the name (time_s, t_ms, stamp_ns), or state the time between rows"
+    ))]
     NoTime { file: String, available: String },
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
+    #[diagnostic(help(
+        "sort the rows by time; where two recordings were joined, use one at a time"
+    ))]
     TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
     #[error(
         "{file}: column `{column}`: {values} values share {instants} instants: the clock is too coarse"
     )]
+    #[diagnostic(help(
+        "export the time with more digits, or leave its column out and state the time between rows"
+    ))]
     CoarseClock { file: String, column: String, values: usize, instants: usize },
     #[error(
         "{at}: nothing from {from_s} s to {} s, a gap of {} s where at most {limit_s} s are bridged",
         short(*.to_s), short(*.gap_s)
     )]
+    #[diagnostic(help("the longest part without such a gap, {}s..{}s, is too short to identify from; a larger bound on gaps bridges it by a straight line, which is wrong where the vehicle turned", longest.0, longest.1))]
     Gap { at: Box<Place>, from_s: f64, to_s: f64, gap_s: f64, limit_s: f64, longest: (f64, f64) },
     #[error(
         "which files form one drive? {complete} have steering and yaw rate each, {other} does not"
     )]
+    #[diagnostic(help(
+        "state which files form one drive, such as {first} and {other}, or leave {other} out"
+    ))]
     AmbiguousDrives { complete: String, first: String, other: String },
     #[error("{second} is the same recording as {first}")]
+    #[diagnostic(help("name {second} once"))]
     RepeatedDrive { first: String, second: String },
     #[error(
         "the speed stays within {from:.1} to {to:.1} m/s for {kept_s:.1} s only (in segments of {shortest_s:.1} s or more); it goes from {least:.1} to {most:.1} m/s"
     )]
+    #[diagnostic(help("half of the time it is between {:.1} and {:.1} m/s: widen the speed window, or leave it out", quartiles.0, quartiles.1))]
     SpeedWindow {
         from: f64,
         to: f64,
@@ -140,12 +200,18 @@ pub enum Error {
     #[error(
         "the controller is engaged for {kept_s:.1} s only (in segments of {shortest_s:.1} s or more)"
     )]
+    #[diagnostic(help(
+        "use a log of longer drives with the controller engaged, or check its channel"
+    ))]
     NotEngaged { kept_s: f64, shortest_s: f64 },
     #[error("a speed window needs a speed column, and {drive} has none")]
+    #[diagnostic(help("name the channel of the speed, or leave the speed window out"))]
     NoSpeedForWindow { drive: String },
     #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
+    #[diagnostic(help("{}", moving(role)))]
     Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
     #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
+    #[diagnostic(help("{alternatives}"))]
     Impossible {
         at: Box<Place>,
         role: &'static str,
@@ -158,29 +224,56 @@ pub enum Error {
     #[error(
         "{file}: column `{column}` is a steering wheel's angle, and no steering ratio is stated"
     )]
+    #[diagnostic(help(
+        "state the steering ratio, the steering angle over the road-wheel angle, such as 15; 1 where the column is the road wheel's"
+    ))]
     SteeringRatioUnknown { file: String, column: String },
     #[error(
         "{at}: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is stated"
     )]
+    #[diagnostic(help(
+        "state the steering ratio (about 15 for a car's steering wheel), or the right unit"
+    ))]
     NotARoadWheel { at: Box<Place>, largest_deg: f64 },
     #[error(
         "{at}: the vehicle reverses for {reversing_s:.1} s and drives forward for {forward_s:.1} s only"
     )]
+    #[diagnostic(help(
+        "models are of forward driving: use a log of it; where the vehicle did drive forward, the speed has the other sign: put a - before its column"
+    ))]
     Reversing { at: Box<Place>, reversing_s: f64, forward_s: f64 },
     #[error("{file}: column `{column}`: a speed of {mean_mps:.2} m/s on average is a standstill")]
+    #[diagnostic(help(
+        "map the channel of the speed, state its unit, or use the part that is driven; without any speed column the dynamics can be identified, but no position"
+    ))]
     Standstill { file: String, column: String, mean_mps: f64 },
     #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
+    #[diagnostic(help(
+        "check that the file has rows with a time and a value in this column; a minute of driving or more is needed"
+    ))]
     TooFewRows { file: String, column: String, got: usize, need: usize },
     #[error("{file}: more than {limit} rows, which are not read into memory at once")]
+    #[diagnostic(help(
+        "accumulate the log, which takes memory that does not grow with it, and identify what is accumulated; or use a part of the drive"
+    ))]
     TooManyRows { file: String, limit: usize },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
+    #[diagnostic(help(
+        "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
+    ))]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
     #[error("{} s by samples of {} s: more than {limit} samples", short(*.duration_s), short(*.sample_time_s))]
+    #[diagnostic(help(
+        "check the time column and its unit; accumulate the log, use a part of the drive, or a longer sample time"
+    ))]
     TooManySamples { duration_s: f64, sample_time_s: f64, limit: usize },
     #[error(
         "the clocks do not overlap: {first} covers {} to {} s, {second} {} to {} s",
         round_ms(*.first_from), round_ms(*.first_to), round_ms(*.second_from), round_ms(*.second_to)
     )]
+    #[diagnostic(help(
+        "the files must be of one drive and count time from one origin; a window counts from the log's first sample"
+    ))]
     NoOverlap {
         first: String,
         first_from: f64,
@@ -190,25 +283,37 @@ pub enum Error {
         second_to: f64,
     },
     #[error("a sample time of {requested} s is shorter than the log's own {} s", short(*.least))]
+    #[diagnostic(help("use {} s or more, or leave the sample time out", short(*least)))]
     SampleTimeTooShort { requested: f64, least: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
+    #[diagnostic(help("use a value of {option} within that range, or leave it out"))]
     Option { option: &'static str, value: String, expected: String },
     #[error("{option}: `{word}` is unknown, expected {expected}")]
+    #[diagnostic(help("spell it as expected, or leave it out"))]
     UnknownWord { option: &'static str, word: String, expected: String },
     #[error("channel: `{role}` is not read for the response {response}, expected {used}")]
+    #[diagnostic(help("leave it out, or identify the structure that uses this channel"))]
     UnusedRole { role: String, response: &'static str, used: String },
     #[error(
         "steering full scale: it is that of a command in 1 or %, and the steering is in {unit}"
     )]
+    #[diagnostic(help("leave the full scale out, or map the channel of the command"))]
     NoCommand { unit: &'static str },
     #[error("{option}: not available where logs are read in pieces")]
+    #[diagnostic(help("leave it out, or identify from the log itself"))]
     InPieces { option: &'static str },
     #[error("{file}: the file has no {role}, and each file is read as a drive of its own here")]
+    #[diagnostic(help(
+        "name the channel; where a drive's channels are in several files, merge them into one, or identify from the files together"
+    ))]
     NotADrive { file: String, role: &'static str },
     #[error(
         "{file}:{line}: column `{column}`: the clock's period changes from {} s to {} s",
         short(*.before_s), short(*.period_s)
     )]
+    #[diagnostic(help(
+        "cut the file where its rate changes and accumulate the parts one by one, with one sample time"
+    ))]
     ClockChanged { file: String, line: u64, column: String, before_s: f64, period_s: f64 },
 }
 
@@ -216,161 +321,7 @@ impl Error {
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
-        let text: &str = match self {
-            Self::NoFiles => "name a CSV file with a header line",
-            Self::Read { .. } => {
-                "the file is damaged or was not written to its end: copy it again, or export the part that can be read"
-            }
-            Self::NotSought { .. } => "name the file itself, not standard input or a pipe",
-            Self::Gzip { .. } => "decompress it first: gunzip FILE",
-            Self::NoDatabase { .. } => "name the CAN database (DBC) of the vehicle",
-            Self::NotInDatabase { .. } => "name the database of this vehicle and bus",
-            Self::Columns { .. } => "use columns of equal length with different names",
-            Self::Mapping { .. } => {
-                "a mapping has steering, yaw_rate, speed, time, units, topics, dbc, steering_ratio and the like, for all vehicles or under [vehicle.NAME]"
-            }
-            Self::NoSuchTopic { .. } => "spell the topic, message or channel group as it is listed",
-            Self::SeveralClocks { .. } => {
-                "combine channels of one topic, message or channel group, or log them with one clock"
-            }
-            Self::Json { .. } => {
-                "name a log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
-            }
-            Self::EmptyFile { .. } | Self::NotText { .. } => {
-                "the log must be CSV text with a header line and a row for each sample"
-            }
-            Self::Utf16 { .. } => {
-                "save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv"
-            }
-            Self::RaggedRow { got, expected, .. } if got > expected => {
-                "each row needs a cell for each column; where numbers have decimal commas, export them with ; or tabs between the cells, or with decimal points"
-            }
-            Self::Csv { .. } | Self::RaggedRow { .. } => {
-                "correct the row, or cut the file before it; each row needs a cell for each column"
-            }
-            Self::RepeatedColumn { .. } => "use a different name for each column",
-            Self::MissingColumn { .. } | Self::RoleNotFound { .. } => {
-                "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite"
-            }
-            Self::AmbiguousColumn { column, files, .. } => return one_file(column, files),
-            Self::DecimalMark { .. } => {
-                "state the decimal mark, a comma or a point; export numbers without groups of digits"
-            }
-            Self::NotATime { .. } => {
-                "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing"
-            }
-            Self::NotANumber { text, .. } if text.contains(':') => {
-                "write times as numbers, or as ISO 8601 does: 2024-03-01T10:00:00.010Z"
-            }
-            Self::NotANumber { .. } => {
-                "write numbers; leave a cell blank (or NaN) where a sample is missing"
-            }
-            Self::NotFinite { .. } => "leave the cell blank where a sample is missing",
-            Self::UnitNotStated { at } => {
-                let column = &at.column;
-                let (suffix, unit) = unit_in_place_of(column);
-                let normalised = if unit == "deg" {
-                    "; a normalised command (−1 to 1) has the unit 1"
-                } else {
-                    ""
-                };
-                return format!(
-                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state the unit of the column{normalised}"
-                );
-            }
-            Self::UnitsDiffer { .. } => "state the unit that is right",
-            Self::BeyondFullScale { .. } => {
-                "state the unit % where 100 is the full scale, or the angle's unit; state no full scale where 1 is not the full scale"
-            }
-            Self::UnknownUnit { .. } => return format!("known units: {}", known_units()),
-            Self::UnusedUnit { .. } => "spell the name as in the header, or leave its unit out",
-            Self::WrongQuantity { .. } => {
-                "map another column, or state the unit where the name is misleading"
-            }
-            Self::NoTime { .. } => {
-                "name the time column, with its unit in the name (time_s, t_ms, stamp_ns), or state the time between rows"
-            }
-            Self::TimeNotIncreasing { .. } => {
-                "sort the rows by time; where two recordings were joined, use one at a time"
-            }
-            Self::CoarseClock { .. } => {
-                "export the time with more digits, or leave its column out and state the time between rows"
-            }
-            Self::Gap { longest, .. } => {
-                return format!(
-                    "the longest part without such a gap, {}s..{}s, is too short to identify from; a larger bound on gaps bridges it by a straight line, which is wrong where the vehicle turned",
-                    longest.0, longest.1
-                );
-            }
-            Self::AmbiguousDrives { first, other, .. } => {
-                return format!(
-                    "state which files form one drive, such as {first} and {other}, or leave {other} out"
-                );
-            }
-            Self::RepeatedDrive { second, .. } => return format!("name {second} once"),
-            Self::SpeedWindow { quartiles: (low, high), .. } => {
-                return format!(
-                    "half of the time it is between {low:.1} and {high:.1} m/s: widen the speed window, or leave it out"
-                );
-            }
-            Self::NotEngaged { .. } => {
-                "use a log of longer drives with the controller engaged, or check its channel"
-            }
-            Self::NoSpeedForWindow { .. } => {
-                "name the channel of the speed, or leave the speed window out"
-            }
-            Self::Constant { role, .. } if *role == "steering" => {
-                "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom"
-            }
-            Self::Constant { .. } => "check the mapping and the sensor",
-            Self::Impossible { alternatives, .. } => alternatives,
-            Self::SteeringRatioUnknown { .. } => {
-                "state the steering ratio, the steering angle over the road-wheel angle, such as 15; 1 where the column is the road wheel's"
-            }
-            Self::NotARoadWheel { .. } => {
-                "state the steering ratio (about 15 for a car's steering wheel), or the right unit"
-            }
-            Self::Reversing { .. } => {
-                "models are of forward driving: use a log of it; where the vehicle did drive forward, the speed has the other sign: put a - before its column"
-            }
-            Self::Standstill { .. } => {
-                "map the channel of the speed, state its unit, or use the part that is driven; without any speed column the dynamics can be identified, but no position"
-            }
-            Self::TooFewSamples { .. } => {
-                "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
-            }
-            Self::TooFewRows { .. } => {
-                "check that the file has rows with a time and a value in this column; a minute of driving or more is needed"
-            }
-            Self::TooManyRows { .. } => {
-                "accumulate the log, which takes memory that does not grow with it, and identify what is accumulated; or use a part of the drive"
-            }
-            Self::TooManySamples { .. } => {
-                "check the time column and its unit; accumulate the log, use a part of the drive, or a longer sample time"
-            }
-            Self::NoOverlap { .. } => {
-                "the files must be of one drive and count time from one origin; a window counts from the log's first sample"
-            }
-            Self::SampleTimeTooShort { least, .. } => {
-                return format!("use {} s or more, or leave the sample time out", short(*least));
-            }
-            Self::Option { option, .. } => {
-                return format!("use a value of {option} within that range, or leave it out");
-            }
-            Self::UnknownWord { .. } => "spell it as expected, or leave it out",
-            Self::UnusedRole { .. } => {
-                "leave it out, or identify the structure that uses this channel"
-            }
-            Self::NoCommand { .. } => "leave the full scale out, or map the channel of the command",
-            Self::InPieces { .. } => "leave it out, or identify from the log itself",
-            Self::NotADrive { .. } => {
-                "name the channel; where a drive's channels are in several files, merge them into one, or identify from the files together"
-            }
-            Self::ClockChanged { .. } => {
-                "cut the file where its rate changes and accumulate the parts one by one, with one sample time"
-            }
-        };
-        text.to_owned()
+        self.help().map(|help| help.to_string()).unwrap_or_default()
     }
 
     /// The column and its unit as [`LogOptions::units`](crate::LogOptions::units) would state it, where
@@ -385,6 +336,41 @@ impl Error {
             _ => None,
         }
     }
+}
+
+const TABLE: &str = "the log must be CSV text with a header line and a row for each sample";
+const CHANNEL: &str =
+    "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite";
+
+/// What to do about a row with other cells than expected.
+fn complete_rows(got: usize, expected: usize) -> &'static str {
+    if got > expected {
+        return "each row needs a cell for each column; where numbers have decimal commas, export them with ; or tabs between the cells, or with decimal points";
+    }
+    "correct the row, or cut the file before it; each row needs a cell for each column"
+}
+
+fn numbers(text: &str) -> &'static str {
+    if text.contains(':') {
+        return "write times as numbers, or as ISO 8601 does: 2024-03-01T10:00:00.010Z";
+    }
+    "write numbers; leave a cell blank (or NaN) where a sample is missing"
+}
+
+fn state_unit(column: &str) -> String {
+    let (suffix, unit) = unit_in_place_of(column);
+    let normalised =
+        if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
+    format!(
+        "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state the unit of the column{normalised}"
+    )
+}
+
+fn moving(role: &str) -> &'static str {
+    if role == "steering" {
+        return "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom";
+    }
+    "check the mapping and the sensor"
 }
 
 /// How a column that is in several files is named.

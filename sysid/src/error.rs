@@ -1,54 +1,91 @@
 //! The errors between a drive and its model, with their numbers and the suggested fix.
 
+use miette::Diagnostic;
 use steerwright_drivelog::{DriveLog, Response};
 
 /// Why no model could be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Diagnostic)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Log(#[from] steerwright_drivelog::Error),
     #[error("the data do not excite the system: {problem}")]
+    #[diagnostic(help(
+        "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace"
+    ))]
     NotExciting { problem: String },
     #[error("the data's condition {condition:.1e} is too large for sums of products")]
+    #[diagnostic(help("accumulate the data again with a QR factorisation, Decomposition::Qr"))]
     IllConditioned { condition: f64 },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
+    #[diagnostic(help(
+        "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
+    ))]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
+    #[diagnostic(help("use a value of {option} within that range, or leave it out"))]
     Option { option: &'static str, value: String, expected: String },
     #[error("the input steering*speed needs a channel of the speed")]
+    #[diagnostic(help("name the channel of the speed, or identify with the input steering"))]
     NoSpeed,
     #[error("the structure bicycle needs the speed, and the log has no channel of it")]
+    #[diagnostic(help(
+        "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space"
+    ))]
     SpeedNeeded,
     #[error(
         "no segment of the log is at {least_mps} m/s or more, which this structure uses; the speed reaches {fastest_mps:.1} m/s"
     )]
+    #[diagnostic(help(
+        "check the unit of the speed; of a vehicle that is as slow as that, state the lowest speed, or identify the structure state-space"
+    ))]
     TooSlow { least_mps: f64, fastest_mps: f64 },
     #[error(
         "the log was read for the response of the lateral acceleration, and this structure needs that of the yaw rate"
     )]
+    #[diagnostic(help("read the log for the response yaw-rate, or identify the structure torque"))]
     YawRateLogNeeded,
     #[error(
         "the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}"
     )]
+    #[diagnostic(help(
+        "read the log for the response lateral-acceleration, and name the channel that is missing"
+    ))]
     TorqueLogNeeded { missing: &'static str },
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
+    #[diagnostic(help("use a horizon of {} or more, or leave it out", order + 2))]
     OrderAboveHorizon { order: usize, horizon: usize },
     #[error("{problem}")]
+    #[diagnostic(help("{hint}"))]
     Implausible { problem: String, hint: String },
     #[error(
         "the steering is no angle, and no wheelbase is stated: neither follows without the other"
     )]
+    #[diagnostic(help("state the wheelbase, or the steering angle at a command of 1"))]
     WheelbaseNeeded,
     #[error("inputs and outputs are no data set: {problem}")]
+    #[diagnostic(help(
+        "each segment needs as many samples of input as of output, all of them finite numbers"
+    ))]
     Data { problem: String },
     #[error("{first} and {second} cannot be merged: {problem}")]
+    #[diagnostic(help(
+        "accumulate all logs with the same version and options; state sample time, steering ratio and horizon where the logs differ"
+    ))]
     Differ { first: String, second: String, problem: String },
     #[error("{file}: this is no complete R factor: {problem}")]
+    #[diagnostic(help("accumulate the log again, or copy the file again"))]
     NoFactor { file: String, problem: String },
     #[error("no model was identified: {problem}")]
+    #[diagnostic(help(
+        "check the mapping, the signs and the units; the input must drive the output"
+    ))]
     NoModel { problem: String },
     #[error("a matrix factorisation did not converge: {what}")]
+    #[diagnostic(help(
+        "look for extreme values in the log; another horizon or sample time may help"
+    ))]
     Numerical { what: &'static str },
 }
 
@@ -84,51 +121,6 @@ impl Error {
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
-        match self {
-            Self::Log(error) => error.hint(),
-            Self::NotExciting { .. } => {
-                "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace".into()
-            }
-            Self::IllConditioned { .. } => {
-                "accumulate the data again with a QR factorisation, Decomposition::Qr".into()
-            }
-            Self::TooFewSamples { .. } => {
-                "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time".into()
-            }
-            Self::Option { option, .. } => format!("use a value of {option} within that range, or leave it out"),
-            Self::SpeedNeeded => {
-                "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space".into()
-            }
-            Self::TooSlow { .. } => {
-                "check the unit of the speed; of a vehicle that is as slow as that, state the lowest speed, or identify the structure state-space".into()
-            }
-            Self::YawRateLogNeeded => {
-                "read the log for the response yaw-rate, or identify the structure torque".into()
-            }
-            Self::TorqueLogNeeded { .. } => {
-                "read the log for the response lateral-acceleration, and name the channel that is missing".into()
-            }
-            Self::Implausible { hint, .. } => hint.clone(),
-            Self::WheelbaseNeeded => {
-                "state the wheelbase, or the steering angle at a command of 1".into()
-            }
-            Self::NoSpeed => "name the channel of the speed, or identify with the input steering".into(),
-            Self::OrderAboveHorizon { order, .. } => {
-                format!("use a horizon of {} or more, or leave it out", order + 2)
-            }
-            Self::Data { .. } => {
-                "each segment needs as many samples of input as of output, all of them finite numbers".into()
-            }
-            Self::Differ { .. } => {
-                "accumulate all logs with the same version and options; state sample time, steering ratio and horizon where the logs differ".into()
-            }
-            Self::NoFactor { .. } => "accumulate the log again, or copy the file again".into(),
-            Self::NoModel { .. } => {
-                "check the mapping, the signs and the units; the input must drive the output".into()
-            }
-            Self::Numerical { .. } => {
-                "look for extreme values in the log; another horizon or sample time may help".into()
-            }
-        }
+        self.help().map(|help| help.to_string()).unwrap_or_default()
     }
 }
