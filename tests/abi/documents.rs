@@ -26,9 +26,9 @@ const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791
     cornering_stiffness_rear_npr = 105000.0\nactuator_time_constant_s = 0.05\n\
     steering_ratio = 15.0\nspeed_mps = 15.0\n";
 
-const NONLINEAR: &str = include_str!("../data/multibody/vehicle.json");
+const NONLINEAR: &str = include_str!("../../examples/drives/multibody/vehicle.json");
 
-const ESTIMATOR: &str = include_str!("../data/multibody/estimator.json");
+const ESTIMATOR: &str = include_str!("../../examples/drives/multibody/estimator.json");
 
 /// Four stable states with a delay and noise.
 fn plant() -> Plant {

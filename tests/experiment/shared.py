@@ -3,5 +3,5 @@
 import sys
 from pathlib import Path
 
-MULTIBODY = Path(__file__).resolve().parents[1] / "data" / "multibody"
+MULTIBODY = Path(__file__).resolve().parents[2] / "examples" / "drives" / "multibody"
 sys.path.insert(0, str(MULTIBODY))
