@@ -91,7 +91,7 @@ def test_the_package_was_installed_from_a_wheel() -> None:
 
 def test_the_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = Path(__file__).parents[2]
-    (tmp_path / "tests").symlink_to(root / "tests")
+    (tmp_path / "examples").symlink_to(root / "examples")
     (tmp_path / "loop").mkdir()
     monkeypatch.chdir(tmp_path / "loop")
     blocks = (root / "README.md").read_text("utf-8").split("```python\n")[1:]

@@ -15,7 +15,7 @@ fn blocks(page: &str) -> Vec<(&str, &str)> {
 fn the_tutorial_shows_what_is_printed() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
-    std::os::unix::fs::symlink(root.join("tests"), folder.path().join("tests")).unwrap();
+    std::os::unix::fs::symlink(root.join("examples"), folder.path().join("examples")).unwrap();
     let program = Path::new(env!("CARGO_BIN_EXE_steerwright")).parent().unwrap().to_path_buf();
     let path = std::env::var_os("PATH").unwrap_or_default();
     let path = std::env::join_paths([program].into_iter().chain(std::env::split_paths(&path)));
