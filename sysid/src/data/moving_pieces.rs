@@ -4,12 +4,10 @@
 use crate::data::moving::{of_wheelbase, steady_wheelbase};
 use steerwright_drivelog::{Gate, Piece, StreamStart, below_speed_in_words};
 
-/// Time of driving that determines the least speed, s.
+/// Time above the least speed of a car that determines the least speed, s.
 const FIRST_S: f64 = 60.0;
-/// Time that is waited for it, s.
+/// Time that is waited for it, s: for good where a smaller vehicle is nowhere as fast.
 const LONGEST_S: f64 = 3600.0;
-/// Speed of a vehicle that stands, m/s.
-const STANDING_MPS: f64 = 0.1;
 
 /// Where the pieces go that move.
 type Sink<'a, E> = dyn FnMut(Piece<'_>) -> Result<(), E> + 'a;
@@ -19,8 +17,8 @@ type Sink<'a, E> = dyn FnMut(Piece<'_>) -> Result<(), E> + 'a;
 pub(crate) struct MovingPieces {
     /// The segments from which the least speed is determined: steering, yaw rate and speed. The last one is open.
     first: Vec<[Vec<f64>; 3]>,
-    /// Samples of them in which the vehicle does not stand.
-    driven: usize,
+    /// Samples of them above the least speed of a car.
+    fast: usize,
     /// What faster parts pass through, and the least speed, m/s; `None` until that is determined.
     gate: Option<(Gate, f64)>,
     start: Option<StreamStart>,
@@ -50,8 +48,10 @@ impl MovingPieces {
                 if let Some(segment) = self.first.last_mut() {
                     segment.iter_mut().zip(samples).for_each(|(x, more)| x.extend(more));
                 }
-                self.driven += speed.iter().filter(|v| **v > STANDING_MPS).count();
-                let is_enough = self.driven as f64 * start.sample_time_s >= FIRST_S
+                // Driving at walking pace says nothing of what comes after it.
+                let least_of_car = of_wheelbase(None);
+                self.fast += speed.iter().filter(|v| **v >= least_of_car).count();
+                let is_enough = self.fast as f64 * start.sample_time_s >= FIRST_S
                     || self.taken as f64 * start.sample_time_s >= LONGEST_S;
                 if is_enough { self.begin(sink) } else { Ok(()) }
             }
@@ -76,7 +76,10 @@ impl MovingPieces {
         let (Some((_, least_mps)), Some(start)) = (&self.gate, self.start) else { return Ok(None) };
         let [left_out, all] =
             [self.taken - self.passed, self.taken].map(|n| n as f64 * start.sample_time_s);
-        let warning = (left_out > 0.0).then(|| below_speed_in_words(*least_mps, left_out, all));
+        let mut warning = None;
+        if left_out > 0.0 {
+            warning = Some(below_speed_in_words(*least_mps, left_out, all));
+        }
         Ok(Some((*least_mps, warning)))
     }
 

@@ -266,7 +266,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     assert!(distance < 1e-6, "{distance:e}");
 }
 
-/// A drive with stretches at walking pace between gaps, where the yaw rate obeys another law.
+/// A drive with stretches at walking pace between gaps, the first at its start; the yaw rate obeys another law there.
 fn with_crawling(fast: &str, every: usize, crawling: usize) -> String {
     const GAP: usize = 300;
     let mut lines = fast.lines();
@@ -274,7 +274,7 @@ fn with_crawling(fast: &str, every: usize, crawling: usize) -> String {
     let mut row = 0;
     for (k, line) in lines.enumerate() {
         let mut cells: Vec<String> = line.split(',').map(String::from).collect();
-        if k % every == every - 1 {
+        if k % every == 0 {
             row += GAP;
             for slow in 0..crawling {
                 let angle = 0.3 * (0.02 * slow as f64).sin();
@@ -314,4 +314,15 @@ fn what_crawls_is_left_out() {
     let crawling = accumulated(&text.replace(",15.", ",1.").replace(",14.", ",1."));
     assert_eq!(crawling.samples(), plain.samples());
     assert!(crawling.warnings().iter().all(|w| !w.contains("the speed is below")));
+}
+
+/// Minutes at walking pace before anything else do not make them part of the model.
+#[test]
+fn what_crawls_for_minutes_at_the_start_is_left_out() {
+    let text = csv(12, 24_000);
+    let plain = accumulated(&text);
+    let slow = accumulated(&with_crawling(&text, 24_000, 18_000));
+    let warnings = slow.warnings();
+    assert!(warnings.iter().any(|w| w.contains("the speed is below")), "{warnings:?}");
+    assert_eq!(slow.samples(), plain.samples());
 }
