@@ -18,7 +18,8 @@ use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 /// factor whose logs are all in another counts once; two that share only some of their logs are an error.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors
+    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors. --window,
+    /// --drive and --channel are not available
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// File of the R factor

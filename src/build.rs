@@ -22,8 +22,8 @@ pub(crate) struct Arguments {
     /// Vehicle data (TOML) of a bicycle model to compare with
     #[arg(long, value_name = "VEHICLE.toml")]
     vehicle: Option<PathBuf>,
-    /// Recorded points (CSV) of a road to track, in addition to the standard road
-    #[arg(long, value_name = "TRACK.csv")]
+    /// Recorded points (CSV, GPX or NMEA) of a road to track, in addition to the standard road
+    #[arg(long, value_name = "TRACK")]
     track: Option<PathBuf>,
     /// Largest lateral acceleration on the standard road
     #[arg(long, value_name = "ACCELERATION", value_parser = quantity::acceleration, default_value = "4m/s2")]

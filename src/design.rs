@@ -23,7 +23,7 @@ const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offs
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// plant.json, bicycle.json or vehicle.json
-    #[arg(value_name = "PLANT.json")]
+    #[arg(value_name = "MODEL.json")]
     plant: PathBuf,
     /// Write the controller here
     #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]

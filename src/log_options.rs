@@ -73,8 +73,8 @@ pub(crate) struct LogArguments {
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
-    /// Class of the vehicle: a model with dimensions of none of this class fails. By default it must have those of
-    /// one of them
+    /// Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default they must
+    /// be those of one of the classes
     #[arg(long, value_name = "car|truck|bus|scale")]
     pub(crate) vehicle_class: Option<VehicleClass>,
     /// Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
@@ -98,9 +98,9 @@ pub(crate) struct LogArguments {
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
-    /// Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a log
-    /// with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    /// sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    /// Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or latitude and
+    /// longitude) course and gyro determine the sideslip in plant.json, and an error of the age is an error of
+    /// the sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
     /// is stated
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) gnss_latency: Option<f64>,

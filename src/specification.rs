@@ -285,7 +285,7 @@ fn read(file: &Path) -> Result<Options, Failure> {
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
         Failure::new(
             format!("{}:{line}:{column}: {problem}", file.display()),
-            format!("a line is such as `settling = \"1s\"`; the names are {}", names.join(", ")),
+            "a line is such as `settling = \"1s\"`; the names are the options under Specification in `steerwright design --help`",
         )
     };
     let table: BTreeMap<Spanned<String>, Spanned<Value>> = toml::from_str(&text)
@@ -298,7 +298,13 @@ fn read(file: &Path) -> Result<Options, Failure> {
     for (name, value) in entries {
         let (key, start) = (name.get_ref().clone(), value.span().start);
         if !names.contains(&key) {
-            return Err(at(name.span().start, &format!("`{key}` is no requirement")));
+            let near = steerwright_host::near(&key, names.iter().map(String::as_str));
+            let near = if near.is_empty() {
+                String::new()
+            } else {
+                format!("; near it: {}", near.join(", "))
+            };
+            return Err(at(name.span().start, &format!("`{key}` is no requirement{near}")));
         }
         let here = |problem: &str| at(start, &format!("{key}: {problem}"));
         so_far.insert(key.clone(), value.into_inner());

@@ -86,7 +86,8 @@ impl Setting<'_> {
                 steering_ratio: self.models.first().map_or(1.0, |m| m.design.steering_ratio),
             });
         }
-        let rounded = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
+        // Adding 0 removes the sign of a negative zero.
+        let rounded = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS + 0.0;
         let exact = held.sideslip / held.yaw_rate;
         let per_yaw_rate = rounded(exact);
         let rest = turning.sideslip - exact * turning.yaw_rate;

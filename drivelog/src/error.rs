@@ -72,7 +72,7 @@ pub enum Error {
     ))]
     SeveralClocks { role: &'static str, expression: String },
     #[error("{file}: the file is empty")]
-    #[diagnostic(help("{}", TABLE))]
+    #[diagnostic(help("{}", LOG))]
     EmptyFile { file: String },
     #[error("{file}: this is a JSON document, not a log")]
     #[diagnostic(help(
@@ -80,7 +80,7 @@ pub enum Error {
     ))]
     Json { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
-    #[diagnostic(help("{}", TABLE))]
+    #[diagnostic(help("{}", LOG))]
     NotText { file: String, line: u64 },
     #[error("{file}: the text is UTF-16, and UTF-8 is expected")]
     #[diagnostic(help("save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv"))]
@@ -338,7 +338,7 @@ impl Error {
     }
 }
 
-const TABLE: &str = "the log must be CSV text with a header line and a row for each sample";
+const LOG: &str = "name a log: CSV with a header line and a row for each sample, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database";
 const CHANNEL: &str =
     "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite";
 

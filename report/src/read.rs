@@ -72,15 +72,37 @@ impl Traces {
         })
     }
 
-    /// The ranges of time of the validation data.
+    /// The times on an axis, s: each drive counts from its own first sample, so a later drive is shifted to the
+    /// end of the one before.
+    #[must_use]
+    pub fn axis_time_s(&self) -> Vec<f64> {
+        let (mut shift, mut end) = (0.0, f64::NEG_INFINITY);
+        let shifted = |t: &f64| {
+            if t + shift < end {
+                shift = end - t;
+            }
+            end = t + shift;
+            end
+        };
+        self.time_s.iter().map(shifted).collect()
+    }
+
+    /// The label of that axis.
+    #[must_use]
+    pub fn axis_label(&self) -> &'static str {
+        let starts_again = self.time_s.windows(2).any(|t| t[1] < t[0]);
+        if starts_again { "Time (s), one drive after the other" } else { "Time (s)" }
+    }
+
+    /// The ranges of the validation data on the axis of [`Traces::axis_time_s`].
     #[must_use]
     pub fn validation_ranges(&self) -> Vec<(f64, f64)> {
         let mut out: Vec<(f64, f64)> = Vec::new();
         let mut before = false;
-        for (t, held) in self.time_s.iter().zip(&self.is_validation) {
+        for (t, held) in self.axis_time_s().into_iter().zip(&self.is_validation) {
             match (held, before, out.last_mut()) {
-                (true, true, Some(range)) => range.1 = *t,
-                (true, ..) => out.push((*t, *t)),
+                (true, true, Some(range)) => range.1 = t,
+                (true, ..) => out.push((t, t)),
                 _ => {}
             }
             before = *held;
@@ -273,5 +295,19 @@ mod tests {
             ..Traces::default()
         };
         assert_eq!(traces.validation_ranges(), [(0.0, 0.0), (3.0, 5.0)]);
+        assert_eq!(traces.axis_time_s(), traces.time_s);
+        assert_eq!(traces.axis_label(), "Time (s)");
+    }
+
+    #[test]
+    fn drives_are_drawn_one_after_the_other() {
+        let traces = Traces {
+            time_s: vec![7.0, 8.0, 9.0, 2.0, 3.0],
+            is_validation: vec![false, false, true, true, true],
+            ..Traces::default()
+        };
+        assert_eq!(traces.axis_time_s(), [7.0, 8.0, 9.0, 9.0, 10.0]);
+        assert_eq!(traces.validation_ranges(), [(9.0, 10.0)]);
+        assert_eq!(traces.axis_label(), "Time (s), one drive after the other");
     }
 }

@@ -33,7 +33,10 @@ fn table(rows: &[StructureRow], chosen: Structure) -> String {
         let errors = row.errors.map_or_else(String::new, |(ratio, error)| {
             let rejected = if row.is_rejected { ", rejected" } else { "" };
             let excluded = if row.excluded.is_some() { ", not chosen" } else { rejected };
-            format!("{ratio:.2} ± {:.2}{excluded}", 2.0 * error)
+            // The least is compared with itself.
+            let spread =
+                if error > 0.0 { format!(" ± {:.2}", 2.0 * error) } else { String::new() };
+            format!("{ratio:.2}{spread}{excluded}")
         });
         if let (Ok(_), Some(reason)) = (&row.fit, row.excluded) {
             reasons.push(format!(

@@ -1,7 +1,8 @@
 //! Near matches for misspelt names.
 
 /// The names that a misspelt one may have meant, the nearest first, at most five.
-pub(crate) fn near<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+#[must_use]
+pub fn near<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let wanted = name.to_lowercase();
     let mut found: Vec<(usize, &str)> = known
         .into_iter()

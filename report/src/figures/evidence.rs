@@ -148,12 +148,16 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
     for panel in &mut panels {
         panel.x_log = true;
     }
-    let result = format!(
-        "The model lies within the {percent} % band of the measured response at {} of {} frequencies.",
+    let figure = Figure::new("Frequency response, measured and modelled", panels);
+    if response.compared == 0 {
+        return figure.stating("At no frequency is the coherence high enough for a comparison.");
+    }
+    figure.stating(format!(
+        "The model lies within the {percent} % band of the measured response at {} of {} frequencies \
+         whose coherence is above 0.5.",
         text(response.within * response.compared as f64, 0),
         response.compared
-    );
-    Figure::new("Frequency response, measured and modelled", panels).stating(result)
+    ))
 }
 
 /// Poles and zeros in the z-plane with the unit circle, and in the s-plane, with the ellipses that hold

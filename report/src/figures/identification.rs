@@ -12,11 +12,11 @@ const NEAR_S: f64 = 20.0;
 
 /// Steering angle, yaw rate and yaw of the drive over time.
 pub fn drive(traces: &Traces) -> Figure {
-    let t = &traces.time_s;
+    let t = &traces.axis_time_s();
     let thin = |color| Style::line(color).width(1.1);
     let panel = |label: &str, y: &[f64], color| {
         let mut panel =
-            Panel::new("Time (s)", label).with(Series::over("", t, (y, DEG), thin(color)));
+            Panel::new(traces.axis_label(), label).with(Series::over("", t, (y, DEG), thin(color)));
         for (k, (from, to)) in traces.validation_ranges().into_iter().enumerate() {
             let name = if k == 0 { "validation data" } else { "" };
             panel = panel.mark(Mark::new(name, Place::XBand(from, to), GREY));
@@ -49,13 +49,13 @@ pub fn drive(traces: &Traces) -> Figure {
 /// `fits` are those on estimation and on validation data, percent; `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
 /// [`Traces::bicycle_yaw_rate_radps`].
 pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f64>) -> Figure {
-    let t = &traces.time_s;
+    let t = &traces.axis_time_s();
     let [estimation, validation] = fits.map(|fit| text(fit.unwrap_or(f64::NAN), 1));
     let fits = format!("fit {estimation} %, validation {validation} %");
     let mut result = format!("The identified model: {fits}");
     let measured = Style::line(BLACK).width(1.1);
     let reference = Series::over("measured", t, (&traces.yaw_rate_radps, DEG), measured);
-    let mut rate = Panel::new("Time (s)", "Yaw rate (deg/s)").with(reference);
+    let mut rate = Panel::new(traces.axis_label(), "Yaw rate (deg/s)").with(reference);
     if let Some(bicycle) = &traces.bicycle_yaw_rate_radps {
         let fit = bicycle_fit.map_or_else(String::new, |f| format!("fit {} %", text(f, 1)));
         let mut series = Series::over("bicycle model", t, (bicycle, DEG), Style::dashed(GREEN));
@@ -71,7 +71,7 @@ pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f
             .noted(format!(" ({fits})")),
     );
     rate.y_limits = rate.limits_of_the_first();
-    let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
+    let mut yaw = Panel::new(traces.axis_label(), "Yaw (deg)")
         .with(Series::over("measured", t, (&traces.yaw_rad, DEG), measured))
         .with(Series::over("identified", t, (&traces.simulated_yaw_rad, DEG), line));
     yaw.y_limits = yaw.limits_of_the_first();
@@ -89,7 +89,8 @@ pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f
 
 /// The beginning of the validation data, where the whole drive is too long to see the curves apart.
 fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
-    let (first, last) = (*traces.time_s.first()?, *traces.time_s.last()?);
+    let time = traces.axis_time_s();
+    let (first, last) = (*time.first()?, *time.last()?);
     let (from, to) = traces.validation_ranges().first().copied()?;
     let to = to.min(from + NEAR_S);
     if last - first < 3.0 * NEAR_S || to - from < 0.2 * NEAR_S {

@@ -86,15 +86,6 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
 }
 
 fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
-    let compared = if r.compared > 0 {
-        format!(
-            "The model lies within the band at {} of {} frequencies whose coherence is above 0.5.",
-            text(r.within * r.compared as f64, 0),
-            r.compared
-        )
-    } else {
-        "At no frequency is the coherence high enough for a comparison.".into()
-    };
     let mut blocks = vec![Block::Heading("Frequency response".into())];
     if !r.bands.is_empty() {
         let mut table = Table::new(["band", "model's gain over measured", "model's phase", "±"]);
@@ -116,7 +107,7 @@ fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
     }
     let caption = format!(
         "Measured by Welch's method from {} independent averages, {} Hz apart; shown where the \
-         coherence is significant. {compared}",
+         coherence is significant.",
         text(r.averages, 0),
         significant(r.resolution_hz)
     );

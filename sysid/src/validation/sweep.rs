@@ -78,8 +78,9 @@ pub(crate) fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
         "drive a slalom whose rhythm sweeps from {} to {} Hz, {angle}, for {for_long} at {speed}",
         SWEEP.0, SWEEP.1
     );
-    if reached > 0.0 && reached.is_finite() && reached < 1.0 {
-        let now = bands().map(|b| b.relative_error).fold(0.0, f64::max);
+    let now = bands().map(|b| b.relative_error).fold(0.0, f64::max);
+    // A log that already determines the gain at least as well is recorded again for another reason.
+    if reached > 0.0 && reached < 1.0 && reached < now {
         let now = if now < 1.0 {
             format!("±{:.0} %", (200.0 * now).ceil())
         } else {

@@ -139,7 +139,10 @@ fn documents() {
     let two = "package {chain}/plant.json f.json";
     refused((&[("f.json", &plant(|_| ()))], two, &["both make IdentifiedPlant.fmu"]));
     for (content, says) in [
-        ("settling = \"1s\"\nsetling = \"1s\"\n", &["s.toml:2:1: `setling` is no requirement"]),
+        (
+            "settling = \"1s\"\nsetling = \"1s\"\n",
+            &["s.toml:2:1: `setling` is no requirement; near it: settling"],
+        ),
         ("settling = \"1\"\n", &["s.toml:1:12: settling: a number with its unit (ms or s)"]),
         ("settling = 1\n", &["s.toml:1:12: settling: a number with its unit"]),
         ("overshoot = [1]\n", &["s.toml:1:13: overshoot: a text with a unit"]),

@@ -51,7 +51,7 @@ pub(crate) fn beyond_the_drive(
     if let Some((largest, driven)) = clearly(angle, driven.largest_steering_rad) {
         words.push(format!(
             "the step steers by up to {largest:.1}°, and the drive it was identified from by no more than \
-             {driven:.1}°: what tyres and actuator do beyond it the model does not know"
+             {driven:.1}°: the model does not cover tyres and actuator beyond it"
         ));
     }
     words
