@@ -19,7 +19,7 @@ use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors. --window,
-    /// --drive and --channel are not available
+    /// --drive, --channel, --gnss-latency and --antenna-x are not available
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// File of the R factor
@@ -41,6 +41,12 @@ impl Arguments {
             return Err(Failure::new(
                 "--drive: accumulate reads each file as one drive",
                 "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
+            ));
+        }
+        if self.log.gnss_latency.is_some() || self.log.antenna_x != 0.0 {
+            return Err(Failure::new(
+                "--gnss-latency and --antenna-x: an R factor holds no fixes",
+                "for a model with sideslip, identify from the logs: steerwright identify LOG",
             ));
         }
         Ok(AccumulateOptions {

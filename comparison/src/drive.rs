@@ -5,6 +5,7 @@ use crate::Error;
 use crate::models::ComparedModel;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Model, SourceFile};
+use steerwright_sysid::sideslip::unused_fixes;
 use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
@@ -44,8 +45,8 @@ pub(crate) fn validate(
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
-    let mut remarks =
-        [log.warnings.clone(), steerwright_sysid::sideslip::sideslip(log).warnings].concat();
+    let mut remarks = log.warnings.clone();
+    remarks.extend(unused_fixes(log));
     let mut validated = Vec::new();
     for model in models {
         validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);

@@ -7,6 +7,7 @@ use crate::options::LogOptions;
 use crate::recording::Group;
 use crate::role::Role;
 use crate::units::{ONE, Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
+use strsim::osa_distance;
 
 /// What a role is read from.
 #[derive(Debug, Clone)]
@@ -65,7 +66,7 @@ fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error
         [] => Err(Error::MissingColumn {
             role: role.name(),
             column: name.into(),
-            available: available(groups),
+            available: available(groups, Some(name)),
         }),
         [hit] => Ok(hit),
         _ => {
@@ -173,7 +174,7 @@ fn by_name(
                     several.iter().map(|s| groups[s.group].label(&s.name)).collect();
                 format!("several could be ({})", names.join(", "))
             },
-            available: available(groups),
+            available: available(groups, None),
         }),
     }
 }
@@ -313,10 +314,31 @@ pub(crate) fn time_column(
     Err(Error::NoTime { file: group.place(), available: group.names() })
 }
 
-fn available(groups: &[Group]) -> String {
+/// Channels in words: all of a few, or those nearest to what was asked for.
+fn available(groups: &[Group], wanted: Option<&str>) -> String {
     // A bus or a robot has hundreds of channels.
     const MOST: usize = 60;
+    const MOST_BESIDE_A_NAME: usize = 12;
+    const NEAREST: usize = 5;
     let all: usize = groups.iter().map(|g| g.channels.len()).sum();
+    if let Some(wanted) = wanted
+        && all > MOST_BESIDE_A_NAME
+    {
+        let wanted = wanted.to_lowercase();
+        let mut found = Vec::new();
+        for group in groups {
+            for channel in &group.channels {
+                let name = channel.name.to_lowercase();
+                let is_part =
+                    !name.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
+                let distance = osa_distance(&wanted, &name);
+                found.push((!is_part, distance, group.label(&channel.name)));
+            }
+        }
+        found.sort();
+        let names: Vec<String> = found.into_iter().take(NEAREST).map(|(.., name)| name).collect();
+        return format!("{} (the nearest of {all})", names.join(", "));
+    }
     let (mut left, mut texts) = (MOST, Vec::new());
     for group in groups {
         let names = group.channels.iter().take(left).map(|c| c.name.as_str());

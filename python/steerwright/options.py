@@ -57,8 +57,8 @@ class ReadOptions(TypedDict, total=False):
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
     vehicle_class: Literal["car", "truck", "bus", "scale"]
-    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
-    those of one of them."""
+    """Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default
+    they must be those of one of the classes."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -75,10 +75,10 @@ class ReadOptions(TypedDict, total=False):
     max_gap: Quantity
     """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
     gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
-    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
-    is stated."""
+    """Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or
+    latitude and longitude) course and gyro determine the sideslip in plant.json, and an error of the age
+    is an error of the sideslip. By default the age is estimated from speed changes on straights; without
+    them no sideslip is stated."""
     antenna_x: Quantity
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
@@ -122,8 +122,8 @@ class ModelOptions(TypedDict, total=False):
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
     vehicle_class: Literal["car", "truck", "bus", "scale"]
-    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
-    those of one of them."""
+    """Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default
+    they must be those of one of the classes."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -140,10 +140,10 @@ class ModelOptions(TypedDict, total=False):
     max_gap: Quantity
     """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
     gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
-    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
-    is stated."""
+    """Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or
+    latitude and longitude) course and gyro determine the sideslip in plant.json, and an error of the age
+    is an error of the sideslip. By default the age is estimated from speed changes on straights; without
+    them no sideslip is stated."""
     antenna_x: Quantity
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
     method: Literal["auto", "n4sid", "moesp", "cva", "ssarx", "pbsid"]
@@ -250,8 +250,8 @@ class AccumulateOptions(TypedDict, total=False):
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
     vehicle_class: Literal["car", "truck", "bus", "scale"]
-    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
-    those of one of them."""
+    """Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default
+    they must be those of one of the classes."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -268,10 +268,10 @@ class AccumulateOptions(TypedDict, total=False):
     max_gap: Quantity
     """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
     gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
-    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
-    is stated."""
+    """Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or
+    latitude and longitude) course and gyro determine the sideslip in plant.json, and an error of the age
+    is an error of the sideslip. By default the age is estimated from speed changes on straights; without
+    them no sideslip is stated."""
     antenna_x: Quantity
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
@@ -499,8 +499,8 @@ class CompareOptions(TypedDict, total=False):
     steering_ratio: float
     """Steering angle over road-wheel angle; needed where the log has the steering wheel."""
     vehicle_class: Literal["car", "truck", "bus", "scale"]
-    """Class of the vehicle: a model with dimensions of none of this class fails. By default it must have
-    those of one of them."""
+    """Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default
+    they must be those of one of the classes."""
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
@@ -517,10 +517,10 @@ class CompareOptions(TypedDict, total=False):
     max_gap: Quantity
     """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
     gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a
-    log with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
-    sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
-    is stated."""
+    """Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or
+    latitude and longitude) course and gyro determine the sideslip in plant.json, and an error of the age
+    is an error of the sideslip. By default the age is estimated from speed changes on straights; without
+    them no sideslip is stated."""
     antenna_x: Quantity
     """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
     accept_untrusted: bool
@@ -618,8 +618,8 @@ class BuildOptions(IdentifyOptions, total=False):
     """Folder for all results (default out)."""
     vehicle: File
     """Vehicle data (TOML) of a bicycle model to compare with."""
-    track: File
-    """Recorded points (CSV) of a road to track, in addition to the standard road."""
+    track: str
+    """Recorded points (CSV, GPX or NMEA) of a road to track, in addition to the standard road."""
     lateral_acceleration: Quantity
     """Largest lateral acceleration on the standard road (default 4m/s2)."""
     accept_untrusted: bool

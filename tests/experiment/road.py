@@ -22,7 +22,13 @@ END_M = 0.5  # so near to the road's end it is reached
 TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature", "x", "y")
 OFF_ROAD_M = 20.0  # then the run is over: lost
 # The terms of the sideslip that the estimator uses.
-ESTIMATED = ("sideslip_per_yaw_rate", "sideslip_growth", "sideslip_per_yaw_acceleration")
+ESTIMATED = (
+    "sideslip_per_yaw_rate",
+    "sideslip_growth",
+    "sideslip_per_yaw_acceleration",
+    "sideslip_reference_speed",
+    "distance_rear",
+)
 
 
 @dataclass

@@ -6,10 +6,11 @@ controller is designed for each steering rate, and the servo turns at the rate t
 
 * 30 drives along the standard road with corrected GNSS. It needs a share of the steering rate: the change of
   its curvature over that of the car in a steady turn. A car is off the path beyond 0.5 m.
+* The standard road at 8 m/s by designs on drives at 15 m/s, of each car: within 0.2 m RMS.
 * 12 yaw steps of 5 degrees.
 * 24 engagements next to a straight road, at up to 25 m/s, with the servo as stated and with slower ones.
 
-It fails on a car off a road that needs no more than the rate, on a lost engagement, and on a step that misses
+It fails on a car off a road that needs no more than the rate or beyond those 0.2 m, on a lost engagement, and on a step that misses
 the specification, or what its design predicts where that is worse, by more than `MARGINS`.
 
     cargo xtask experiment --smoke               the points that CI drives
@@ -42,6 +43,8 @@ RATES_RADPS = (0.40, 0.27, 0.18)
 FASTEST_ENGAGED_MPS = 25.0
 DRIVE_SEED = 1
 STEPS = 12
+# Of a design and of the road that it drives, m/s, and the largest RMS error there, m.
+DESIGNED_MPS, DRIVEN_MPS, LARGEST_RMS_M = 15.0, 8.0, 0.2
 # Overshoot, percent, settling time, s, and steady-state error, percent, of a car beyond the specification.
 MARGINS = {"overshoot_percent": 1.0, "settling_time_s": 0.1, "steady_state_error_percent": 1.0}
 
@@ -93,7 +96,7 @@ def drive(program, estimator, folder, point):
             pid = workshop.controller(folder / f"{RATES_RADPS[0]}" / "plant.json", out)
         way = workshop.path(case.speed, ROAD_ACCELERATION_MPS2, out)
         share = needed_steering_rate(case, way) / rate
-        scores = on_the_road(point, rate, estimator, out, sideslip(plant), way["length_m"])
+        scores = on_the_road(case, point.seed, rate, estimator, out, sideslip(plant), way["length_m"])
         rms, largest = scores["cross_track_rms_m"], scores["cross_track_largest_m"]
         line = f"{case.name:11} {rate:.2f} rad/s  road {share:4.2f} of it: {rms:.3f}, largest {largest:.3f} m"
         if share <= 1.0 and not (scores["finished"] and largest <= BACK_M):
@@ -114,11 +117,29 @@ def drive(program, estimator, folder, point):
     return lines, failed
 
 
-def on_the_road(point, rate, estimator, folder, slip, length):
+def drive_slower(program, estimator, folder, seed, car):
+    """A line of figures, and what failed, of a design at one speed on a road at another."""
+    designed, driven = (Case(car, speed) for speed in (DESIGNED_MPS, DRIVEN_MPS))
+    folder = folder / f"{designed.name} slower"
+    folder.mkdir()
+    log, fixes, rate = folder / "drive.csv", folder / "fixes.csv", RATES_RADPS[0]
+    states, _ = designed.record(log, seed)
+    designed.record_fixes(fixes, seed, states)
+    workshop = Workshop(program, ("--max-rate", f"{rate}rad/s"))
+    plant, _ = workshop.identified(log, fixes, folder)
+    way = workshop.path(driven.speed, ROAD_ACCELERATION_MPS2, folder)
+    scores = on_the_road(driven, seed, rate, estimator, folder, sideslip(plant), way["length_m"])
+    rms = scores["cross_track_rms_m"]
+    line = f"{driven.name:11} by a design on a drive at {designed.speed:.0f} m/s: {rms:.3f} m"
+    is_near = scores["finished"] and rms <= LARGEST_RMS_M
+    return [line], [] if is_near else [f"{line}: off the path"]
+
+
+def on_the_road(case, seed, rate, estimator, folder, slip, length):
     archives = [Archive(folder / f"{name}.fmu") for name in ("ReferencePath", "LateralPid")]
-    loop, case = road.Loop(Archive(estimator), *archives), point.case
+    loop = road.Loop(Archive(estimator), *archives)
     count = round((length / case.speed + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
-    read = sensors.Sensors(sensors.CORRECTED, [*case.seed(5), point.seed], 0.0, count)
+    read = sensors.Sensors(sensors.CORRECTED, [*case.seed(5), seed], 0.0, count)
     scores = road_scores(*road.follow(case.car, case.speed, loop, read, slip, length, rate))
     for archive in (loop.estimator, *archives):
         archive.remove()
@@ -146,10 +167,12 @@ def main():
     print("yaw step: overshoot %, settling time s, steady-state error %")
     with tempfile.TemporaryDirectory() as folder:
         estimator = estimator_archive(program, Path(folder))
-        work = partial(drive, program, estimator, Path(folder))
-        for lines, missed in engagement.in_parallel(work, chosen):
-            print("\n".join(lines), flush=True)
-            failed += missed
+        whole = partial(drive, program, estimator, Path(folder))
+        slower = partial(drive_slower, program, estimator, Path(folder), chosen[0].seed)
+        for work, tasks in ((whole, chosen), (slower, CARS)):
+            for lines, missed in engagement.in_parallel(work, tasks):
+                print("\n".join(lines), flush=True)
+                failed += missed
     print(f"{len(failed)} failures", *failed, sep="\n")
     raise SystemExit(1 if failed else 0)
 

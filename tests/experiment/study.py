@@ -255,9 +255,11 @@ def sideslip(plant):
     terms = {
         "sideslip_growth": "sideslip_growth_s5pm2",
         "sideslip_per_yaw_acceleration": "sideslip_per_yaw_acceleration_s2",
+        "distance_rear": "distance_rear_m",
     }
     found = {name: stated[key]["value"] for name, key in terms.items() if key in stated}
-    return {"sideslip_per_yaw_rate": stated["sideslip_per_yaw_rate_s"]} | found
+    speed = {"sideslip_reference_speed": plant["operating_point"]["speed_mps"]}
+    return {"sideslip_per_yaw_rate": stated["sideslip_per_yaw_rate_s"]} | speed | found
 
 
 def needed_steering_rate(case, way):

@@ -33,9 +33,9 @@ pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
-pub use names::near;
 /// Types of the description of a [`Model`].
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
+pub use names::near;
 pub use scratch::Scratch;
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
 pub use system::{

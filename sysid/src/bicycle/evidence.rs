@@ -10,7 +10,7 @@ use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
 use crate::identify::held::Read;
-use crate::sideslip::sideslip;
+use crate::sideslip::unused_fixes;
 use crate::validation::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
@@ -79,7 +79,13 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
             channels: log.channels.clone(),
-            warnings: [log.warnings.clone(), as_held, sideslip(log).warnings].concat(),
+            warnings: log
+                .warnings
+                .iter()
+                .cloned()
+                .chain(as_held)
+                .chain(unused_fixes(log))
+                .collect(),
         };
         self.warn(&mut evidence);
         Ok(evidence)

@@ -44,7 +44,8 @@ pub(crate) fn moving(log: &DriveLog, least_mps: f64) -> Result<Cow<'_, DriveLog>
     Ok(moving)
 }
 
-fn wheelbase_of_log(log: &DriveLog) -> Option<f64> {
+/// The wheelbase by the steady turn of a log, m.
+pub(crate) fn wheelbase_of_log(log: &DriveLog) -> Option<f64> {
     let speed = log.speed.as_ref()?;
     if speed.len() != log.len() || log.output.len() != log.len() {
         return None;

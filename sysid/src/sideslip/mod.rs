@@ -8,13 +8,17 @@
 //! take more, from √2 standard errors. The standard error of a fix's age is one of S (and τ²/2 −
 //! τ·S of C, and τ·v₀/2 of b).
 //!
-//! A drive with varying speed also determines b of `S(v) = b/v − κ·v`; S is then that of the mean speed v₀.
+//! A drive with varying speed also determines b of `S(v) = b/v − κ·v`; S is then that of the mean speed v₀. Of another
+//! drive b is that of usual tyres and of the wheelbase.
 
 mod age;
+mod assumed;
 mod displacements;
 mod regression;
 
+use crate::data::moving::wheelbase_of_log;
 use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::assumed::assumed_distance;
 use crate::sideslip::displacements::{
     ACCELERATION, BLOCK_S, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece, RATE,
     SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
@@ -70,10 +74,32 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
         return all;
     }
     match of_pieces(&pieces(gnss, latency.0), latency, gnss.antenna_x_m, mean) {
-        Ok(found) => all.sideslip = Some(found),
+        Ok(mut found) => {
+            if found.distance_rear_m.is_none()
+                && let Some(term) = assumed_distance(&found, mean, wheelbase_of_log(log))
+            {
+                found.distance_rear_m = Some(term);
+                all.warnings.push(format!(
+                    "the speed changes too little to determine the distance to the rear axle, on which the sideslip at other speeds depends: {:.2} ± {:.2} m, by usual tyres and the steering",
+                    term.value,
+                    2.0 * term.standard_error
+                ));
+            }
+            all.sideslip = Some(found);
+        }
         Err(why) => all.warnings.push(format!("no sideslip from the fixes: {why}")),
     }
     all
+}
+
+/// The warning about fixes that a log has in vain.
+#[must_use]
+pub fn unused_fixes(log: &DriveLog) -> Option<String> {
+    log.gnss.as_ref()?;
+    Some(
+        "the GNSS fixes are not used: only a model in state space takes its sideslip from them"
+            .into(),
+    )
 }
 
 /// The segments of all drives, with the fixes that were valid in each.

@@ -7,6 +7,7 @@ use crate::data::split::Split;
 use crate::identify::held::Steering;
 use crate::identify::plant::Traces;
 use crate::selection::options::IdentifyOptions;
+use crate::sideslip::unused_fixes;
 use crate::single_track::directions::directions;
 use crate::single_track::drive::{Drive, DriveSegment};
 use crate::single_track::identify::{SingleTrack, identify_single_track};
@@ -82,7 +83,7 @@ pub(crate) fn identify_moving(
     let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(log, ranges));
     let validated = (!ranges[1].is_empty()).then_some(&validation);
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
-    warnings.splice(0..0, log.warnings.iter().cloned());
+    warnings.splice(0..0, log.warnings.iter().cloned().chain(unused_fixes(log)));
     let mut simulated = log.output.clone();
     let [estimated, validated] = &ranges;
     let unused = long(&Split::unused(log, [estimated, validated]));

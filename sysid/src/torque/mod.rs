@@ -14,6 +14,7 @@ mod signals;
 pub use options::TorqueOptions;
 
 use crate::Error;
+use crate::sideslip::unused_fixes;
 use crate::torque::fit::{BLOCK_S, Fit};
 use crate::torque::signals::Signals;
 use steerwright_drivelog::{DriveLog, Response, Role};
@@ -69,7 +70,7 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
         error_mps2,
         estimation_fit,
         validation_fit,
-        warnings: log.warnings.clone(),
+        warnings: log.warnings.iter().cloned().chain(unused_fixes(log)).collect(),
     };
     let factor = estimate(k, c[(0, 0)]);
     let unit = log.channels.iter().find(|channel| channel.role == Role::SteeringTorque.key());

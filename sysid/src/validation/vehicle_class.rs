@@ -32,7 +32,7 @@ pub(crate) fn implausible_vehicle(
         let is_short = wheelbase.is_none_or(|[l, error]| l - WITHIN * error <= longest);
         is_long && is_short && speed_mps <= fastest
     };
-    let cause = "check the unit of the speed (km/h in a column of m/s), the steering ratio and the units of the angle and the yaw rate; state the class of the vehicle where it is right, in the options of the log";
+    let cause = "check the unit of the speed (km/h in a column of m/s), the steering ratio and the units of the angle and the yaw rate; where they are right, state the class of the vehicle (--vehicle-class, vehicle_class in Python)";
     let fits_one = match class {
         Some(class) => fits(class),
         None => VehicleClass::ALL.into_iter().any(fits),

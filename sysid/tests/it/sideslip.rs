@@ -270,14 +270,34 @@ fn the_distance_to_the_rear_axle_is_that_of_the_centre_of_gravity() {
     assert!((known - car().distance_rear).abs() < 0.15, "{known}");
 }
 
-/// A speed that hardly changes leaves b undetermined, and so does an age of the fixes that is not stated:
-/// S is then constant.
+/// A speed that hardly changes leaves b to the steering and to usual tyres, and the sideslip at other speeds is nearer
+/// to the vehicle's than a constant one.
 #[test]
-fn a_steady_speed_leaves_the_distance_out() {
-    for swing in [0.0, 0.3] {
-        let found = logged(Drive { swing, ..DRIVE }, &stated_age()).sideslip.unwrap();
-        assert_eq!(found.distance_rear_m, None, "{swing} m/s: {found:?}");
+fn a_steady_speed_leaves_the_distance_to_usual_tyres() {
+    for (swing, antenna_x) in [(0.0, 0.0), (0.3, 0.0), (0.0, 1.2)] {
+        let options = LogOptions { antenna_x_m: antenna_x, ..stated_age() };
+        let from_fixes = logged(Drive { swing, antenna_x, ..DRIVE }, &options);
+        let found = from_fixes.sideslip.unwrap();
+        println!("{swing} m/s: {:?} {:?}", found.distance_rear_m, from_fixes.warnings);
         assert!((found.sideslip_per_yaw_rate_s - car().sideslip_per_yaw_rate(SPEED)).abs() < 0.005);
+        assert!(from_fixes.warnings.iter().any(|w| w.contains("the speed changes too little")));
+        let distance = found.distance_rear_m.unwrap();
+        assert!((distance.value - car().distance_rear).abs() < 2.0 * distance.standard_error);
+        assert!(distance.standard_error > 0.1, "{distance:?}");
+        let law = Sideslip {
+            per_yaw_rate: found.sideslip_per_yaw_rate_s,
+            growth: 0.0,
+            per_yaw_acceleration: 0.0,
+            reference_speed: SPEED,
+            distance_rear: distance.value,
+        };
+        for speed in [6.5, 8.0, 22.0, 30.0] {
+            let truth = car().sideslip_per_yaw_rate(speed);
+            let error = (law.at(speed).per_yaw_rate - truth).abs();
+            let of_constant = (law.per_yaw_rate - truth).abs();
+            println!("{speed} m/s: {error:.4} s, constant {of_constant:.4} s");
+            assert!(error < 0.5 * of_constant, "{speed} m/s: {error} {of_constant}");
+        }
     }
 }
 
