@@ -73,14 +73,18 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     for line in ["s per yaw rate", "ms of it per (m/s²)²", "s2 per yaw acceleration"] {
         assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
     }
-    let found = document::<steerwright_formats::Plant>(&folder.join("car.json")).sideslip.unwrap();
-    let (rate, growth, lead) =
-        (found.sideslip_per_yaw_rate_s, found.growth(), found.per_yaw_acceleration());
-    assert!(growth < 0.0 && lead > 0.0, "{found:?}");
+    let plant = document::<steerwright_formats::Plant>(&folder.join("car.json"));
+    let found = plant.sideslip.unwrap();
+    assert!(found.growth() < 0.0 && found.per_yaw_acceleration() > 0.0, "{found:?}");
 
     let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
     assert!(text_of(&output).contains("more per (m/s²)²"), "{}", text_of(&output));
-    let guidance = document::<steerwright_formats::Path>(&folder.join("own.json")).guidance;
+    let path = document::<steerwright_formats::Path>(&folder.join("own.json"));
+    // The drive was a little slower than the path.
+    let law = steerwright_loading::sideslip(&plant).unwrap().at(path.speed_mps);
+    let (rate, growth, lead) = (law.per_yaw_rate, law.growth, law.per_yaw_acceleration);
+    assert!((rate - found.sideslip_per_yaw_rate_s).abs() < 2e-4, "{rate} {found:?}");
+    let guidance = path.guidance;
     assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
     assert_eq!(guidance.sideslip_growth_s5pm2, growth);
     assert_eq!(guidance.sideslip_per_yaw_acceleration_s2, lead);
@@ -97,7 +101,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     ] {
         assert_eq!(start(folder, fmu, name), expected, "{fmu} {name}");
     }
-    assert_eq!(start(folder, "ReferencePath", "distance_rear"), 0.0);
+    assert_eq!(start(folder, "ReferencePath", "distance_rear"), found.distance_rear());
 
     // With the distance to the rear axle it is that of the path's speed.
     let mut plant = document::<steerwright_formats::Plant>(&folder.join("car.json"));
@@ -108,9 +112,10 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(text_of(&output).contains("all at 8.0 m/s; rear axle 1.40 m"), "{}", text_of(&output));
     let guidance = document::<steerwright_formats::Path>(&folder.join("slow.json")).guidance;
     let speed = plant.operating_point.speed_mps;
+    let rate = found.sideslip_per_yaw_rate_s;
     let at_8 = 1.4 / 8.0 - 8.0 * (1.4 / speed - rate) / speed;
     assert!((guidance.sideslip_per_yaw_rate_s - at_8).abs() < 1e-12, "{guidance:?} {at_8}");
-    assert!((guidance.sideslip_growth_s5pm2 - growth * 8.0 / speed).abs() < 1e-12);
+    assert!((guidance.sideslip_growth_s5pm2 - found.growth() * 8.0 / speed).abs() < 1e-12);
     assert_eq!(guidance.distance_rear_m, 1.4);
 
     // One that is given by hand stands alone.
