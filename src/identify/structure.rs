@@ -64,7 +64,7 @@ pub(crate) struct StructureArguments {
 pub(crate) enum Wanted {
     /// The simplest that the data do not reject.
     Auto(Box<ChoiceOptions>),
-    One(Box<StructureOptions>),
+    One(Box<dyn StructureOptions>),
 }
 
 impl Wanted {
@@ -154,21 +154,19 @@ impl StructureArguments {
                 single_track: self.single_track(fraction, most),
             })));
         };
-        Ok(Wanted::One(Box::new(match structure {
-            Structure::StateSpace => StructureOptions::StateSpace(stated),
-            Structure::Bicycle => StructureOptions::Bicycle(self.bicycle(fraction, most)),
-            Structure::SingleTrack => {
-                StructureOptions::SingleTrack(self.single_track(fraction, most))
-            }
+        Ok(Wanted::One(match structure {
+            Structure::StateSpace => Box::new(stated),
+            Structure::Bicycle => Box::new(self.bicycle(fraction, most)),
+            Structure::SingleTrack => Box::new(self.single_track(fraction, most)),
             Structure::Torque => {
                 let default = TorqueOptions::default();
-                StructureOptions::Torque(TorqueOptions {
+                Box::new(TorqueOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     friction_rate_radps: self.friction_rate.unwrap_or(default.friction_rate_radps),
                     validation_fraction: fraction,
                 })
             }
-        })))
+        }))
     }
 
     fn bicycle(&self, validation_fraction: f64, max_samples: Option<usize>) -> BicycleOptions {

@@ -29,30 +29,27 @@
 //!
 //! This crate opens no files, and contains no design and no FMUs.
 
-pub mod bicycle;
 mod data;
 mod error;
-mod identify;
 mod linalg;
 pub mod model;
 pub mod pem;
 mod selection;
 pub mod sideslip;
-pub mod single_track;
 pub mod structures;
 pub mod subspace;
-pub mod torque;
 mod validation;
 
 pub use data::scaled::Detrend;
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
-pub use identify::accumulated::{AccumulateOptions, Accumulated};
-pub use identify::plant::{Identified, Traces};
-pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
 pub use selection::options::{IdentifyOptions, Method};
 pub use steerwright_formats::{InputKind, Intersample};
+pub use structures::state_space::accumulated::{AccumulateOptions, Accumulated};
+pub use structures::state_space::plant::{Identified, Traces};
+pub use structures::state_space::{Automatic, TriedOrder, automatic, identify};
+pub use structures::{bicycle, single_track, torque};
 pub use subspace::Weighting;
 pub use validation::validate::{Validated, validate, validate_plant};

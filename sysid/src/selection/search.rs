@@ -1,5 +1,5 @@
 //! The search for a model over an [`Estimator`]: [data in memory](crate::selection::in_memory) or
-//! the R factor of [accumulated drives](crate::identify::accumulated). Each order's [initial
+//! the R factor of [accumulated drives](crate::structures::state_space::accumulated). Each order's [initial
 //! estimates](Estimator::initial_estimates) are refined, and the one of least errors is scored by
 //! one-step prediction errors along with a model of the noise ([`Estimator::predict`]). Orders are
 //! tried in turn until [`LOOK_AHEAD`] in a row have not lowered the criterion; of orders about as

@@ -6,7 +6,7 @@
 //! explains less. A vehicle's own lag is that of the bicycle's tyres and of its actuator; since a lag hides some of a
 //! lead, the least lead is stated that explains the yaw rate.
 
-use crate::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
+use crate::structures::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
 
 /// The residual with the lead over that without: a driver's answers explain less.
 const LEFT: f64 = 0.93;

@@ -8,7 +8,7 @@
 //! of half-width b (Slotine and Li, *Applied Nonlinear Control*, 1991, section 5.2.3), `N = ¹⁄_π
 //! (π/2 − asin c − c √(1 − c²)) + j (4b/πA)(b/A − 1)`, `c = 2b/A − 1`.
 
-use crate::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
+use crate::structures::bicycle::reference::{BLOCKS, Delay, Fitted, Reference};
 use crate::validation::pairs::jackknife;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steerwright_formats::{LimitCycle, SteeringPlay};

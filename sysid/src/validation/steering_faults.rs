@@ -1,7 +1,7 @@
 //! Faults between the recorded steering and the yaw rate: play, and clocks that are apart. They are the recording's
-//! and no model's, so they are decided once for all structures, by [`crate::bicycle::reference`].
+//! and no model's, so they are decided once for all structures, by [`crate::structures::bicycle::reference`].
 
-use crate::bicycle::reference::Reference;
+use crate::structures::bicycle::reference::Reference;
 use crate::validation::clocks::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::pairs::pairs;
 use crate::validation::play::play;

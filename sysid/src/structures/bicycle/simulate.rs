@@ -1,0 +1,400 @@
+//! Simulation of the bicycle over recorded steering and speed, with its sensitivities.
+//!
+//! The speed is that of each sample, held over it, as in the FMU; so is the steering angle, which
+//! acts τ later: within a sample it is first the older value, then the newer. Over each of the two
+//! parts the transition of (v_y, r, δ) is exact, exp([A b 0; 0 −l l; 0 0 0]·h) by scaling and
+//! squaring of its blocks (l = 1/Tn), and so are its derivatives, by h as well, from which the one
+//! by the delay follows.
+
+use crate::linalg::dual::{Dual, Scalar};
+use crate::structures::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
+use std::ops::Range;
+
+/// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SpeedSegment<'a> {
+    pub(super) sample_time: f64,
+    /// Steering before the first sample, where it was recorded.
+    pub(super) before: &'a [f64],
+    /// It may go on beyond the last yaw rate, which a negative delay needs.
+    pub(super) steering: &'a [f64],
+    pub(super) speed: &'a [f64],
+    pub(super) yaw_rate: &'a [f64],
+}
+
+impl SpeedSegment<'_> {
+    pub(super) fn len(&self) -> usize {
+        self.yaw_rate.len()
+    }
+
+    /// No v_y, and the first yaw rate.
+    pub(super) fn measured(&self) -> InitialState {
+        [0.0, self.yaw_rate.first().copied().unwrap_or(0.0)]
+    }
+}
+
+pub(super) type InitialState = [f64; 2];
+
+/// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that.
+const BOUND: f64 = 1e3;
+/// Terms of the series; with a norm of at most 1/4 the next is below 1e-17.
+const TERMS: i32 = 12;
+const LARGEST_NORM: f64 = 0.25;
+/// Time constants after which a wheel has forgotten where it was.
+const LASTING: f64 = 40.0;
+
+struct Transition<S> {
+    lateral: [S; 4],
+    /// (v_y, r) by the initial δ and by the commanded one.
+    by_wheel: [S; 2],
+    by_target: [S; 2],
+    /// δ by the initial δ; by the commanded one it is the rest to 1.
+    wheel: S,
+}
+
+fn product<S: Scalar>(m: &[S; 4], x: &[S; 2]) -> [S; 2] {
+    [m[0] * x[0] + m[1] * x[1], m[2] * x[0] + m[3] * x[1]]
+}
+
+fn sum<S: Scalar>(x: &[S; 2], y: &[S; 2]) -> [S; 2] {
+    [x[0] + y[0], x[1] + y[1]]
+}
+
+impl<S: Scalar> Transition<S> {
+    fn new(a: &[S; 4], b: &[S; 2], rate: S, h: S) -> Self {
+        let size = |x: S| x.value().abs();
+        // A bound on the norm after scaling the states such that the off-diagonals are of one size.
+        let norm = h.value().abs()
+            * (size(a[0]).max(size(a[3])) + (size(a[1]) * size(a[2])).sqrt() + size(rate));
+        // A norm beyond all numbers ends in a result that is not finite, which is refused.
+        let halvings = if norm > LARGEST_NORM {
+            (norm / LARGEST_NORM).log2().ceil().clamp(0.0, 60.0) as i32
+        } else {
+            0
+        };
+        let h = h.times(0.5_f64.powi(halvings));
+        let (a, b, l) = (a.map(|x| x * h), b.map(|x| x * h), rate * h);
+        let (zero, one) = (S::constant(0.0), S::constant(1.0));
+        // Columns of the exponential: of v_y and r, of δ, of the command.
+        let mut t = Self {
+            lateral: [one, zero, zero, one],
+            by_wheel: [zero; 2],
+            by_target: [zero; 2],
+            wheel: one,
+        };
+        let mut power = [one, zero, zero, one];
+        let (mut of_wheel, mut wheel) = ([zero; 2], one);
+        let (mut of_target, mut target) = ([zero; 2], zero);
+        for k in 1..=TERMS {
+            let i = 1.0 / f64::from(k);
+            let next = |x: &[S; 2], d: S| {
+                let p = product(&a, x);
+                [(p[0] + b[0] * d).times(i), (p[1] + b[1] * d).times(i)]
+            };
+            let (first, second) =
+                (product(&a, &[power[0], power[2]]), product(&a, &[power[1], power[3]]));
+            power = [first[0], second[0], first[1], second[1]].map(|x| x.times(i));
+            of_wheel = next(&of_wheel, wheel);
+            of_target = next(&of_target, target);
+            wheel = -(l * wheel).times(i);
+            target = if k == 1 { l } else { -(l * target).times(i) };
+            for (sum, term) in t.lateral.iter_mut().zip(&power) {
+                *sum = *sum + *term;
+            }
+            t.by_wheel = sum(&t.by_wheel, &of_wheel);
+            t.by_target = sum(&t.by_target, &of_target);
+            t.wheel = t.wheel + wheel;
+        }
+        for _ in 0..halvings {
+            t = t.twice();
+        }
+        t
+    }
+
+    fn twice(&self) -> Self {
+        let e = &self.lateral;
+        let rest = S::constant(1.0) - self.wheel;
+        let (first, second) = (product(e, &[e[0], e[2]]), product(e, &[e[1], e[3]]));
+        let scaled = |x: &[S; 2], k: S| [x[0] * k, x[1] * k];
+        Self {
+            lateral: [first[0], second[0], first[1], second[1]],
+            by_wheel: sum(&product(e, &self.by_wheel), &scaled(&self.by_wheel, self.wheel)),
+            by_target: sum(
+                &sum(&product(e, &self.by_target), &scaled(&self.by_wheel, rest)),
+                &self.by_target,
+            ),
+            wheel: self.wheel * self.wheel,
+        }
+    }
+
+    fn apply(&self, x: &mut [S; 2], wheel: &mut S, target: S) {
+        let turned = product(&self.lateral, x);
+        for (i, turned) in turned.into_iter().enumerate() {
+            x[i] = turned + self.by_wheel[i] * *wheel + self.by_target[i] * target;
+        }
+        *wheel = target + self.wheel * (*wheel - target);
+    }
+}
+
+/// Speeds whose transitions are kept: they repeat where the speed is constant, quantised or rounded.
+const KEPT: usize = 256;
+
+/// The transitions over the older and the newer part of a sample, by speed.
+struct Transitions<'a, S> {
+    c: &'a Coefficients<S>,
+    /// Not where that part is empty.
+    older: Option<S>,
+    newer: S,
+    kept: Vec<Option<(u64, AtSpeed<S>)>>,
+}
+
+struct AtSpeed<S> {
+    older: Option<Transition<S>>,
+    newer: Transition<S>,
+}
+
+impl<'a, S: Scalar> Transitions<'a, S> {
+    fn new(c: &'a Coefficients<S>, older: Option<S>, newer: S) -> Self {
+        Self { c, older, newer, kept: (0..KEPT).map(|_| None).collect() }
+    }
+
+    fn at(&mut self, speed: f64) -> &AtSpeed<S> {
+        let key = speed.to_bits();
+        // Fibonacci hashing (Knuth, volume 3, section 6.4): the upper bits of a product.
+        let place = (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % KEPT;
+        let kept = &mut self.kept[place];
+        if kept.as_ref().is_none_or(|(of, _)| *of != key) {
+            *kept = None;
+        }
+        let of = |h| {
+            let (a, b) = self.c.at_speed(speed);
+            Transition::new(&a, &b, self.c.rate, h)
+        };
+        let found = || (key, AtSpeed { older: self.older.map(&of), newer: of(self.newer) });
+        &kept.get_or_insert_with(found).1
+    }
+}
+
+/// Runs the model; `each` gets the yaw rates. `false` where it leaves all bounds. `by_delay` keeps
+/// the older part of a sample where it is empty, for the derivative by its length.
+fn run<S: Scalar>(
+    c: &Coefficients<S>,
+    recording: &SpeedSegment<'_>,
+    start: [S; 2],
+    by_delay: bool,
+    mut each: impl FnMut(S),
+) -> bool {
+    let t = recording.sample_time;
+    let whole = (c.delay.value() / t).floor();
+    // The part of a sample in which the older value still acts.
+    let older = c.delay - S::constant(whole * t);
+    let newer = S::constant(t) - older;
+    let known = recording.before.len() as f64;
+    let last = recording.steering.len() as f64 - 1.0;
+    let target = |k: f64| {
+        let k = k.clamp(-known, last);
+        let angle = if k < 0.0 {
+            recording.before[(known + k) as usize]
+        } else {
+            recording.steering[k as usize]
+        };
+        (S::constant(angle) - c.steering_offset) * c.steering_factor
+    };
+    let mut x = start;
+    // The wheel is where the steering before has brought it; long before, where it was commanded to.
+    let history = (LASTING / (c.rate.value() * t)).ceil().clamp(0.0, known) as usize;
+    let mut wheel = target(-(history as f64) - whole - 1.0);
+    if history > 0 {
+        let rests = [older, newer].map(|h| (-(h * c.rate)).exp());
+        for k in (1..=history).rev() {
+            let at = -(k as f64) - whole;
+            for (rest, target) in rests.into_iter().zip([target(at - 1.0), target(at)]) {
+                wheel = target + rest * (wheel - target);
+            }
+        }
+    }
+    let acts = older.value() > 0.0 || by_delay;
+    let mut transitions = Transitions::new(c, acts.then_some(older), newer);
+    for k in 0..recording.len() {
+        each(x[1] + c.yaw_rate_offset);
+        let over = transitions.at(recording.speed[k]);
+        let at = k as f64 - whole;
+        if let Some(older) = &over.older {
+            older.apply(&mut x, &mut wheel, target(at - 1.0));
+        }
+        over.newer.apply(&mut x, &mut wheel, target(at));
+        // Not a number is no less than the bound either.
+        if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
+            return false;
+        }
+    }
+    true
+}
+
+/// The simulated yaw rate; `None` where the model leaves all bounds.
+pub(super) fn yaw_rate(
+    p: &[f64; PARAMETERS],
+    share: f64,
+    recording: &SpeedSegment<'_>,
+    start: &InitialState,
+) -> Option<Vec<f64>> {
+    let mut all = Vec::with_capacity(recording.len());
+    run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)).then_some(all)
+}
+
+/// A simulated yaw rate, and its derivatives by the parameters and the two initial states.
+pub(super) struct Sensitivities {
+    pub(super) yaw_rate: Vec<f64>,
+    /// A row for each sample.
+    pub(super) by: Vec<[f64; ALL]>,
+}
+
+/// As [`yaw_rate`], with derivatives; that by the delay only if `by_delay`.
+pub(super) fn sensitivities(
+    p: &[f64; PARAMETERS],
+    share: f64,
+    recording: &SpeedSegment<'_>,
+    start: &InitialState,
+    by_delay: bool,
+) -> Option<Sensitivities> {
+    let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
+    let start = std::array::from_fn(|i| Dual::<ALL>::parameter(start[i], PARAMETERS + i));
+    let mut all = Vec::with_capacity(recording.len());
+    let mut by = Vec::with_capacity(recording.len());
+    let bounded = run(&Coefficients::new(&p, share), recording, start, by_delay, |r| {
+        all.push(r.value);
+        by.push(r.by);
+    });
+    bounded.then_some(Sensitivities { yaw_rate: all, by })
+}
+
+/// The parts of a log's segments that `ranges` hold, each of which lies within one of them.
+pub(super) fn within<'a>(
+    segments: &[(Range<usize>, SpeedSegment<'a>)],
+    ranges: &[Range<usize>],
+) -> Vec<SpeedSegment<'a>> {
+    let part = |range: &Range<usize>| {
+        let holds = |(at, _): &&(Range<usize>, SpeedSegment<'a>)| {
+            at.start <= range.start && range.end <= at.end
+        };
+        let (at, s) = segments.iter().find(holds)?;
+        let cut = range.start - at.start..range.end - at.start;
+        Some(SpeedSegment {
+            sample_time: s.sample_time,
+            before: &s.steering[..cut.start],
+            steering: &s.steering[cut.clone()],
+            speed: &s.speed[cut.clone()],
+            yaw_rate: &s.yaw_rate[cut],
+        })
+    };
+    ranges.iter().filter_map(part).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::structures::bicycle::parameters::{DELAY, LAG};
+
+    /// Steering and speed of a drive that stops and starts again.
+    fn signals(n: usize) -> (Vec<f64>, Vec<f64>) {
+        let time = (0..n).map(|k| k as f64 * 0.04);
+        let steering = time.clone().map(|t| 0.05 * (1.3 * t).sin() + 0.02 * (5.1 * t).cos());
+        (steering.collect(), time.map(|t| 12.0 * (0.3 * t).cos().max(0.0)).collect())
+    }
+
+    fn recording<'a>(
+        steering: &'a [f64],
+        speed: &'a [f64],
+        yaw_rate: &'a [f64],
+    ) -> SpeedSegment<'a> {
+        SpeedSegment { sample_time: 0.04, before: &[], steering, speed, yaw_rate }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_central_differences() {
+        let (steering, speed) = signals(300);
+        let zeros = vec![0.0; 300];
+        let recording = recording(&steering, &speed, &zeros);
+        let base = [4.2, 4.4, 0.9, -0.1, -2.5, 0.07, 0.01, 0.002, 0.1];
+        for (lag, delay) in [(-2.5, 0.07), (-8.0, 0.0431), (-1.0, -0.013), (-12.0, 0.31)] {
+            let mut p = base;
+            (p[LAG], p[DELAY]) = (lag, delay);
+            let start = [0.3, 0.1];
+            let found = sensitivities(&p, 0.45, &recording, &start, true).unwrap();
+            assert_eq!(found.yaw_rate, yaw_rate(&p, 0.45, &recording, &start).unwrap());
+            for i in 0..ALL {
+                let at = |h: f64| {
+                    let (mut p, mut start) = (p, start);
+                    if i < PARAMETERS {
+                        p[i] += h
+                    } else {
+                        start[i - PARAMETERS] += h
+                    }
+                    yaw_rate(&p, 0.45, &recording, &start).unwrap()
+                };
+                let (up, down) = (at(1e-5), at(-1e-5));
+                let size = found.by.iter().map(|row| row[i].abs()).fold(0.0, f64::max);
+                for t in 0..300 {
+                    let difference = (up[t] - down[t]) / 2e-5;
+                    let error = (difference - found.by[t][i]).abs();
+                    // Rounding, a millionth of a millionth of the yaw rate, over the step.
+                    assert!(error < 1e-5 * size + 1e-7, "{i} at {t}: {difference} {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_delay_of_whole_samples_is_a_shift_and_halves_of_a_step_are_the_step() {
+        let (steering, speed) = signals(400);
+        let zeros = vec![0.0; 400];
+        let whole = recording(&steering, &speed, &zeros);
+        let shifted: Vec<f64> = (0..400_usize).map(|k| steering[k.saturating_sub(3)]).collect();
+        let late = SpeedSegment { steering: &shifted, ..whole };
+        let p = [4.2, 4.4, 0.9, -0.1, -2.5, 0.0, 0.01, 0.002, 0.0];
+        let mut delayed = p;
+        delayed[DELAY] = 0.12;
+        let simulate = |p, r: &SpeedSegment<'_>| yaw_rate(p, 0.5, r, &[0.1, 0.2]).unwrap();
+        let close = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) < 1e-12
+        };
+        assert!(close(&simulate(&delayed, &whole), &simulate(&p, &late)));
+        // Twice as many samples of half the time.
+        let double = |x: &[f64]| x.iter().flat_map(|v| [*v, *v]).collect::<Vec<f64>>();
+        let (steering2, speed2, zeros2) = (double(&steering), double(&speed), double(&zeros));
+        let fine = SpeedSegment { sample_time: 0.02, ..recording(&steering2, &speed2, &zeros2) };
+        let every: Vec<f64> = simulate(&p, &fine).into_iter().step_by(2).collect();
+        assert!(close(&every, &simulate(&p, &whole)));
+    }
+
+    #[test]
+    fn what_was_steered_before_still_acts() {
+        let (steering, speed) = signals(400);
+        let zeros = vec![0.0; 400];
+        let whole = recording(&steering, &speed, &zeros);
+        for delay in [0.0, 0.07, 0.5] {
+            let p = [4.2, 4.4, 0.9, -0.1, -1.0, delay, 0.01, 0.002, 0.0];
+            // v_y and r forget within a second; the wheel angle must be right from the start.
+            let all = yaw_rate(&p, 0.5, &whole, &[0.0, 0.0]).unwrap();
+            let part = within(&[(0..400, whole)], std::slice::from_ref(&(100..400)));
+            let found = yaw_rate(&p, 0.5, &part[0], &[0.0, 0.0]).unwrap();
+            for t in 50..300 {
+                assert!((found[t] - all[100 + t]).abs() < 1e-9, "{delay} {t}");
+            }
+            let cold =
+                yaw_rate(&p, 0.5, &SpeedSegment { before: &[], ..part[0] }, &[0.0; 2]).unwrap();
+            assert!((5..30).any(|t| (found[t] - cold[t]).abs() > 1e-3), "{delay}");
+        }
+    }
+
+    #[test]
+    fn a_model_that_diverges_ends_the_simulation() {
+        let (steering, _) = signals(2000);
+        let speed = vec![60.0; 2000];
+        let recording = recording(&steering, &speed, &speed);
+        // Oversteering far beyond its critical speed.
+        let p = [4.8, 3.5, 0.9, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0];
+        assert!(yaw_rate(&p, 0.5, &recording, &[0.0, 0.0]).is_none());
+        assert!(sensitivities(&p, 0.5, &recording, &[0.0, 0.0], false).is_none());
+    }
+}

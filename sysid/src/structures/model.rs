@@ -1,0 +1,30 @@
+//! What all structures have in common.
+
+use crate::Error;
+use crate::structures::state_space::plant::Traces;
+use steerwright_drivelog::{DriveLog, Response};
+use steerwright_formats::{Model, Structure};
+
+/// An identified model with the signals behind its plots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedModel {
+    /// The document.
+    pub model: Model,
+    /// Measured and simulated signals, where the structure simulates them.
+    pub traces: Option<Traces>,
+}
+
+/// A structure, by its options.
+pub trait StructureOptions: std::fmt::Debug {
+    /// Which one.
+    fn structure(&self) -> Structure;
+
+    /// The channel of the log that answers to the steering.
+    fn response(&self) -> Response;
+
+    /// Identifies a model of this structure.
+    ///
+    /// # Errors
+    /// Those of the structure.
+    fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error>;
+}

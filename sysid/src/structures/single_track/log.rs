@@ -1,0 +1,250 @@
+//! From a drive log to `vehicle.json`.
+
+use crate::Error;
+use crate::data::moving::{least_speed, moving};
+use crate::data::recording::{Recording, count, of};
+use crate::data::split::Split;
+use crate::selection::options::IdentifyOptions;
+use crate::sideslip::unused_fixes;
+use crate::structures::held::Steering;
+use crate::structures::model::{IdentifiedModel, StructureOptions};
+use crate::structures::single_track::directions::directions;
+use crate::structures::single_track::drive::{Drive, DriveSegment};
+use crate::structures::single_track::identify::{SingleTrack, identify_single_track};
+use crate::structures::single_track::log_options::IdentifyVehicleOptions;
+use crate::structures::single_track::options::SingleTrackOptions;
+use crate::structures::single_track::quality::{check_signs, quality};
+use crate::structures::single_track::vehicle::VehicleOptions;
+use crate::structures::state_space::plant::Traces;
+use std::ops::Range;
+use steerwright_drivelog::{DriveLog, Response, Role};
+use steerwright_formats::{
+    Document, Intersample, Matrix, Model, Provenance, Structure, Vehicle, VehicleEvidence,
+    VehicleParameter,
+};
+
+/// Shorter pieces of a segment hold little more than the transient of an initial state, s.
+const SHORTEST_S: f64 = 3.0;
+/// Growth of the yaw rate's errors, by fitting other signals too, from which these are no single-track model's.
+const LARGEST_GROWTH: f64 = 1.1;
+/// Share of the samples whose lateral acceleration is at most that of the evidence.
+const PERCENTILE: f64 = 0.99;
+
+/// A vehicle with the signals behind its plots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedVehicle {
+    /// What goes into `vehicle.json`; its evidence is there.
+    pub vehicle: Vehicle,
+    /// Measured and simulated signals.
+    pub traces: Traces,
+}
+
+impl StructureOptions for IdentifyVehicleOptions {
+    fn structure(&self) -> Structure {
+        Structure::SingleTrack
+    }
+
+    fn response(&self) -> Response {
+        Response::Motion
+    }
+
+    fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
+        Ok(identify_vehicle(log, self)?.into())
+    }
+}
+
+impl From<IdentifiedVehicle> for IdentifiedModel {
+    fn from(found: IdentifiedVehicle) -> Self {
+        Self { model: Model::SingleTrack(Box::new(found.vehicle)), traces: Some(found.traces) }
+    }
+}
+
+/// Identifies the single-track model in `log`, which must have a speed; the validation data take no part.
+/// Lateral and longitudinal acceleration, lateral velocity and sideslip are those of a log that was read for the
+/// motion ([`Response::Motion`]).
+///
+/// # Errors
+/// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and
+/// the quality report it.
+pub fn identify_vehicle(
+    log: &DriveLog,
+    options: &IdentifyVehicleOptions,
+) -> Result<IdentifiedVehicle, Error> {
+    options.check()?;
+    let least_mps = least_speed(log, options.least_speed_mps, options.wheelbase_m);
+    let log = &*moving(log, least_mps)?;
+    identify_moving(&Steering::new(log, &IdentifyOptions::default()), least_mps, options)
+}
+
+/// The same of a log that has nothing below the least speed, m/s.
+pub(crate) fn identify_moving(
+    steering: &Steering<'_>,
+    least_mps: f64,
+    options: &IdentifyVehicleOptions,
+) -> Result<IdentifiedVehicle, Error> {
+    let log = steering.log;
+    options.check()?;
+    let recording = Recording::new(log, &|turned| {
+        Split::new(log, turned, options.validation_fraction)
+            .thinned(options.max_samples, log.sample_time_s)
+    })?;
+    check_signs(log)?;
+    let estimator = options.estimator(log)?;
+    let shortest = (SHORTEST_S / log.sample_time_s).ceil() as usize;
+    let long = |ranges: &[Range<usize>]| -> Vec<Range<usize>> {
+        ranges.iter().filter(|range| range.len() >= shortest).cloned().collect()
+    };
+    let ranges = [long(&recording.split.estimation), long(&recording.split.validation)];
+    if ranges[0].is_empty() {
+        return Err(Error::too_few(
+            count(&recording.split.estimation),
+            shortest,
+            log.sample_time_s,
+        ));
+    }
+    let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(log, ranges));
+    let validated = (!ranges[1].is_empty()).then_some(&validation);
+    let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
+    warnings.splice(0..0, log.warnings.iter().cloned().chain(unused_fixes(log)));
+    let mut simulated = log.output.clone();
+    let [estimated, validated] = &ranges;
+    let unused = long(&Split::unused(log, [estimated, validated]));
+    let rest = drive(log, &unused);
+    for (drive, ranges) in [(&estimation, estimated), (&validation, validated), (&rest, &unused)] {
+        if ranges.is_empty() {
+            continue;
+        }
+        for (range, segment) in ranges.iter().zip(found.model.simulate(drive)?) {
+            simulated[range.clone()].copy_from_slice(&segment.yaw_rate_radps);
+        }
+    }
+    // A file holds finite numbers only.
+    simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
+    let evidence = evidence(log, &recording, &ranges, &found, warnings)?;
+    let mut used = log.options.clone();
+    used.extend(options.to_map());
+    used.insert("least_speed_mps".into(), least_mps.to_string());
+    let mut vehicle = found.model.vehicle(&VehicleOptions {
+        name: log.name.clone(),
+        mass_kg: options.mass(),
+        track_width_m: options.track_width_m,
+        steering_ratio: log.steering_ratio,
+        speed_mps: evidence.speed.mean_mps,
+    });
+    let gentle = vehicle.in_gentle_driving();
+    vehicle.quality = quality(steering, &recording, &found, &evidence, &gentle);
+    vehicle.provenance = Some(Provenance {
+        version: env!("CARGO_PKG_VERSION").into(),
+        sources: log.sources.clone(),
+        options: used,
+    });
+    vehicle.evidence = Some(evidence);
+    vehicle.checked("vehicle.json").map_err(|e| Error::no_model(e.to_string()))?;
+    let traces = Traces::new(log, simulated, &ranges[1]);
+    Ok(IdentifiedVehicle { vehicle, traces })
+}
+
+/// The model of all signals that a single-track model can have at the same time, with warnings about the others. Where
+/// lateral acceleration or velocity is that of a body that rolls much, or of a sensor elsewhere, fitting it costs
+/// errors of the yaw rate, which alone decides then.
+fn consistent(
+    estimation: &Drive,
+    validation: Option<&Drive>,
+    options: &SingleTrackOptions,
+) -> Result<(SingleTrack, Vec<String>), Error> {
+    let all = identify_single_track(estimation, validation, options)?;
+    if all.noise[1].is_none() && all.noise[2].is_none() {
+        return Ok((all, Vec::new()));
+    }
+    let yaw_rate = SingleTrackOptions {
+        fit_lateral_acceleration: false,
+        fit_lateral_velocity: false,
+        ..options.clone()
+    };
+    // A model of the yaw rate alone may spin; then there is nothing to compare.
+    let Ok(alone) = identify_single_track(estimation, validation, &yaw_rate) else {
+        return Ok((all, Vec::new()));
+    };
+    let growth = (100.0 - all.estimation.yaw_rate) / (100.0 - alone.estimation.yaw_rate);
+    if growth <= LARGEST_GROWTH {
+        return Ok((all, Vec::new()));
+    }
+    let warning = format!(
+        "fitting lateral acceleration or velocity increases the errors of the yaw rate by {:.0} %: only the yaw rate is fitted; the body may roll much, or the sensor be elsewhere than at the centre of gravity",
+        100.0 * (growth - 1.0)
+    );
+    Ok((alone, vec![warning]))
+}
+
+/// The signals of a log within ranges.
+fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
+    let speed = log.speed.as_deref().unwrap_or_default();
+    let other = |role, range: &Range<usize>| Some(log.others.get(&role)?[range.clone()].to_vec());
+    let steering = log.others.get(&Role::Steering).unwrap_or(&log.input);
+    let segment = |range: &Range<usize>| {
+        let lateral_velocity = other(Role::LateralVelocity, range).or_else(|| {
+            let angles = other(Role::Sideslip, range)?;
+            Some(angles.iter().zip(&speed[range.clone()]).map(|(beta, v)| v * beta.tan()).collect())
+        });
+        DriveSegment {
+            steering_rad: steering[range.clone()].to_vec(),
+            speed_mps: speed[range.clone()].to_vec(),
+            yaw_rate_radps: log.output[range.clone()].to_vec(),
+            lateral_acceleration_mps2: other(Role::LateralAcceleration, range),
+            longitudinal_acceleration_mps2: other(Role::LongitudinalAcceleration, range),
+            lateral_velocity_mps: lateral_velocity,
+        }
+    };
+    let channel = log.channels.iter().find(|c| c.role == Role::Steering.key());
+    let held = channel.filter(|c| c.intersample == Some(Intersample::Zoh) && c.rate_hz > 0.0);
+    let steering_delay_s = match (log.others.contains_key(&Role::Steering), held) {
+        // The input of a log is held over each sample.
+        (false, _) => 0.5 * log.sample_time_s,
+        (true, held) => held.map_or(0.0, |channel| 0.5 / channel.rate_hz),
+    };
+    Drive {
+        sample_time_s: log.sample_time_s,
+        steering_ratio: log.steering_ratio,
+        steering_delay_s,
+        segments: ranges.iter().map(segment).collect(),
+    }
+}
+
+fn evidence(
+    log: &DriveLog,
+    recording: &Recording,
+    ranges: &[Vec<Range<usize>>; 2],
+    found: &SingleTrack,
+    warnings: Vec<String>,
+) -> Result<VehicleEvidence, Error> {
+    let [speed, rate] = [&recording.speed, &log.output].map(|signal| of(signal, &ranges[0]));
+    let mut lateral: Vec<f64> = speed.iter().zip(&rate).map(|(v, r)| (v * r).abs()).collect();
+    lateral.sort_by(f64::total_cmp);
+    let at = (PERCENTILE * lateral.len().saturating_sub(1) as f64) as usize;
+    let has = |role| log.others.contains_key(&role);
+    let [_, acceleration, velocity] = found.noise.map(|noise| noise.is_some());
+    let fitted = [
+        (Role::YawRate, true),
+        (Role::LateralAcceleration, acceleration),
+        (Role::LateralVelocity, velocity && has(Role::LateralVelocity)),
+        (Role::Sideslip, velocity && !has(Role::LateralVelocity)),
+    ];
+    let n = found.parameters.len();
+    Ok(VehicleEvidence {
+        channels: log.channels.clone(),
+        estimation_samples: count(&ranges[0]),
+        validation_samples: count(&ranges[1]),
+        sample_time_s: log.sample_time_s,
+        speed: recording.speed_summary(),
+        lateral_acceleration_mps2: lateral.get(at).copied().unwrap_or_default(),
+        fitted: fitted.iter().filter(|f| f.1).map(|f| f.0.key().into()).collect(),
+        estimation: found.estimation,
+        validation: found.validation,
+        parameters: found.parameters.iter().map(VehicleParameter::from).collect(),
+        covariance: Matrix::from_fn(n, n, |i, j| found.covariance[i][j]),
+        directions: directions(found)?,
+        largest_steering_rate_radps: log.fastest_steering(),
+        spin_margin: found.spin_margin,
+        warnings,
+    })
+}

@@ -1,0 +1,128 @@
+//! A segment made ready for simulation: road-wheel angle, speed and longitudinal acceleration as
+//! functions of time.
+
+use crate::structures::single_track::drive::{Drive, DriveSegment};
+use crate::structures::single_track::dynamics::Known;
+
+/// Half the width of the average of the speed before it is differentiated, s.
+const SPEED_AVERAGE_S: f64 = 0.1;
+/// Half the width of the average of yaw rate that an initial state is made of, s.
+const YAW_AVERAGE_S: f64 = 0.05;
+
+/// A segment with what the simulation needs.
+#[derive(Debug, Clone)]
+pub(super) struct PreparedSegment<'a> {
+    pub(super) sample_time: f64,
+    steering_delay: f64,
+    steering: Vec<f64>,
+    /// Its slope at the samples, rad per sample.
+    steering_slope: Vec<f64>,
+    pub(super) speed: &'a [f64],
+    acceleration: Vec<f64>,
+    /// Whether the longitudinal acceleration is that of an accelerometer.
+    pub(super) is_acceleration_measured: bool,
+    pub(super) yaw_rate: &'a [f64],
+    pub(super) smooth_yaw_rate: Vec<f64>,
+    pub(super) lateral_acceleration: Option<&'a [f64]>,
+    pub(super) lateral_velocity: Option<&'a [f64]>,
+}
+
+/// All segments of a drive, prepared.
+pub(super) fn prepare(drive: &Drive) -> Vec<PreparedSegment<'_>> {
+    drive.segments.iter().map(|s| PreparedSegment::new(drive, s)).collect()
+}
+
+impl<'a> PreparedSegment<'a> {
+    fn new(drive: &Drive, segment: &'a DriveSegment) -> Self {
+        let t = drive.sample_time_s;
+        let acceleration = match &segment.longitudinal_acceleration_mps2 {
+            Some(measured) => measured.clone(),
+            None => slope(&segment.speed_mps, t),
+        };
+        let steering: Vec<f64> =
+            segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect();
+        Self {
+            sample_time: t,
+            steering_delay: drive.steering_delay_s,
+            steering_slope: differences(&steering),
+            steering,
+            speed: &segment.speed_mps,
+            acceleration,
+            is_acceleration_measured: segment.longitudinal_acceleration_mps2.is_some(),
+            yaw_rate: &segment.yaw_rate_radps,
+            smooth_yaw_rate: average(&segment.yaw_rate_radps, (YAW_AVERAGE_S / t).round() as usize),
+            lateral_acceleration: segment.lateral_acceleration_mps2.as_deref(),
+            lateral_velocity: segment.lateral_velocity_mps.as_deref(),
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.yaw_rate.len()
+    }
+
+    /// The sample before a time and the share of the next one.
+    #[inline]
+    fn place(&self, time: f64) -> (usize, f64) {
+        let at = (time / self.sample_time).clamp(0.0, (self.len() - 1) as f64);
+        let index = (at as usize).min(self.len().saturating_sub(2));
+        (index, at - index as f64)
+    }
+
+    /// Road-wheel angle by the stated ratio, rad, and its rate, rad/s, by cubic Hermite polynomials: the
+    /// rate, which is the derivative by the delay, has no steps.
+    #[inline]
+    pub(super) fn steering(&self, time: f64) -> (f64, f64) {
+        let (i, x) = self.place(time - self.steering_delay);
+        let (from, to) = (self.steering[i], self.steering[i + 1]);
+        let (a, b) = (self.steering_slope[i], self.steering_slope[i + 1]);
+        let (c, d) = (3.0 * (to - from) - 2.0 * a - b, 2.0 * (from - to) + a + b);
+        let angle = from + x * (a + x * (c + x * d));
+        (angle, (a + x * (2.0 * c + x * 3.0 * d)) / self.sample_time)
+    }
+
+    /// Measured yaw rate, rad/s.
+    #[inline]
+    pub(super) fn yaw_rate(&self, time: f64) -> f64 {
+        let (i, share) = self.place(time);
+        self.yaw_rate[i] + share * (self.yaw_rate[i + 1] - self.yaw_rate[i])
+    }
+
+    #[inline]
+    pub(super) fn known(&self, time: f64) -> Known {
+        let (i, share) = self.place(time);
+        let between = |x: &[f64]| x[i] + share * (x[i + 1] - x[i]);
+        Known { speed: between(self.speed), acceleration: between(&self.acceleration) }
+    }
+}
+
+/// The mean over `half` samples to either side, fewer at the ends.
+fn average(x: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    for value in x {
+        sum += value;
+        sums.push(sum);
+    }
+    (0..x.len())
+        .map(|i| {
+            let half = half.min(i).min(x.len() - 1 - i);
+            (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
+        })
+        .collect()
+}
+
+/// The derivative of the averaged signal.
+fn slope(x: &[f64], sample_time: f64) -> Vec<f64> {
+    let smooth = average(x, (SPEED_AVERAGE_S / sample_time).round() as usize);
+    differences(&smooth).into_iter().map(|d| d / sample_time).collect()
+}
+
+/// Central differences per sample, one-sided at the ends.
+fn differences(x: &[f64]) -> Vec<f64> {
+    (0..x.len())
+        .map(|i| {
+            let (from, to) = (i.saturating_sub(1), (i + 1).min(x.len() - 1));
+            (x[to] - x[from]) / (to - from).max(1) as f64
+        })
+        .collect()
+}

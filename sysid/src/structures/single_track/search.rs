@@ -1,0 +1,158 @@
+//! The search: from several initial estimates, over runs that become harder to follow.
+//!
+//! At the limit of grip a wrong model spins, and a free simulation of minutes has no useful derivatives
+//! then. The first runs therefore start again every few seconds, with the measured yaw rate fed back and
+//! the sideslip guarded, on yaw rate alone; then the whole drive is simulated with feedback, and at last
+//! without. A model that spins in the free simulation where the vehicle did not has no cost.
+
+use crate::Error;
+use crate::structures::single_track::noise::{observed, supposed};
+use crate::structures::single_track::parameters::Parameter;
+use crate::structures::single_track::problem::{Densities, Point, Problem};
+use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::step::{Refined, refine};
+use steerwright_formats::interruption::Interruption;
+
+/// Initial estimates that are refined to the end, of those that are tried.
+const KEPT: usize = 3;
+/// Steps on windows, with feedback and in free simulation.
+const STEPS: [usize; 3] = [10, 15, 40];
+/// Seconds between two initial states of the first run.
+const WINDOW_S: f64 = 5.0;
+/// Feedback of yaw rate, 1/s, while the free simulation spins.
+const GAINS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
+/// The guard of sideslip with feedback, 1/s.
+const GUARD: f64 = 5.0;
+/// Feedback of yaw rate in the run whose errors are weighed at last, 1/s. What disturbs the vehicle for a
+/// moment would last in the errors of a free simulation near the limit of grip, and the model would be made
+/// stiffer than the vehicle to follow it.
+const RESULT_GAIN: f64 = 1.0;
+/// Additions to the logarithm of the friction balance, in turn, until the free simulation does not spin.
+const BALANCES: [f64; 4] = [0.03, 0.06, 0.12, 0.24];
+/// Time between samples of the search and of the result, s.
+const COARSE_S: f64 = 0.02;
+const FINE_S: f64 = 0.01;
+/// Step of integration of the result, s: with twice that, the delay is wrong by half a millisecond.
+const FINE_STEP_S: f64 = 0.005;
+/// Costs that differ by less are of one minimum.
+const SAME_COST: f64 = 0.5;
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub(super) point: Point,
+    pub(super) densities: Densities,
+    /// The run whose errors it is made of.
+    pub(super) run: Run,
+    /// Initial estimates that were refined to the end, those that followed the drive without a spin, and
+    /// those that reached the minimum of the result.
+    pub(super) initial_estimates: [usize; 3],
+}
+
+/// The free simulation in steps of about `step_s`.
+pub(super) fn free_run(sample_time_s: f64, step_s: f64) -> Run {
+    let stride = (step_s / sample_time_s).round().max(1.0) as usize;
+    Run { stride, longest_step_s: step_s, gain: 0.0, guard: 0.0, restart: 0 }
+}
+
+/// The run of the result.
+pub(super) fn result_run(sample_time_s: f64) -> Run {
+    Run { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
+}
+
+/// The estimate of least cost.
+pub(super) fn solve(problem: &Problem<'_>) -> Result<Found, Error> {
+    let free = free_run(problem.sample_time, COARSE_S);
+    let restart = (WINDOW_S / problem.sample_time).round() as usize;
+    let windows = Run { gain: 2.0, guard: GUARD, restart, ..free };
+    let yaw_rate = Problem { fitted: [true, false, false], ..problem.clone() };
+    let at_first = supposed(problem);
+    let mut tried =
+        each(&initial_estimates(problem), |p| refine(&yaw_rate, p, &at_first, &windows, STEPS[0]));
+    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    tried.truncate(KEPT);
+    let followed = each(&tried, |r| follow(problem, &r.point, &at_first, &free));
+    // One weighting for all, that of the best so far.
+    let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
+    let densities = observed(problem, &cheapest.point, &free).ok_or_else(spins)?;
+    let mut refined = each(&followed, |r| refine(problem, &r.point, &densities, &free, STEPS[2]));
+    refined.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = refined.first().ok_or_else(spins)?;
+    let same = refined.iter().filter(|r| r.cost < best.cost + SAME_COST).count();
+
+    // With feedback, unless what is found then spins in the free simulation.
+    let fine = result_run(problem.sample_time);
+    let with_feedback = Run { gain: RESULT_GAIN, ..fine };
+    let mut found = [with_feedback, fine].into_iter().filter_map(|run| {
+        let mut found = Found { point: best.point, densities, run, initial_estimates: [0; 3] };
+        for _ in 0..2 {
+            found.densities = observed(problem, &found.point, &run)?;
+            found.point = refine(problem, &found.point, &found.densities, &run, STEPS[2])?.point;
+        }
+        problem.errors(&found.point, &fine).is_some().then_some(found)
+    });
+    let initial_estimates = [tried.len(), refined.len(), same];
+    Ok(Found { initial_estimates, ..found.next().ok_or_else(spins)? })
+}
+
+/// From feedback to the free simulation; `None` where that spins.
+fn follow(
+    problem: &Problem<'_>,
+    from: &Point,
+    densities: &Densities,
+    free: &Run,
+) -> Option<Refined> {
+    let mut point = *from;
+    for gain in GAINS {
+        let run = Run { gain, guard: GUARD, ..*free };
+        point = refine(problem, &point, densities, &run, STEPS[1])?.point;
+        if problem.cost(&point, free, densities).is_some() {
+            break;
+        }
+    }
+    let grown = |by: f64| {
+        let mut point = point;
+        let balance = Parameter::FrictionBalance.index();
+        point[balance] = (point[balance] + by).min(problem.priors[balance].bounds[1]);
+        refine(problem, &point, densities, free, STEPS[1])
+    };
+    std::iter::once(0.0).chain(BALANCES).find_map(grown)
+}
+
+fn spins() -> Error {
+    Error::no_model("every single-track model spins on this drive")
+}
+
+/// `work` on each at the same time, without those that have no result; in their order.
+fn each<A: Sync, B: Send>(all: &[A], work: impl Fn(&A) -> Option<B> + Sync) -> Vec<B> {
+    let interruption = Interruption::current();
+    std::thread::scope(|scope| {
+        let (work, interruption) = (&work, &interruption);
+        let handles: Vec<_> =
+            all.iter().map(|a| scope.spawn(move || interruption.during(|| work(a)))).collect();
+        handles.into_iter().filter_map(|h| h.join().ok().flatten()).collect()
+    })
+}
+
+/// The priors' means, and from there stiff and soft tyres with little and much grip, in priors'
+/// deviations.
+fn initial_estimates(problem: &Problem<'_>) -> Vec<Point> {
+    let mean: Point = std::array::from_fn(|i| problem.priors[i].mean);
+    let mut all = vec![mean];
+    for stiffness in [-1.0, 1.0] {
+        for friction in [-1.0, 1.0] {
+            let mut p = mean;
+            for (parameter, by) in [
+                (Parameter::StiffnessFront, stiffness),
+                (Parameter::StiffnessRear, stiffness),
+                (Parameter::FrictionFront, friction),
+            ] {
+                let i = parameter.index();
+                let [low, high] = problem.priors[i].bounds;
+                p[i] = (p[i] + by * problem.priors[i].deviation).clamp(low, high);
+            }
+            all.push(p);
+        }
+    }
+    all
+}

@@ -1,0 +1,90 @@
+//! Parameters that are those of no usual vehicle: one of them takes up what the model lacks.
+
+use crate::structures::single_track::parameters::Parameter;
+use steerwright_formats::{Grade, Reason, ReasonCode, VehicleParameter};
+
+/// Standard deviations of the prior that a parameter may be off it.
+const MOST_DEVIATIONS: f64 = 3.0;
+/// Standard errors below zero from which a delay is negative.
+const NEGATIVE: f64 = 2.0;
+
+/// The reason against parameters at a bound or far off their prior, and against a negative delay, with advice. A stated
+/// parameter is none of them.
+pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Reason, String)> {
+    let mut unusual = Vec::new();
+    let mut largest: f64 = 0.0;
+    for p in parameters {
+        if p.prior.standard_deviation == 0.0 {
+            continue;
+        }
+        let name = p.name.replace('_', " ");
+        if p.name == Parameter::Delay.name() && p.value < -NEGATIVE * p.standard_error {
+            unusual.push(format!("the delay is negative, {:.0} ms", 1000.0 * p.value));
+        } else if p.is_at_bound {
+            unusual
+                .push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit).trim_end().into());
+        } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
+            unusual.push(format!("{name} is {:+.1} deviations off its prior", p.moved_deviations));
+        }
+        largest = largest.max(p.moved_deviations.abs());
+    }
+    if unusual.is_empty() {
+        return None;
+    }
+    let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, unusual.join(", "));
+    let advice = "a parameter of no usual vehicle takes up something else: check units, clocks and the steering ratio, or state the prior of such a vehicle";
+    Some((reason.compared(largest, MOST_DEVIATIONS, ""), advice.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A parameter at its prior's mean.
+    fn usual(parameter: Parameter) -> VehicleParameter {
+        let prior = parameter.default_prior();
+        VehicleParameter {
+            name: parameter.name().into(),
+            unit: "m".into(),
+            value: prior.mean,
+            standard_error: 0.002,
+            band_95: [prior.mean; 2],
+            is_logarithmic: false,
+            prior,
+            posterior_per_prior: 0.1,
+            moved_deviations: 0.0,
+            is_determined: true,
+            is_at_bound: false,
+        }
+    }
+
+    fn message(p: VehicleParameter) -> Option<String> {
+        unusual_parameters(&[usual(Parameter::Lag), p]).map(|(reason, _)| {
+            assert_eq!((reason.code, reason.grade), (ReasonCode::UnusualParameter, Grade::Warn));
+            reason.message
+        })
+    }
+
+    #[test]
+    fn a_bound_a_far_prior_and_a_negative_delay_are_each_named() {
+        let wheelbase = usual(Parameter::Wheelbase);
+        assert_eq!(message(wheelbase.clone()), None);
+        let at_bound = VehicleParameter { value: 8.0, is_at_bound: true, ..wheelbase.clone() };
+        assert_eq!(message(at_bound.clone()).unwrap(), "wheelbase is at a bound, 8.000 m");
+        for (moved, named) in [(2.9, false), (-2.9, false), (3.1, true), (-3.1, true)] {
+            let p = VehicleParameter { moved_deviations: moved, ..wheelbase.clone() };
+            let expected = format!("wheelbase is {moved:+.1} deviations off its prior");
+            assert_eq!(message(p), named.then_some(expected));
+        }
+        let delay = usual(Parameter::Delay);
+        for (value, named) in [(-0.003, false), (-0.02, true), (0.02, false)] {
+            let p = VehicleParameter { value, ..delay.clone() };
+            let expected = "the delay is negative, -20 ms".to_owned();
+            assert_eq!(message(p), named.then_some(expected), "{value}");
+        }
+        // What is stated is not judged.
+        let mut stated = at_bound;
+        stated.prior.standard_deviation = 0.0;
+        assert_eq!(message(stated), None);
+    }
+}
