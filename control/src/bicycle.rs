@@ -5,8 +5,8 @@ use steerwright_formats::{
     Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, Vehicle, VehicleData,
     VehicleEvidence,
 };
-use steerwright_loading::bicycle_parameters;
 use steerwright_models::bicycle_eq13;
+use steerwright_models::files::bicycle_parameters;
 
 fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
     let vehicle: VehicleData = toml::from_str(text).map_err(|e| {

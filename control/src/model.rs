@@ -38,12 +38,12 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
 fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
     let vehicle = &bicycle.vehicle;
     let speed = speed.unwrap_or(vehicle.speed_mps);
-    let parameters = steerwright_loading::bicycle_parameters(vehicle);
+    let parameters = steerwright_models::files::bicycle_parameters(vehicle);
     (speed > 0.0).then(|| parameters.sideslip(speed))
 }
 
 /// The sideslip of an identified plant, where it was measured.
 #[must_use]
 pub fn plant_sideslip(plant: &Plant) -> Option<Sideslip> {
-    steerwright_loading::sideslip(plant)
+    steerwright_models::files::sideslip(plant)
 }

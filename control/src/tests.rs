@@ -11,10 +11,9 @@ use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
-use steerwright_formats::SourceFile;
+use steerwright_formats::{InputKind, SourceFile};
 use steerwright_models::{
-    Continuous, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind, Pid, PidInput,
-    PidParameters,
+    Continuous, IdentifiedData, IdentifiedModel, IdentifiedPlant, Pid, PidInput, PidParameters,
 };
 
 /// Yaw rate = gain · steering: yaw is a pure integrator.
@@ -297,7 +296,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let source = SourceFile::of("plant.json".as_ref(), b"");
     let options = DesignOptions { max_rate_radps: Some(1e3), ..DesignOptions::default() };
     let document = design(&plant, &source, &options).unwrap();
-    let p = steerwright_loading::pid_parameters(&document);
+    let p = steerwright_models::files::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
     let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
     let measured = ramp_lag(plant.gain(), &sampled, &p);

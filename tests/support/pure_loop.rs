@@ -78,24 +78,24 @@ struct Units {
 
 impl Units {
     fn new(plant: &Plant, path: &Path, pid: &PidFile) -> Self {
-        let model = steerwright_loading::identified_model(plant).unwrap();
+        let model = steerwright_models::files::identified_model(plant).unwrap();
         let mut plant = IdentifiedPlant::new(Arc::new(model));
         let first = path.points[0];
         let pose = [first.x_m, first.y_m, first.heading_rad];
         [plant.initial_x, plant.initial_y, plant.initial_yaw] = pose;
         plant.speed = path.speed_mps;
         plant.start();
-        let geometry = steerwright_loading::path_geometry(path).unwrap();
+        let geometry = steerwright_models::files::path_geometry(path).unwrap();
         // No one connects the speed of the controller's limits: it is the road's, as packed.
         let speed = path.speed_mps;
         let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
-            law: steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps),
+            law: steerwright_models::files::guidance_parameters(&path.guidance, path.speed_mps),
             follower: PathFollower::new(Arc::new(geometry)),
             speed: path.speed_mps,
             pose,
-            parameters: steerwright_loading::pid_parameters(pid),
+            parameters: steerwright_models::files::pid_parameters(pid),
             controller: Pid::default(),
             input,
             given: false,

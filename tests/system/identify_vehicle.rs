@@ -75,11 +75,11 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     assert!(evidence.lateral_acceleration_mps2 > 5.0, "{}", evidence.lateral_acceleration_mps2);
     // The car's own numbers; its axles have roll and load transfer, which the model's have not.
     let known = NonlinearParameters::default();
-    let wheelbase = known.distance_front + known.distance_rear;
+    let wheelbase = known.body.distance_front_m + known.body.distance_rear_m;
     for (name, truth, tolerance) in [
         ("wheelbase", wheelbase, 0.01),
-        ("front_share", known.distance_rear / wheelbase, 0.03),
-        ("actuator_time_constant", known.actuator_time_constant, 0.1),
+        ("front_share", known.body.distance_rear_m / wheelbase, 0.03),
+        ("actuator_time_constant", known.actuator.time_constant_s, 0.1),
     ] {
         let found = evidence.parameters.iter().find(|p| p.name == name).unwrap();
         assert!((found.value / truth - 1.0).abs() < tolerance, "{name}: {found:?}, {truth}");

@@ -16,7 +16,7 @@ fn done(folder: &Path, line: &str) {
 
 /// RMS distance of the vehicle from the road, m, by its true position.
 fn cross_track(road: &PathFile, csv: &Path) -> f64 {
-    let geometry = steerwright_loading::path_geometry(road).unwrap();
+    let geometry = steerwright_models::files::path_geometry(road).unwrap();
     let [x, y] = ["IdentifiedPlant.x", "IdentifiedPlant.y"].map(|name| column(csv, name));
     let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
     for (x, y) in x.iter().zip(&y) {

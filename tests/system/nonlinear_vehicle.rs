@@ -36,11 +36,9 @@ fn packed_from_its_file_it_is_the_model() {
     fmu.set("initial_yaw", 0.5).unwrap();
     fmu.exit_initialization_mode().unwrap();
 
-    let parameters = NonlinearParameters {
-        actuator_delay: delay,
-        friction_coefficient: friction,
-        ..NonlinearParameters::default()
-    };
+    let mut parameters = NonlinearParameters::default();
+    parameters.actuator.delay_s = delay;
+    parameters.tyres.friction_coefficient = friction;
     let mut model = NonlinearVehicle::new(parameters).unwrap();
     model.initial_yaw = 0.5;
     model.start().unwrap();

@@ -86,7 +86,7 @@ fn drive_along(
     let mut guide = started(archives, "ReferencePath", &of_path);
     let mut pid = started(archives, "LateralPid", &[]);
     let steps = (seconds / H).floor() as usize;
-    let geometry = steerwright_loading::path_geometry(path).unwrap();
+    let geometry = steerwright_models::files::path_geometry(path).unwrap();
     let (mut at, mut drawn, mut fixes) = (first.distance_m, 0, 0);
     let mut noise = || {
         drawn += 1;
@@ -161,7 +161,7 @@ fn centimetre_fixes_keep_the_car_on_the_road() {
 fn sideslip_is_a_parameter_of_estimator_and_path() {
     let bicycle: Bicycle = document(&demo().folder.join("multibody/bicycle.json"));
     let path: PathFile = document(&demo().folder.join("multibody/path.json"));
-    let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
+    let parameters = steerwright_models::files::bicycle_parameters(&bicycle.vehicle);
     let sideslip = parameters.sideslip_per_yaw_rate(path.speed_mps);
     assert!(sideslip.abs() > 0.01, "{sideslip}");
     let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 2 };

@@ -25,14 +25,14 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
         ["ReferencePath", "PoseEstimator"].map(|fmu| start(folder, fmu, "sideslip_per_yaw_rate"))
     };
     let bicycle = document::<steerwright_formats::Bicycle>(&chain().join("bicycle.json")).vehicle;
-    let expected =
-        steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    let expected = steerwright_models::files::bicycle_parameters(&bicycle)
+        .sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
     // At the speed of the path, which is that of the loop.
     let slow = "path --pid {chain}/pid.json --speed 8m/s -o slow.json";
     done(folder, slow);
-    let at_8 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
+    let at_8 = steerwright_models::files::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
     assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
     // From there it follows the speed.
@@ -46,10 +46,10 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
     done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
     let path = document::<steerwright_formats::Path>(&folder.join("of_plant.json"));
-    let at_15 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
+    let at_15 = steerwright_models::files::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
     let lead =
-        steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
+        steerwright_models::files::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
     // A vehicle is a bicycle in gentle driving.
     done(folder, "path --plant {data}/multibody/vehicle.json --speed 15m/s -o of_vehicle.json");
@@ -81,7 +81,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(text_of(&output).contains("more per (m/s²)²"), "{}", text_of(&output));
     let path = document::<steerwright_formats::Path>(&folder.join("own.json"));
     // The drive was a little slower than the path.
-    let law = steerwright_loading::sideslip(&plant).unwrap().at(path.speed_mps);
+    let law = steerwright_models::files::sideslip(&plant).unwrap().at(path.speed_mps);
     let (rate, growth, lead) = (law.per_yaw_rate, law.growth, law.per_yaw_acceleration);
     assert!((rate - found.sideslip_per_yaw_rate_s).abs() < 2e-4, "{rate} {found:?}");
     let guidance = path.guidance;

@@ -46,7 +46,8 @@ fn build() -> Result<PathBuf, String> {
         let install = ["install", "mdbook", "--version", MDBOOK, "--locked", "--debug"];
         run(cargo(&install)
             .args(["--quiet", "--force", "--no-default-features", "--root"])
-            .arg(&tools))?;
+            .arg(&tools)
+            .env("CARGO_PROFILE_DEV_DEBUG", "false"))?;
     }
     let book = target().join("book");
     let output = Command::new(&program)

@@ -1,4 +1,4 @@
-//! `cargo xtask experiment`: tests/experiment, on cars that no one here wrote.
+//! `cargo xtask experiment`: evaluation/experiment, on cars that no one here wrote.
 
 use crate::python;
 use crate::run::{program, root, run, target};
@@ -9,13 +9,13 @@ pub(crate) struct Options {
     /// The experiment's own tests instead
     #[arg(long, conflicts_with = "engagement")]
     test: bool,
-    /// Engagement next to the road and large yaw steps instead: tests/experiment/engagement.py
+    /// Engagement next to the road and large yaw steps instead: evaluation/experiment/engagement.py
     #[arg(long)]
     engagement: bool,
-    /// Models of a whole drive instead: tests/experiment/whole_drive.py
+    /// Models of a whole drive instead: evaluation/experiment/whole_drive.py
     #[arg(long, conflicts_with = "engagement")]
     whole_drive: bool,
-    /// A few minutes at speeds that nothing was tuned on instead: tests/experiment/smoke.py
+    /// A few minutes at speeds that nothing was tuned on instead: evaluation/experiment/smoke.py
     #[arg(long, conflicts_with_all = ["test", "engagement", "whole_drive"])]
     smoke: bool,
     /// Arguments of the Python program, such as `--quick`, `--seeds 40`, or `--seed 7` of `--smoke`
@@ -25,7 +25,7 @@ pub(crate) struct Options {
 
 /// Runs the experiment with its own Python environment and the released command line.
 pub(crate) fn experiment(options: &Options) -> Result<(), String> {
-    let folder = root().join("tests/experiment");
+    let folder = root().join("evaluation/experiment");
     let requirements = folder.join("requirements.txt");
     let python = python::environment_in(&target().join("experiment-python"), &requirements)?;
     let mut command = python::command(&python);

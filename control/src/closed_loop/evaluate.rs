@@ -14,8 +14,8 @@ use crate::requirement::Reached;
 use nalgebra::Complex;
 use std::f64::consts::PI;
 use steerwright_formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
-use steerwright_loading::pid_parameters_at;
 use steerwright_models::PidParameters;
+use steerwright_models::files::pid_parameters_at;
 
 /// Heights of the steps that are reported, degrees, and how long they are followed, s: the largest yaw
 /// error acted on makes them a matter of many seconds at low speed.

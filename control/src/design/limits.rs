@@ -16,7 +16,7 @@ use steerwright_models::{PidParameters, time_at_largest_rate};
 pub(crate) const TIMES_DRIVEN: f64 = 2.0;
 /// The largest error acted on at once, over the specification's step.
 const BEYOND_STEP: f64 = 1.04;
-/// Sustained rate over the largest. The multi-body cars of `tests/experiment/engagement.py` return to the
+/// Sustained rate over the largest. The multi-body cars of `evaluation/experiment/engagement.py` return to the
 /// road with an actuator of 3/8 of the rate stated.
 const SUSTAINED: f64 = 0.35;
 /// Reserve of time at the largest rate over the time that the specification's step takes, and the shortest, s.

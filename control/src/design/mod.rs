@@ -42,8 +42,8 @@ use steerwright_formats::{
     DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, ScheduleEntry,
     SourceFile,
 };
-use steerwright_loading::controller_parameters;
 use steerwright_models::PidParameters;
+use steerwright_models::files::controller_parameters;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///

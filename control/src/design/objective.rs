@@ -13,8 +13,8 @@ use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
 use steerwright_formats::{Limits, PidGains, Specification};
-use steerwright_loading::controller_parameters;
 use steerwright_models::PidParameters;
+use steerwright_models::files::controller_parameters;
 
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;

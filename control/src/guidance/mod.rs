@@ -5,8 +5,8 @@ pub(crate) mod track;
 use crate::Error;
 use crate::model::model_sideslip;
 use steerwright_formats::{Guidance, GuidanceAdvice, GuidanceEntry, Model, Pid};
-use steerwright_loading::{guidance_over_speed, guidance_parameters};
 use steerwright_models::Sideslip;
+use steerwright_models::files::{guidance_over_speed, guidance_parameters};
 
 /// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
 /// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.

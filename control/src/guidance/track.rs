@@ -89,11 +89,12 @@ pub fn track_with(
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };
-    let law = steerwright_loading::guidance_parameters(guidance, path.speed_mps);
+    let law = steerwright_models::files::guidance_parameters(guidance, path.speed_mps);
     let speed = path.speed_mps;
-    let geometry = steerwright_loading::path_geometry(path).map_err(model_error(&path.name))?;
+    let geometry =
+        steerwright_models::files::path_geometry(path).map_err(model_error(&path.name))?;
     let mut follower = PathFollower::new(Arc::new(geometry));
-    let parameters = steerwright_loading::pid_parameters_at(pid, speed);
+    let parameters = steerwright_models::files::pid_parameters_at(pid, speed);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
         controller.tick(&parameters, &pid_input(guide, yaw, speed)).steering_angle

@@ -9,8 +9,8 @@ use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mo
 use crate::plants::logarithm;
 use nalgebra::{DMatrix, DVector};
 use steerwright_formats::{Bicycle, Document, InputKind, Matrix, Plant, Quality};
-use steerwright_loading::identified_model;
 use steerwright_models::bicycle_body_frame;
+use steerwright_models::files::identified_model;
 
 /// Yaw rate from steering, at one speed.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +111,7 @@ impl DesignPlant {
     /// [`Error::UnstablePlant`] above the critical speed of an oversteering vehicle.
     pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let parameters = steerwright_loading::bicycle_parameters(vehicle);
+        let parameters = steerwright_models::files::bicycle_parameters(vehicle);
         let (f, g) = bicycle_body_frame(&parameters, vehicle.speed_mps);
         let dynamics = Dynamics::Continuous(Matrices {
             state: DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),

@@ -56,7 +56,7 @@ impl DesignPlant {
     pub fn steady_turn(&self) -> [f64; 2] {
         let gradient = match &self.family {
             Family::Bicycle(bicycle) => {
-                let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
+                let parameters = steerwright_models::files::bicycle_parameters(&bicycle.vehicle);
                 // An oversteering vehicle is treated like a model of one speed.
                 (parameters.steering_ratio * parameters.understeer_gradient()).max(0.0)
             }

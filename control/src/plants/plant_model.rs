@@ -35,7 +35,7 @@ impl PlantModel {
     /// [`Error::Model`] where the model is inconsistent.
     pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
         let model =
-            steerwright_loading::identified_model(plant).map_err(model_error(&plant.name))?;
+            steerwright_models::files::identified_model(plant).map_err(model_error(&plant.name))?;
         Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
     }
 
@@ -45,7 +45,7 @@ impl PlantModel {
     /// [`Error::Model`] where the values are not those of a vehicle.
     pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let parameters = steerwright_loading::bicycle_parameters(vehicle);
+        let parameters = steerwright_models::files::bicycle_parameters(vehicle);
         let mut plant = BicyclePlant::new(parameters).map_err(model_error(&vehicle.name))?;
         plant.speed = vehicle.speed_mps;
         Ok(Self::Bicycle(Box::new(plant)))
@@ -55,20 +55,18 @@ impl PlantModel {
     /// are those of [`NonlinearParameters::default`] and `road_wheel_rate_max`, rad/s.
     pub(crate) fn saturating(bicycle: &Bicycle, road_wheel_rate_max: f64) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let linear = steerwright_loading::bicycle_parameters(vehicle);
-        let parameters = NonlinearParameters {
-            mass: linear.mass,
-            yaw_inertia: linear.yaw_inertia,
-            distance_front: linear.distance_front,
-            distance_rear: linear.distance_rear,
-            cornering_stiffness_front: linear.cornering_stiffness_front,
-            cornering_stiffness_rear: linear.cornering_stiffness_rear,
-            steering_ratio: linear.steering_ratio,
-            actuator_time_constant: linear.actuator_time_constant,
-            actuator_delay: linear.actuator_delay,
-            road_wheel_rate_max,
-            ..NonlinearParameters::default()
-        };
+        let mut parameters = NonlinearParameters::default();
+        let NonlinearParameters { body, tyres, actuator } = &mut parameters;
+        body.mass_kg = vehicle.mass_kg;
+        body.yaw_inertia_kgm2 = vehicle.yaw_inertia_kgm2;
+        body.distance_front_m = vehicle.distance_front_m;
+        body.distance_rear_m = vehicle.distance_rear_m;
+        tyres.cornering_stiffness_front_npr = vehicle.cornering_stiffness_front_npr;
+        tyres.cornering_stiffness_rear_npr = vehicle.cornering_stiffness_rear_npr;
+        actuator.steering_ratio = vehicle.steering_ratio;
+        actuator.time_constant_s = vehicle.actuator_time_constant_s;
+        actuator.delay_s = vehicle.actuator_delay_s;
+        actuator.road_wheel_rate_max_radps = road_wheel_rate_max;
         let plant = NonlinearVehicle::new(parameters).map_err(model_error(&vehicle.name))?;
         Ok(Self::Nonlinear(Box::new(plant)))
     }

@@ -90,7 +90,7 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
 /// The car's yaw rate as an identified plant would hold it.
 pub(crate) fn identified_car() -> Plant {
     let car = car(1.0);
-    let parameters = steerwright_loading::bicycle_parameters(&car.vehicle);
+    let parameters = steerwright_models::files::bicycle_parameters(&car.vehicle);
     let (f, g) = steerwright_models::bicycle_body_frame(&parameters, 15.0);
     let f: Vec<f64> = (0..9).map(|i| f[(i / 3, i % 3)]).collect();
     identified(&f, g.as_slice(), &[0.0, 1.0, 0.0], 0.01, 0.0)

@@ -230,7 +230,7 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
             assert!(row.largest_offset_m.is_some_and(|m| m >= 10.0), "{speed}: {row:?}");
         }
         // The file's formula is the controller's.
-        let parameters = steerwright_loading::pid_parameters(&pid);
+        let parameters = steerwright_models::files::pid_parameters(&pid);
         for v in [0.0, 0.5, 1.0, speed, 40.0] {
             assert_eq!(pid.limits.largest_angle_rad(v), parameters.largest_angle(v));
         }

@@ -58,7 +58,7 @@ fn the_bicycle_needs_its_sideslip() {
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = || PlantModel::from_bicycle(&bicycle).expect("a model");
     let plain = guidance_for(&pid, 15.0);
-    let sideslip = steerwright_loading::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
+    let sideslip = steerwright_models::files::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
     let guidance = with_sideslip(plain, &sideslip, 15.0);
     let drive =
         |g| track_with(model(), &pid, &road, g, 60.0, Master::GaussSeidel).expect("a drive");
@@ -79,7 +79,7 @@ fn a_circle_is_kept_exactly() {
         .arc(0.01, 500.0)
         .finish("circle", 15.0)
         .expect("a path");
-    let sideslip = steerwright_loading::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
+    let sideslip = steerwright_models::files::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
     let guidance = with_sideslip(guidance_for(&pid, 15.0), &sideslip, 15.0);
     let model = PlantModel::from_bicycle(&bicycle).expect("a model");
     let trace =

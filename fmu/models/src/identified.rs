@@ -17,15 +17,7 @@ use crate::linear::{ContinuousModel, discretize};
 use crate::quadrature::LONGEST_PANEL;
 use crate::sideslip::Sideslip;
 use nalgebra::DMatrix;
-
-/// The input of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InputKind {
-    /// The steering angle.
-    Steering,
-    /// The product of steering angle and speed.
-    SteeringTimesSpeed,
-}
+use steerwright_formats::InputKind;
 
 /// An identified model as numbers. Matrices are row-major; the order n is that of `b`.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! The pure step functions that run inside the FMUs.
 //!
-//! No files, clocks, FMI calls or text formats: a step maps parameters, inputs and states to new
-//! states and outputs. The controller that is tuned is the function that runs in the FMU.
+//! No clocks and no FMI calls: a step maps parameters, inputs and states to new states and outputs. The parameters that
+//! a file has too are those of the file ([`steerwright_formats`]). The controller that is tuned is the function that runs in the FMU.
 //!
 //! | module | content |
 //! |---|---|
@@ -14,6 +14,7 @@
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sideslip`] | sideslip as a law of the speed |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
+//! | [`files`] | from the files of the stages to these models |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
 //! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | shared by those |
 //!
@@ -26,6 +27,7 @@ pub mod bicycle;
 pub mod bicycle_plant;
 pub mod delay;
 pub mod error;
+pub mod files;
 pub mod guidance;
 pub mod identified;
 pub mod identified_plant;
@@ -49,7 +51,7 @@ pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bic
 pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
 pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
-pub use identified::{Continuous, IdentifiedData, IdentifiedModel, InputKind};
+pub use identified::{Continuous, IdentifiedData, IdentifiedModel};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, PathPoint, Projection};

@@ -8,9 +8,10 @@ use common::{car, from_continuous, runge_kutta, taylor_exponential};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::sync::Arc;
+use steerwright_formats::InputKind;
 use steerwright_models::{
-    BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind,
-    Sideslip, bicycle_body_frame,
+    BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, Sideslip,
+    bicycle_body_frame,
 };
 
 fn plant(data: &IdentifiedData) -> IdentifiedPlant {

@@ -7,9 +7,10 @@ use common::{car, from_continuous, runge_kutta, sample, taylor_exponential};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::sync::Arc;
+use steerwright_formats::InputKind;
 use steerwright_models::linear::{discretize, exponential};
 use steerwright_models::noise::gaussian;
-use steerwright_models::{Error, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind};
+use steerwright_models::{Error, IdentifiedData, IdentifiedModel, IdentifiedPlant};
 
 fn plant(data: IdentifiedData) -> IdentifiedPlant {
     IdentifiedPlant::new(Arc::new(IdentifiedModel::new(data).unwrap()))

@@ -10,6 +10,14 @@ fn car() -> NonlinearParameters {
     NonlinearParameters::default()
 }
 
+fn altered(
+    mut parameters: NonlinearParameters,
+    change: impl FnOnce(&mut NonlinearParameters),
+) -> NonlinearParameters {
+    change(&mut parameters);
+    parameters
+}
+
 fn vehicle(parameters: NonlinearParameters, speed: f64) -> NonlinearVehicle {
     let mut vehicle = NonlinearVehicle::new(parameters).unwrap();
     vehicle.speed = speed;
@@ -25,7 +33,7 @@ fn run(vehicle: &mut NonlinearVehicle, time: f64, h: f64) {
 /// A millionth of a radian: eq 13 to as many digits as slip is small.
 #[test]
 fn at_small_slip_it_is_the_bicycle() {
-    let p = NonlinearParameters { steering_ratio: 12.0, ..car() };
+    let p = altered(car(), |q| q.actuator.steering_ratio = 12.0);
     for v in [0.0, 0.2, 0.7, 0.999, 1.0, 5.0, 15.0, 40.0] {
         let mut ours = vehicle(p, v);
         let mut linear = BicyclePlant::new(p.bicycle()).unwrap();
@@ -59,13 +67,12 @@ fn at_small_slip_it_is_the_bicycle() {
 #[test]
 fn friction_bounds_a_step_steer() {
     for friction in [0.3, 1.0489] {
-        let p = NonlinearParameters {
-            friction_coefficient: friction,
+        let p = altered(car(), |q| {
             // An understeering car, so that the front axle saturates first and it stays on its path.
-            roll_stiffness_front: 0.9,
-            cornering_stiffness_rear: 160_000.0,
-            ..car()
-        };
+            q.tyres.friction_coefficient = friction;
+            q.body.roll_stiffness_front = 0.9;
+            q.tyres.cornering_stiffness_rear_npr = 160_000.0;
+        });
         let mut v = vehicle(p, 25.0);
         v.steering_angle = 0.3;
         let mut largest = 0.0_f64;
@@ -105,7 +112,7 @@ fn steering_for(p: NonlinearParameters, speed: f64, acceleration: f64) -> f64 {
 #[test]
 fn understeer_follows_the_bicycle_and_then_the_load_transfer() {
     let v = 20.0;
-    let p = NonlinearParameters { cornering_stiffness_rear: 125_000.0, ..car() };
+    let p = altered(car(), |q| q.tyres.cornering_stiffness_rear_npr = 125_000.0);
     let bicycle = p.bicycle();
     let handling =
         |p: NonlinearParameters, a: f64| steering_for(p, v, a) - bicycle.wheelbase() * a / v / v;
@@ -113,23 +120,25 @@ fn understeer_follows_the_bicycle_and_then_the_load_transfer() {
     let gradient = handling(p, 0.05) / 0.05;
     assert!((gradient / bicycle.understeer_gradient() - 1.0).abs() < 1e-3, "{gradient}");
     // A stiff front axle in roll understeers more, one without roll stiffness less.
-    let share = |roll_stiffness_front| NonlinearParameters { roll_stiffness_front, ..p };
+    let share =
+        |roll_stiffness_front| altered(p, |q| q.body.roll_stiffness_front = roll_stiffness_front);
     let [soft, even, stiff] = [0.2, 0.5, 0.8].map(|s| handling(share(s), 7.0));
     assert!(soft < even && even < stiff, "{soft} {even} {stiff}");
     // Without height there is no transfer, and without sensitivity it has no effect.
-    let flat = |s| NonlinearParameters { centre_of_gravity_height: 0.0, ..share(s) };
+    let flat = |s| altered(share(s), |q| q.body.centre_of_gravity_height_m = 0.0);
     assert_eq!(handling(flat(0.2), 7.0), handling(flat(0.8), 7.0));
-    let even = |s| NonlinearParameters {
-        friction_load_sensitivity: 0.0,
-        stiffness_load_sensitivity: 0.0,
-        ..share(s)
+    let even = |s| {
+        altered(share(s), |q| {
+            q.tyres.friction_load_sensitivity = 0.0;
+            q.tyres.stiffness_load_sensitivity = 0.0;
+        })
     };
     assert!((handling(even(0.2), 7.0) - handling(even(0.8), 7.0)).abs() < 1e-9);
 }
 
 #[test]
 fn left_and_right_are_mirror_images() {
-    let p = NonlinearParameters { actuator_delay: 0.037, ..car() };
+    let p = altered(car(), |q| q.actuator.delay_s = 0.037);
     for speed in [0.4, 8.0, 33.0] {
         let (mut left, mut right) = (vehicle(p, speed), vehicle(p, speed));
         for k in 0..300 {
@@ -157,7 +166,7 @@ proptest! {
         vehicle.initial_states = [vy, r, 0.0, roll];
         vehicle.start().unwrap();
         let [vy_rate, r_rate, ..] = vehicle.derivatives();
-        let power = p.mass * vy * (vy_rate + v * r) + p.yaw_inertia * r * r_rate;
+        let power = p.body.mass_kg * vy * (vy_rate + v * r) + p.body.yaw_inertia_kgm2 * r * r_rate;
         prop_assert!(power <= 1e-6, "{}", power);
     }
 
@@ -166,14 +175,14 @@ proptest! {
     fn never_more_than_friction(
         steps in prop::collection::vec((-2.0..2.0_f64, 1.0..60.0_f64, -20.0..20.0_f64), 1..30),
     ) {
-        let p = NonlinearParameters { road_wheel_rate_max: 5.0, ..car() };
+        let p = altered(car(), |q| q.actuator.road_wheel_rate_max_radps = 5.0);
         let mut vehicle = vehicle(p, 10.0);
         for (steering, v, slope) in steps {
             (vehicle.steering_angle, vehicle.speed, vehicle.steering_slope) = (steering, v, slope);
             vehicle.step(0.07).unwrap();
-            let limit = p.friction_coefficient * GRAVITY * (1.0 + 1e-12);
+            let limit = p.tyres.friction_coefficient * GRAVITY * (1.0 + 1e-12);
             prop_assert!(vehicle.lateral_acceleration().abs() <= limit);
-            prop_assert!(vehicle.road_wheel_angle().abs() <= p.road_wheel_angle_max);
+            prop_assert!(vehicle.road_wheel_angle().abs() <= p.actuator.road_wheel_angle_max_rad);
         }
     }
 
@@ -183,9 +192,11 @@ proptest! {
         lag in 0.01..0.2_f64, rate in 0.05..2.0_f64, stop in 0.05..0.6_f64,
         start in -1.0..1.0_f64, command in -1.5..1.5_f64, slope in -8.0..8.0_f64,
     ) {
-        let p = NonlinearParameters {
-            actuator_time_constant: lag, road_wheel_rate_max: rate, road_wheel_angle_max: stop, ..car()
-        };
+        let p = altered(car(), |q| {
+q.actuator.time_constant_s = lag;
+q.actuator.road_wheel_rate_max_radps = rate;
+q.actuator.road_wheel_angle_max_rad = stop;
+});
         let mut vehicle = vehicle(p, 15.0);
         vehicle.initial_states[2] = start * stop;
         vehicle.start().unwrap();
@@ -214,7 +225,7 @@ proptest! {
         cuts in prop::collection::vec(0.001..0.06_f64, 2..12), delay in 0.0..0.2_f64,
         slope in -3.0..3.0_f64, speed in 0.3..40.0_f64,
     ) {
-        let p = NonlinearParameters { actuator_delay: delay, ..car() };
+        let p = altered(car(), |q| q.actuator.delay_s = delay);
         let (mut once, mut cut) = (vehicle(p, speed), vehicle(p, speed));
         let total: f64 = cuts.iter().sum();
         (once.steering_angle, once.steering_slope) = (0.1, slope);
@@ -234,7 +245,7 @@ proptest! {
     /// A damaged or invented state is an error or a vehicle, never a panic.
     #[test]
     fn restores_or_refuses(at in 0..4096_usize, with in any::<u8>()) {
-        let mut vehicle = vehicle(NonlinearParameters { actuator_delay: 0.05, ..car() }, 15.0);
+        let mut vehicle = vehicle(altered(car(), |q| q.actuator.delay_s = 0.05), 15.0);
         run(&mut vehicle, 0.1, 0.01);
         let mut bytes = serde_json::to_vec(&vehicle.save()).unwrap();
         let length = bytes.len();
@@ -252,10 +263,8 @@ proptest! {
 #[test]
 fn delay_shifts_the_response() {
     let delay = 0.08;
-    let (mut prompt, mut late) = (
-        vehicle(car(), 15.0),
-        vehicle(NonlinearParameters { actuator_delay: delay, ..car() }, 15.0),
-    );
+    let (mut prompt, mut late) =
+        (vehicle(car(), 15.0), vehicle(altered(car(), |q| q.actuator.delay_s = delay), 15.0));
     let ramps = [(0.0, 0.7), (0.028, -1.0), (0.0, 0.0), (0.1, 0.3)];
     let mut seen = Vec::new();
     for k in 0..40 {
@@ -276,7 +285,7 @@ fn delay_shifts_the_response() {
 #[test]
 fn derivatives_are_the_limit_of_steps() {
     for (speed, delay) in [(0.5, 0.0), (20.0, 0.0), (20.0, 0.05)] {
-        let mut v = vehicle(NonlinearParameters { actuator_delay: delay, ..car() }, speed);
+        let mut v = vehicle(altered(car(), |q| q.actuator.delay_s = delay), speed);
         v.steering_angle = 0.06;
         v.step(0.1).unwrap();
         v.steering_angle = 0.065;
@@ -311,7 +320,7 @@ fn stands_still_and_drives_off() {
     run(&mut v, 20.0, 0.1);
     let kinematic = 0.02 * 0.5_f64.tan() / car().bicycle().wheelbase();
     assert!((v.yaw_rate() / kinematic - 1.0).abs() < 2e-3, "{}", v.yaw_rate() / kinematic);
-    assert!((v.lateral_velocity() / v.yaw_rate() / car().distance_rear - 1.0).abs() < 2e-3);
+    assert!((v.lateral_velocity() / v.yaw_rate() / car().body.distance_rear_m - 1.0).abs() < 2e-3);
     // Nothing jumps at 1 m/s.
     let respond = |speed: f64| {
         let mut v = vehicle(car(), speed);
@@ -328,7 +337,7 @@ fn stands_still_and_drives_off() {
 
 #[test]
 fn saved_and_restored_it_goes_on_as_if_nothing_had_happened() {
-    let mut v = vehicle(NonlinearParameters { actuator_delay: 0.033, ..car() }, 22.0);
+    let mut v = vehicle(altered(car(), |q| q.actuator.delay_s = 0.033), 22.0);
     let drive = |v: &mut NonlinearVehicle, k: u32| {
         v.steering_angle = 0.1 * f64::from(k).sin();
         v.steering_slope = f64::from(k).cos();
@@ -348,18 +357,18 @@ fn saved_and_restored_it_goes_on_as_if_nothing_had_happened() {
 fn refuses_what_is_no_vehicle() {
     let refused = |p: NonlinearParameters| NonlinearVehicle::new(p).unwrap_err();
     assert!(matches!(
-        refused(NonlinearParameters { mass: -1.0, ..car() }),
+        refused(altered(car(), |q| q.body.mass_kg = -1.0)),
         Error::NotPositive { .. }
     ));
     for p in [
-        NonlinearParameters { friction_coefficient: 0.0, ..car() },
-        NonlinearParameters { tyre_shape_factor: 2.0, ..car() },
-        NonlinearParameters { tyre_curvature_factor: f64::NAN, ..car() },
-        NonlinearParameters { friction_load_sensitivity: 1.0, ..car() },
-        NonlinearParameters { roll_stiffness_front: 1.1, ..car() },
-        NonlinearParameters { roll_time_constant: 0.0, ..car() },
-        NonlinearParameters { actuator_delay: -0.1, ..car() },
-        NonlinearParameters { road_wheel_angle_max: 2.0, ..car() },
+        altered(car(), |q| q.tyres.friction_coefficient = 0.0),
+        altered(car(), |q| q.tyres.shape_factor = 2.0),
+        altered(car(), |q| q.tyres.curvature_factor = f64::NAN),
+        altered(car(), |q| q.tyres.friction_load_sensitivity = 1.0),
+        altered(car(), |q| q.body.roll_stiffness_front = 1.1),
+        altered(car(), |q| q.body.roll_time_constant_s = 0.0),
+        altered(car(), |q| q.actuator.delay_s = -0.1),
+        altered(car(), |q| q.actuator.road_wheel_angle_max_rad = 2.0),
     ] {
         assert!(matches!(refused(p), Error::Range { .. }), "{p:?}");
     }
@@ -368,7 +377,7 @@ fn refuses_what_is_no_vehicle() {
         assert!(matches!(v.step(h), Err(Error::Step { .. })));
     }
     // As quick an actuator as there is: an hour would take longer than anybody waits.
-    let mut quick = vehicle(NonlinearParameters { actuator_time_constant: 1e-4, ..car() }, 15.0);
+    let mut quick = vehicle(altered(car(), |q| q.actuator.time_constant_s = 1e-4), 15.0);
     assert!(matches!(quick.step(3600.0), Err(Error::Step { .. })));
     v.initial_states[2] = 1.2;
     assert!(v.start().unwrap_err().to_string().contains("road-wheel angle"));

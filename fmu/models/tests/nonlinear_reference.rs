@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
+use steerwright_formats::{Body, SteeringActuator, Tyres};
 use steerwright_models::{NonlinearParameters, NonlinearVehicle};
 
 /// A case of the reference: its name, its columns, a vehicle at its start.
@@ -27,26 +28,32 @@ fn cases() -> Vec<Case> {
                 .collect();
             let get = |name: &str| columns[name];
             let mut vehicle = NonlinearVehicle::new(NonlinearParameters {
-                mass: get("mass"),
-                yaw_inertia: get("yaw_inertia"),
-                distance_front: get("distance_front"),
-                distance_rear: get("distance_rear"),
-                cornering_stiffness_front: get("cornering_stiffness_front"),
-                cornering_stiffness_rear: get("cornering_stiffness_rear"),
-                friction_coefficient: get("friction_coefficient"),
-                tyre_shape_factor: get("tyre_shape_factor"),
-                tyre_curvature_factor: get("tyre_curvature_factor"),
-                friction_load_sensitivity: get("friction_load_sensitivity"),
-                stiffness_load_sensitivity: get("stiffness_load_sensitivity"),
-                centre_of_gravity_height: get("centre_of_gravity_height"),
-                track_width: get("track_width"),
-                roll_stiffness_front: get("roll_stiffness_front"),
-                roll_time_constant: get("roll_time_constant"),
-                steering_ratio: get("steering_ratio"),
-                actuator_time_constant: get("actuator_time_constant"),
-                actuator_delay: get("actuator_delay"),
-                road_wheel_rate_max: get("road_wheel_rate_max"),
-                road_wheel_angle_max: get("road_wheel_angle_max"),
+                body: Body {
+                    mass_kg: get("mass"),
+                    yaw_inertia_kgm2: get("yaw_inertia"),
+                    distance_front_m: get("distance_front"),
+                    distance_rear_m: get("distance_rear"),
+                    centre_of_gravity_height_m: get("centre_of_gravity_height"),
+                    track_width_m: get("track_width"),
+                    roll_stiffness_front: get("roll_stiffness_front"),
+                    roll_time_constant_s: get("roll_time_constant"),
+                },
+                tyres: Tyres {
+                    cornering_stiffness_front_npr: get("cornering_stiffness_front"),
+                    cornering_stiffness_rear_npr: get("cornering_stiffness_rear"),
+                    friction_coefficient: get("friction_coefficient"),
+                    shape_factor: get("tyre_shape_factor"),
+                    curvature_factor: get("tyre_curvature_factor"),
+                    friction_load_sensitivity: get("friction_load_sensitivity"),
+                    stiffness_load_sensitivity: get("stiffness_load_sensitivity"),
+                },
+                actuator: SteeringActuator {
+                    steering_ratio: get("steering_ratio"),
+                    time_constant_s: get("actuator_time_constant"),
+                    delay_s: get("actuator_delay"),
+                    road_wheel_rate_max_radps: get("road_wheel_rate_max"),
+                    road_wheel_angle_max_rad: get("road_wheel_angle_max"),
+                },
             })
             .unwrap();
             vehicle.speed = get("speed");

@@ -316,7 +316,7 @@ fn the_growth_is_that_of_saturating_tyres_at_every_speed() {
         per_yaw_rate: gentle - growth * a1 * a1,
         growth,
         reference_speed: 15.0,
-        distance_rear: car.distance_rear,
+        distance_rear: car.body.distance_rear_m,
         ..Sideslip::default()
     };
     for speed in [10.0, 22.0, 30.0] {

@@ -4,6 +4,7 @@
 mod bicycle;
 mod common;
 mod exact_steps;
+mod files;
 mod identified_plant;
 mod nonlinear;
 mod nonlinear_reference;

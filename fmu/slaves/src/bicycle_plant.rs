@@ -1,13 +1,66 @@
 //! `BicyclePlant`: the glue from [`steerwright_models::BicyclePlant`] to the export trait.
 
+use self::Variable as V;
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::bicycle_plant::Variable as V;
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, variables};
+use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use steerwright_models::sensitivity::{self, Factor};
 use steerwright_models::{BicycleParameters, SavedBicyclePlant};
+
+variables! {
+    /// Variables of the bicycle plant. The states, which start where they are set to, are listed by
+    /// the layer, and so are the dependencies on them.
+    Variable of BicyclePlant, "BicyclePlant", "two-wheel bicycle model: steering angle and speed in, yaw rate and pose out";
+    SteeringAngle = 0, real "steering_angle", Input, Continuous, at plant.steering_angle,
+        .unit("rad").display_unit("deg").nominal(0.1).description("steering angle, positive to the left");
+    Speed = 1, real "speed", Input, Continuous, at plant.speed,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("longitudinal velocity");
+    YawRate = 10, real "yaw_rate", Output, Continuous,
+        .unit("rad/s").display_unit("deg/s").nominal(0.1).depends_on(Nothing).initial_depends_on(Nothing)
+        .description("yaw rate, positive to the left");
+    Yaw = 11, real "yaw", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
+        .description("yaw, not wrapped");
+    X = 12, real "x", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_x"])).description("position of the centre of gravity");
+    Y = 13, real "y", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_y"])).description("position of the centre of gravity");
+    LateralVelocity = 14, real "lateral_velocity", Output, Continuous,
+        .unit("m/s").nominal(0.1).depends_on(Nothing).initial_depends_on(Nothing)
+        .description("velocity to the left of the centre of gravity");
+    LateralAcceleration = 15, real "lateral_acceleration", Output, Continuous,
+        .unit("m/s2").depends_on(On(&["speed"]))
+        .initial_depends_on(On(&["speed", "mass", "distance_front", "distance_rear",
+            "cornering_stiffness_front", "cornering_stiffness_rear"]))
+        .description("acceleration to the left of the centre of gravity");
+    Mass = 20, real "mass", Parameter, Fixed, at plant.parameters.mass,
+        .unit("kg").min(1.0).nominal(1000.0).description("mass m");
+    YawInertia = 21, real "yaw_inertia", Parameter, Fixed, at plant.parameters.yaw_inertia,
+        .unit("kg.m2").min(0.1).nominal(1000.0).description("yaw inertia J");
+    DistanceFront = 22, real "distance_front", Parameter, Fixed, at plant.parameters.distance_front,
+        .unit("m").min(0.01).description("centre of gravity to front axle L_f");
+    DistanceRear = 23, real "distance_rear", Parameter, Fixed, at plant.parameters.distance_rear,
+        .unit("m").min(0.01).description("centre of gravity to rear axle L_r");
+    CorneringStiffnessFront = 24, real "cornering_stiffness_front", Parameter, Fixed, at plant.parameters.cornering_stiffness_front,
+        .unit("N/rad").display_unit("N/deg").min(1.0).nominal(1e5).description("cornering stiffness of the front axle C_f");
+    CorneringStiffnessRear = 25, real "cornering_stiffness_rear", Parameter, Fixed, at plant.parameters.cornering_stiffness_rear,
+        .unit("N/rad").display_unit("N/deg").min(1.0).nominal(1e5).description("cornering stiffness of the rear axle C_r");
+    ActuatorTimeConstant = 26, real "actuator_time_constant", Parameter, Fixed, at plant.parameters.actuator_time_constant,
+        .unit("s").min(1e-4).nominal(0.1).description("time constant of the steering actuator T_n");
+    SteeringRatio = 27, real "steering_ratio", Parameter, Fixed, at plant.parameters.steering_ratio,
+        .unit("1").min(1e-3).nominal(10.0).description("steering angle over road-wheel angle, 1/n");
+    ActuatorDelay = 28, real "actuator_delay", Parameter, Fixed, at plant.parameters.actuator_delay,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("delay before the steering actuator");
+    InitialX = 30, real "initial_x", Parameter, Fixed, at plant.initial_x,
+        .unit("m").nominal(100.0).description("position at the start");
+    InitialY = 31, real "initial_y", Parameter, Fixed, at plant.initial_y,
+        .unit("m").nominal(100.0).description("position at the start");
+    InitialYaw = 32, real "initial_yaw", Parameter, Fixed, at plant.initial_yaw,
+        .unit("rad").display_unit("deg").description("yaw at the start");
+}
 
 /// The two-wheel bicycle model (eq 13) in its body-frame form, with yaw and position.
 #[derive(Debug, Clone)]
@@ -25,31 +78,6 @@ const X: usize = 4;
 const Y: usize = 5;
 
 impl BicyclePlant {
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    #[inline]
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let p = &mut self.plant;
-        Some(match variable {
-            V::SteeringAngle => &mut p.steering_angle,
-            V::Speed => &mut p.speed,
-            V::Mass => &mut p.parameters.mass,
-            V::YawInertia => &mut p.parameters.yaw_inertia,
-            V::DistanceFront => &mut p.parameters.distance_front,
-            V::DistanceRear => &mut p.parameters.distance_rear,
-            V::CorneringStiffnessFront => &mut p.parameters.cornering_stiffness_front,
-            V::CorneringStiffnessRear => &mut p.parameters.cornering_stiffness_rear,
-            V::ActuatorTimeConstant => &mut p.parameters.actuator_time_constant,
-            V::ActuatorDelay => &mut p.parameters.actuator_delay,
-            V::SteeringRatio => &mut p.parameters.steering_ratio,
-            V::InitialX => &mut p.initial_x,
-            V::InitialY => &mut p.initial_y,
-            V::InitialYaw => &mut p.initial_yaw,
-            V::YawRate | V::Yaw | V::X | V::Y | V::LateralVelocity | V::LateralAcceleration => {
-                return None;
-            }
-        })
-    }
-
     /// The plant; until the start as a start from the present settings would leave it. A vehicle
     /// that cannot start is refused when initialization mode is left.
     #[inline]
@@ -115,7 +143,7 @@ impl Slave for BicyclePlant {
         let vehicle = bicycle.map(|b| b.vehicle);
         let parameters = vehicle
             .as_ref()
-            .map_or_else(BicycleParameters::default, steerwright_loading::bicycle_parameters);
+            .map_or_else(BicycleParameters::default, steerwright_models::files::bicycle_parameters);
         let mut plant = steerwright_models::BicyclePlant::new(parameters)
             .map_err(|e| format!("bicycle.json: {e}; hint: {}", e.hint()))?;
         if let Some(vehicle) = vehicle {
@@ -134,13 +162,13 @@ impl Slave for BicyclePlant {
             V::Y => p.y(),
             V::LateralVelocity => p.lateral_velocity(),
             V::LateralAcceleration => p.lateral_acceleration(),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
     fn set(&mut self, variable: V, value: &Value) {
-        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+        if let (Value::Real(value), Some(place)) = (value, variable.place(self)) {
             *place = *value;
         }
     }

@@ -1,14 +1,47 @@
 //! `IdentifiedPlant`: the glue from [`steerwright_models::IdentifiedPlant`] to the export trait.
 
+use self::Variable as V;
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::identified_plant::Variable as V;
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, variables};
+use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use std::sync::Arc;
+use steerwright_formats::InputKind;
+use steerwright_models::SavedIdentifiedPlant;
 use steerwright_models::sensitivity::{self, Factor};
-use steerwright_models::{InputKind, SavedIdentifiedPlant};
+
+variables! {
+    /// Variables of the identified plant. Without feedthrough no output depends on an input at a
+    /// communication point; where a model has one, `Slave::dependency` returns it. The states are
+    /// listed by the layer.
+    Variable of IdentifiedPlant, "IdentifiedPlant", "lateral dynamics identified from a drive: steering angle in, yaw rate and pose out";
+    SteeringAngle = 0, real "steering_angle", Input, Continuous, at plant.steering_angle,
+        .unit("rad").display_unit("deg").nominal(0.1).description("steering angle, positive to the left, in the log's coordinates");
+    Speed = 1, real "speed", Input, Continuous, at plant.speed,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed of the vehicle");
+    YawRate = 10, real "yaw_rate", Output, Continuous,
+        .unit("rad/s").display_unit("deg/s").nominal(0.1).depends_on(Nothing)
+        .initial_depends_on(On(&["noise_scale", "noise_seed"])).description("yaw rate, positive to the left");
+    Yaw = 11, real "yaw", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
+        .description("yaw, the integral of the yaw rate, not wrapped");
+    X = 12, real "x", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_x"])).description("position");
+    Y = 13, real "y", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_y"])).description("position");
+    InitialX = 20, real "initial_x", Parameter, Fixed, at plant.initial_x,
+        .unit("m").nominal(100.0).description("position at the start");
+    InitialY = 21, real "initial_y", Parameter, Fixed, at plant.initial_y,
+        .unit("m").nominal(100.0).description("position at the start");
+    InitialYaw = 22, real "initial_yaw", Parameter, Fixed, at plant.initial_yaw,
+        .unit("rad").display_unit("deg").description("yaw at the start");
+    NoiseScale = 23, real "noise_scale", Parameter, Fixed, at plant.noise_scale,
+        .unit("1").min(0.0).description("noise relative to the identified: 0 deterministic, 1 as identified");
+    NoiseSeed = 24, integer "noise_seed", Parameter, Fixed,
+        .description("names the noise sequence");
+}
 
 /// The lateral dynamics identified from a drive (eq 6–7), with yaw and position.
 #[derive(Debug, Clone)]
@@ -20,21 +53,6 @@ pub struct IdentifiedPlant {
 }
 
 impl IdentifiedPlant {
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    #[inline]
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let p = &mut self.plant;
-        Some(match variable {
-            V::SteeringAngle => &mut p.steering_angle,
-            V::Speed => &mut p.speed,
-            V::InitialX => &mut p.initial_x,
-            V::InitialY => &mut p.initial_y,
-            V::InitialYaw => &mut p.initial_yaw,
-            V::NoiseScale => &mut p.noise_scale,
-            V::NoiseSeed | V::YawRate | V::Yaw | V::X | V::Y => return None,
-        })
-    }
-
     /// The plant; until the start as a start from the present settings would leave it.
     #[inline]
     fn plant(&mut self) -> &mut steerwright_models::IdentifiedPlant {
@@ -78,7 +96,7 @@ impl Slave for IdentifiedPlant {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let plant = required::<steerwright_formats::Plant>(resources, "plant.json")?;
-        let model = steerwright_loading::identified_model(&plant)
+        let model = steerwright_models::files::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = steerwright_models::IdentifiedPlant::new(Arc::new(model));
         with_start_values(
@@ -96,7 +114,7 @@ impl Slave for IdentifiedPlant {
             V::Yaw => p.yaw(),
             V::X => p.x(),
             V::Y => p.y(),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
@@ -104,7 +122,7 @@ impl Slave for IdentifiedPlant {
     fn set(&mut self, variable: V, value: &Value) {
         if let (V::NoiseSeed, Value::Integer(seed)) = (variable, value) {
             self.plant.noise_seed = *seed;
-        } else if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+        } else if let (Value::Real(value), Some(place)) = (value, variable.place(self)) {
             *place = *value;
         }
     }

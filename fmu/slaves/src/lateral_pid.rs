@@ -1,13 +1,71 @@
 //! `LateralPid`: the glue from [`steerwright_models::Pid`] to the export trait.
 
+use self::Variable as V;
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::lateral_pid::Variable as V;
-use fmi2_export::{Capabilities, Log, Resources, Slave};
+use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use steerwright_models::{Pid, PidInput, PidOutput, PidParameters, PidSchedule, Ticks};
+
+variables! {
+    /// Variables of the steering controller. Its outputs are held between ticks, so at a
+    /// communication point they depend on no input.
+    Variable of LateralPid, "LateralPid", "PID steering controller: yaw reference and yaw in, steering angle out";
+    YawReference = 0, real "yaw_reference", Input, Continuous, at inputs.pid.yaw_reference,
+        .unit("rad").display_unit("deg").description("yaw to reach, positive to the left, not wrapped");
+    Yaw = 1, real "yaw", Input, Continuous, at inputs.pid.yaw,
+        .unit("rad").display_unit("deg").description("yaw of the vehicle, positive to the left");
+    SteeringFeedforward = 2, real "steering_feedforward", Input, Continuous, at inputs.pid.steering_feedforward,
+        .unit("rad").display_unit("deg").nominal(0.1).description("steering angle added to the controller's own");
+    Enabled = 3, boolean "enabled", Input, Discrete,
+        .description("whether the controller acts; otherwise the limited feedforward is put out");
+    Speed = 4, real "speed", Input, Continuous, at inputs.pid.speed,
+        .unit("m/s").min(0.0).nominal(10.0).description("speed that the limits follow; unconnected, that of the design");
+    SteeringAngle = 10, real "steering_angle", Output, Discrete,
+        .unit("rad").display_unit("deg").nominal(0.1).depends_on(Nothing)
+        .description("steering angle to command, in steering coordinates");
+    Saturated = 11, boolean "saturated", Output, Discrete,
+        .depends_on(Nothing).description("whether a limit acted at the last tick");
+    Kp = 20, real "kp", Parameter, Tunable, at parameters.kp,
+        .unit("1").min(0.0).description("proportional gain, steering angle per yaw error");
+    Ki = 21, real "ki", Parameter, Tunable, at parameters.ki,
+        .unit("1/s").min(0.0).description("integral gain");
+    Kd = 22, real "kd", Parameter, Tunable, at parameters.kd,
+        .unit("s").min(0.0).description("derivative gain");
+    DerivativeFilterTime = 23, real "derivative_filter_time", Parameter, Tunable, at parameters.derivative_filter_time,
+        .unit("s").min(0.0).nominal(0.01).description("time constant of the derivative's filter");
+    SetpointWeightProportional = 24, real "setpoint_weight_proportional", Parameter, Tunable, at parameters.setpoint_weight_proportional,
+        .unit("1").description("weight of the reference in the proportional action");
+    SetpointWeightDerivative = 25, real "setpoint_weight_derivative", Parameter, Tunable, at parameters.setpoint_weight_derivative,
+        .unit("1").description("weight of the reference in the derivative action");
+    AntiWindupTime = 26, real "anti_windup_time", Parameter, Tunable, at parameters.anti_windup_time,
+        .unit("s").min(0.0).description("time constant of the anti-windup back-calculation");
+    MaxAngle = 27, real "max_angle", Parameter, Tunable, at parameters.max_angle,
+        .unit("rad").display_unit("deg").min(0.0).description("largest steering angle to either side");
+    MaxIncrement = 28, real "max_increment", Parameter, Tunable, at parameters.max_increment,
+        .unit("rad").display_unit("deg").min(0.0).nominal(0.1).description("largest change of the steering angle in a tick");
+    MaxRate = 29, real "max_rate", Parameter, Tunable, at parameters.max_rate,
+        .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("largest rate of the steering angle");
+    SampleTime = 30, real "sample_time", Parameter, Fixed, at parameters.sample_time,
+        .unit("s").min(1e-6).nominal(0.01).description("time between ticks");
+    MaxYawError = 31, real "max_yaw_error", Parameter, Tunable, at parameters.max_yaw_error,
+        .unit("rad").display_unit("deg").min(0.0).description("largest yaw error acted on at once, beyond the lag behind a ramp; pi for any");
+    MaxLateralAcceleration = 32, real "max_lateral_acceleration", Parameter, Tunable, at parameters.max_lateral_acceleration,
+        .unit("m/s2").min(0.0).nominal(10.0).description("lateral acceleration that the steering angle may cause in a steady turn");
+    SteeringPerCurvature = 33, real "steering_per_curvature", Parameter, Tunable, at parameters.steering_per_curvature,
+        .unit("rad.m").min(0.0).description("steering angle per curvature in a slow turn, for that bound");
+    UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable, at parameters.understeer_gradient,
+        .unit("rad.s2/m").min(0.0).nominal(0.01).description("steering angle per lateral acceleration beyond that, for that bound");
+    SustainedRate = 35, real "sustained_rate", Parameter, Tunable, at parameters.sustained_rate,
+        .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("rate of the steering angle with the slowest actuator looked for");
+    RateReserveTime = 36, real "rate_reserve_time", Parameter, Tunable, at parameters.rate_reserve_time,
+        .unit("s").min(0.0).nominal(0.1).description("reserve of time at the largest rate, after which the anti-windup is quicker");
+    YawRateLag = 37, real "yaw_rate_lag", Parameter, Tunable, at parameters.yaw_rate_lag,
+        .unit("s").min(0.0).nominal(0.1).description("lag of the yaw rate behind the steering angle sent, by which a slow actuator is noticed; 0 for not");
+}
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
 /// gets an error instead of a long wait.
@@ -43,37 +101,6 @@ enum Phase {
 }
 
 impl LateralPid {
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    #[inline]
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let (p, input) = (&mut self.parameters, &mut self.inputs.pid);
-        Some(match variable {
-            V::YawReference => &mut input.yaw_reference,
-            V::Yaw => &mut input.yaw,
-            V::SteeringFeedforward => &mut input.steering_feedforward,
-            V::Speed => &mut input.speed,
-            V::Kp => &mut p.kp,
-            V::Ki => &mut p.ki,
-            V::Kd => &mut p.kd,
-            V::DerivativeFilterTime => &mut p.derivative_filter_time,
-            V::SetpointWeightProportional => &mut p.setpoint_weight_proportional,
-            V::SetpointWeightDerivative => &mut p.setpoint_weight_derivative,
-            V::AntiWindupTime => &mut p.anti_windup_time,
-            V::MaxAngle => &mut p.max_angle,
-            V::MaxIncrement => &mut p.max_increment,
-            V::MaxRate => &mut p.max_rate,
-            V::MaxYawError => &mut p.max_yaw_error,
-            V::YawRateLag => &mut p.yaw_rate_lag,
-            V::SustainedRate => &mut p.sustained_rate,
-            V::RateReserveTime => &mut p.rate_reserve_time,
-            V::MaxLateralAcceleration => &mut p.max_lateral_acceleration,
-            V::SteeringPerCurvature => &mut p.steering_per_curvature,
-            V::UndersteerGradient => &mut p.understeer_gradient,
-            V::SampleTime => &mut p.sample_time,
-            V::Enabled | V::SteeringAngle | V::Saturated => return None,
-        })
-    }
-
     /// The parameters that act at a speed, m/s.
     fn acting(&self, speed: f64) -> Cow<'_, PidParameters> {
         match &self.schedule {
@@ -115,9 +142,10 @@ impl Slave for LateralPid {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<steerwright_formats::Pid>(resources, "pid.json")?;
-        let parameters =
-            file.as_ref().map_or_else(PidParameters::default, steerwright_loading::pid_parameters);
-        let schedule = file.as_ref().and_then(steerwright_loading::pid_schedule);
+        let parameters = file
+            .as_ref()
+            .map_or_else(PidParameters::default, steerwright_models::files::pid_parameters);
+        let schedule = file.as_ref().and_then(steerwright_models::files::pid_schedule);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,
@@ -143,7 +171,7 @@ impl Slave for LateralPid {
             V::SteeringAngle => self.output().steering_angle,
             V::Saturated => return Value::Boolean(self.output().saturated),
             V::Enabled => return Value::Boolean(self.inputs.pid.enabled),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
@@ -155,7 +183,7 @@ impl Slave for LateralPid {
             (V::Yaw, Value::Real(_)) => self.inputs.yaw_given = true,
             _ => {}
         }
-        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+        if let (Value::Real(value), Some(place)) = (value, variable.place(self)) {
             *place = *value;
         }
     }

@@ -18,7 +18,6 @@ mod reference_path;
 mod resources;
 mod run;
 mod saved;
-mod tables;
 
 pub use bicycle_plant::BicyclePlant;
 pub use fmu::{Error, Fmu};

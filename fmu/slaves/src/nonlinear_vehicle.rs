@@ -2,14 +2,96 @@
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
+use self::Variable as V;
 use crate::plant::{Flags, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::nonlinear_vehicle::{FORCES, Variable as V};
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
+use fmi2_export::{
+    Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId, variables,
+};
+use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use steerwright_models::NonlinearParameters;
 use steerwright_models::nonlinear::SavedVehicle;
+
+/// Dependencies of the lateral acceleration at the start, besides the states.
+#[rustfmt::skip]
+const FORCES: &[&str] = &[
+    "speed", "mass", "distance_front", "distance_rear", "cornering_stiffness_front", "cornering_stiffness_rear",
+    "friction_coefficient", "tyre_shape_factor", "tyre_curvature_factor", "friction_load_sensitivity",
+    "stiffness_load_sensitivity", "centre_of_gravity_height", "track_width", "roll_stiffness_front",
+];
+
+variables! {
+    /// Variables of the nonlinear vehicle.
+    Variable of NonlinearVehicle, "NonlinearVehicle", "vehicle with saturating tyres, load transfer and a steering actuator: steering angle and speed in, yaw rate and pose out";
+    SteeringAngle = 0, real "steering_angle", Input, Continuous, at vehicle.steering_angle,
+        .unit("rad").display_unit("deg").description("steering angle, positive to the left");
+    Speed = 1, real "speed", Input, Continuous, at vehicle.speed,
+        .unit("m/s").display_unit("km/h").min(0.0).description("longitudinal velocity");
+    YawRate = 10, real "yaw_rate", Output, Continuous,
+        .unit("rad/s").display_unit("deg/s").depends_on(Nothing).initial_depends_on(Nothing)
+        .description("yaw rate, positive to the left");
+    Yaw = 11, real "yaw", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
+        .description("yaw, not wrapped");
+    X = 12, real "x", Output, Continuous,
+        .unit("m").depends_on(Nothing).initial_depends_on(On(&["initial_x"])).description("position of the centre of gravity");
+    Y = 13, real "y", Output, Continuous,
+        .unit("m").depends_on(Nothing).initial_depends_on(On(&["initial_y"])).description("position of the centre of gravity");
+    LateralVelocity = 14, real "lateral_velocity", Output, Continuous,
+        .unit("m/s").depends_on(Nothing).initial_depends_on(Nothing)
+        .description("velocity to the left of the centre of gravity");
+    LateralAcceleration = 15, real "lateral_acceleration", Output, Continuous,
+        .unit("m/s2").depends_on(On(&["speed"])).initial_depends_on(On(FORCES))
+        .description("acceleration to the left of the centre of gravity");
+    Mass = 20, real "mass", Parameter, Fixed, at vehicle.parameters.body.mass_kg,
+        .unit("kg").min(1.0).description("mass m");
+    YawInertia = 21, real "yaw_inertia", Parameter, Fixed, at vehicle.parameters.body.yaw_inertia_kgm2,
+        .unit("kg.m2").min(0.1).description("yaw inertia J");
+    DistanceFront = 22, real "distance_front", Parameter, Fixed, at vehicle.parameters.body.distance_front_m,
+        .unit("m").min(0.01).description("centre of gravity to front axle L_f");
+    DistanceRear = 23, real "distance_rear", Parameter, Fixed, at vehicle.parameters.body.distance_rear_m,
+        .unit("m").min(0.01).description("centre of gravity to rear axle L_r");
+    CorneringStiffnessFront = 24, real "cornering_stiffness_front", Parameter, Fixed, at vehicle.parameters.tyres.cornering_stiffness_front_npr,
+        .unit("N/rad").min(1.0).description("cornering stiffness of the front axle C_f at the static load");
+    CorneringStiffnessRear = 25, real "cornering_stiffness_rear", Parameter, Fixed, at vehicle.parameters.tyres.cornering_stiffness_rear_npr,
+        .unit("N/rad").min(1.0).description("cornering stiffness of the rear axle C_r at the static load");
+    ActuatorTimeConstant = 26, real "actuator_time_constant", Parameter, Fixed, at vehicle.parameters.actuator.time_constant_s,
+        .unit("s").min(1e-4).max(100.0).description("time constant of the steering actuator T_n");
+    SteeringRatio = 27, real "steering_ratio", Parameter, Fixed, at vehicle.parameters.actuator.steering_ratio,
+        .unit("1").min(1e-3).description("steering angle over road-wheel angle, 1/n");
+    InitialX = 30, real "initial_x", Parameter, Fixed, at vehicle.initial_x,
+        .unit("m").description("position at the start");
+    InitialY = 31, real "initial_y", Parameter, Fixed, at vehicle.initial_y,
+        .unit("m").description("position at the start");
+    InitialYaw = 32, real "initial_yaw", Parameter, Fixed, at vehicle.initial_yaw,
+        .unit("rad").display_unit("deg").description("yaw at the start");
+    ActuatorDelay = 40, real "actuator_delay", Parameter, Fixed, at vehicle.parameters.actuator.delay_s,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("delay before the steering actuator");
+    RoadWheelRateMax = 41, real "road_wheel_rate_max", Parameter, Fixed, at vehicle.parameters.actuator.road_wheel_rate_max_radps,
+        .unit("rad/s").display_unit("deg/s").min(1e-6).max(1e6).description("largest rate of the road-wheel angle");
+    RoadWheelAngleMax = 42, real "road_wheel_angle_max", Parameter, Fixed, at vehicle.parameters.actuator.road_wheel_angle_max_rad,
+        .unit("rad").display_unit("deg").min(1e-6).max(1.5).description("largest road-wheel angle to either side");
+    FrictionCoefficient = 43, real "friction_coefficient", Parameter, Fixed, at vehicle.parameters.tyres.friction_coefficient,
+        .unit("1").min(0.01).max(10.0).description("peak lateral force over load at the static wheel load mu");
+    TyreShapeFactor = 44, real "tyre_shape_factor", Parameter, Fixed, at vehicle.parameters.tyres.shape_factor,
+        .unit("1").min(1.0).max(1.99).description("shape factor C of the magic formula");
+    TyreCurvatureFactor = 45, real "tyre_curvature_factor", Parameter, Fixed, at vehicle.parameters.tyres.curvature_factor,
+        .unit("1").min(-1.5).max(1.0).description("curvature factor E of the magic formula");
+    FrictionLoadSensitivity = 46, real "friction_load_sensitivity", Parameter, Fixed, at vehicle.parameters.tyres.friction_load_sensitivity,
+        .unit("1").min(0.0).max(0.9).description("relative loss of friction at twice the static wheel load k_mu");
+    StiffnessLoadSensitivity = 47, real "stiffness_load_sensitivity", Parameter, Fixed, at vehicle.parameters.tyres.stiffness_load_sensitivity,
+        .unit("1").min(0.0).max(0.9).description("relative loss of stiffness over load at twice the static wheel load k_C");
+    CentreOfGravityHeight = 48, real "centre_of_gravity_height", Parameter, Fixed, at vehicle.parameters.body.centre_of_gravity_height_m,
+        .unit("m").min(0.0).max(10.0).description("height of the centre of gravity h");
+    TrackWidth = 49, real "track_width", Parameter, Fixed, at vehicle.parameters.body.track_width_m,
+        .unit("m").min(0.01).max(100.0).description("left to right wheel");
+    RollStiffnessFront = 50, real "roll_stiffness_front", Parameter, Fixed, at vehicle.parameters.body.roll_stiffness_front,
+        .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the front axle in the roll stiffness");
+    RollTimeConstant = 51, real "roll_time_constant", Parameter, Fixed, at vehicle.parameters.body.roll_time_constant_s,
+        .unit("s").min(1e-3).max(100.0).description("time constant of the load transfer T_phi");
+}
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.
 #[derive(Debug, Clone)]
@@ -32,42 +114,6 @@ impl NonlinearVehicle {
         }
         &self.vehicle
     }
-
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let v = &mut self.vehicle;
-        let p = &mut v.parameters;
-        Some(match variable {
-            V::SteeringAngle => &mut v.steering_angle,
-            V::Speed => &mut v.speed,
-            V::InitialX => &mut v.initial_x,
-            V::InitialY => &mut v.initial_y,
-            V::InitialYaw => &mut v.initial_yaw,
-            V::Mass => &mut p.mass,
-            V::YawInertia => &mut p.yaw_inertia,
-            V::DistanceFront => &mut p.distance_front,
-            V::DistanceRear => &mut p.distance_rear,
-            V::CorneringStiffnessFront => &mut p.cornering_stiffness_front,
-            V::CorneringStiffnessRear => &mut p.cornering_stiffness_rear,
-            V::ActuatorTimeConstant => &mut p.actuator_time_constant,
-            V::SteeringRatio => &mut p.steering_ratio,
-            V::ActuatorDelay => &mut p.actuator_delay,
-            V::RoadWheelRateMax => &mut p.road_wheel_rate_max,
-            V::RoadWheelAngleMax => &mut p.road_wheel_angle_max,
-            V::FrictionCoefficient => &mut p.friction_coefficient,
-            V::TyreShapeFactor => &mut p.tyre_shape_factor,
-            V::TyreCurvatureFactor => &mut p.tyre_curvature_factor,
-            V::FrictionLoadSensitivity => &mut p.friction_load_sensitivity,
-            V::StiffnessLoadSensitivity => &mut p.stiffness_load_sensitivity,
-            V::CentreOfGravityHeight => &mut p.centre_of_gravity_height,
-            V::TrackWidth => &mut p.track_width,
-            V::RollStiffnessFront => &mut p.roll_stiffness_front,
-            V::RollTimeConstant => &mut p.roll_time_constant,
-            V::YawRate | V::Yaw | V::X | V::Y | V::LateralVelocity | V::LateralAcceleration => {
-                return None;
-            }
-        })
-    }
 }
 
 impl Slave for NonlinearVehicle {
@@ -77,9 +123,10 @@ impl Slave for NonlinearVehicle {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<steerwright_formats::Vehicle>(resources, "vehicle.json")?;
-        let parameters = file
-            .as_ref()
-            .map_or_else(NonlinearParameters::default, steerwright_loading::nonlinear_parameters);
+        let parameters = file.as_ref().map_or_else(
+            NonlinearParameters::default,
+            steerwright_models::files::nonlinear_parameters,
+        );
         let mut vehicle = steerwright_models::NonlinearVehicle::new(parameters)
             .map_err(|e| format!("vehicle.json: {e}; hint: {}", e.hint()))?;
         if let Some(file) = file {
@@ -97,13 +144,13 @@ impl Slave for NonlinearVehicle {
             V::Y => self.settled().y(),
             V::LateralVelocity => self.settled().lateral_velocity(),
             V::LateralAcceleration => self.settled().lateral_acceleration(),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
     fn set(&mut self, variable: V, value: &Value) {
-        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+        if let (Value::Real(value), Some(place)) = (value, variable.place(self)) {
             *place = *value;
         }
     }

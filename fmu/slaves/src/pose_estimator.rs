@@ -1,11 +1,84 @@
 //! `PoseEstimator`: the glue from [`steerwright_models::PoseEstimator`] to the export trait.
 
+use self::Variable as V;
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::pose_estimator::Variable as V;
-use fmi2_export::{Capabilities, Log, Resources, Slave};
+use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use model_description::DependsOn::{Nothing, On};
 use model_description::{Table, Value};
 use steerwright_models::{PoseParameters, SavedPose};
+
+variables! {
+    /// Variables of the pose estimator. Its outputs are evaluated in a step, from the inputs set
+    /// before it, so at a communication point they depend on no input.
+    Variable of PoseEstimator, "PoseEstimator", "extended Kalman filter for the pose: GNSS fixes, yaw rate and speed in, pose and course out";
+    GnssX = 0, real "gnss_x", Input, Continuous, at estimator.input.gnss_x,
+        .unit("m").nominal(100.0).description("position of the antenna at the latest fix");
+    GnssY = 1, real "gnss_y", Input, Continuous, at estimator.input.gnss_y,
+        .unit("m").nominal(100.0).description("position of the antenna at the latest fix");
+    GnssStd = 2, real "gnss_std", Input, Continuous, at estimator.input.gnss_std,
+        .unit("m").nominal(0.1).description("standard deviation of the latest fix in each coordinate; not usable unless above 0");
+    GnssFixCount = 3, integer "gnss_fix_count", Input, Discrete,
+        .description("counts the fixes: a new fix is a changed count, or the end of a gnss_period");
+    YawRate = 4, real "yaw_rate", Input, Continuous, at estimator.input.yaw_rate,
+        .unit("rad/s").display_unit("deg/s").description("yaw rate that the gyro measures, positive to the left");
+    Speed = 5, real "speed", Input, Continuous, at estimator.input.speed,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("longitudinal velocity");
+    X = 10, real "x", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_x"]))
+        .description("position of the centre of gravity");
+    Y = 11, real "y", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_y"]))
+        .description("position of the centre of gravity");
+    Yaw = 12, real "yaw", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
+        .description("yaw, not wrapped");
+    Course = 13, real "course", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing)
+        .initial_depends_on(On(&["yaw_rate", "speed", "sideslip_per_yaw_rate", "sideslip_growth", "sideslip_reference_speed", "distance_rear", "initial_yaw"]))
+        .description("direction in which the centre of gravity moves, not wrapped");
+    PositionStd = 14, real "position_std", Output, Continuous,
+        .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
+        .description("standard deviation of the position in the direction in which it is largest");
+    GnssLatency = 20, real "gnss_latency", Parameter, Fixed, at estimator.parameters.gnss_latency,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("age of a fix when it arrives");
+    AntennaX = 21, real "antenna_x", Parameter, Fixed, at estimator.parameters.antenna_x,
+        .unit("m").min(-100.0).max(100.0).description("the antenna ahead of the centre of gravity");
+    AntennaY = 22, real "antenna_y", Parameter, Fixed, at estimator.parameters.antenna_y,
+        .unit("m").min(-100.0).max(100.0).description("the antenna to the left of the centre of gravity");
+    SideslipPerYawRate = 23, real "sideslip_per_yaw_rate", Parameter, Fixed, at estimator.parameters.sideslip.per_yaw_rate,
+        .unit("s").nominal(0.1).min(-10.0).max(10.0).description("sideslip angle per yaw rate in a steady turn");
+    YawRateNoiseDensity = 24, real "yaw_rate_noise_density", Parameter, Fixed, at estimator.parameters.yaw_rate_noise_density,
+        .nominal(1e-3).min(0.0).max(100.0).description("density of the gyro's white noise, rad/s per root Hz");
+    YawRateBiasDensity = 25, real "yaw_rate_bias_density", Parameter, Fixed, at estimator.parameters.yaw_rate_bias_density,
+        .nominal(1e-4).min(0.0).max(100.0).description("density of what the gyro's bias walks by, rad/s2 per root Hz");
+    SpeedNoiseDensity = 26, real "speed_noise_density", Parameter, Fixed, at estimator.parameters.speed_noise_density,
+        .nominal(0.1).min(0.0).max(1000.0).description("density of the speed's white noise, m/s per root Hz");
+    LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed, at estimator.parameters.lateral_velocity_noise_density,
+        .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity beyond the sideslip, m/s per root Hz");
+    GnssPeriod = 28, real "gnss_period", Parameter, Fixed, at estimator.parameters.gnss_period,
+        .unit("s").display_unit("ms").min(0.0).max(3600.0).description("time between fixes taken from the inputs without a changed count; 0 for none");
+    SideslipGrowth = 29, real "sideslip_growth", Parameter, Fixed, at estimator.parameters.sideslip.growth,
+        .unit("s5/m2").nominal(0.001).min(-1.0).max(1.0).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
+    InitialX = 30, real "initial_x", Parameter, Fixed, at estimator.parameters.initial_x,
+        .unit("m").description("position at the start");
+    InitialY = 31, real "initial_y", Parameter, Fixed, at estimator.parameters.initial_y,
+        .unit("m").description("position at the start");
+    InitialYaw = 32, real "initial_yaw", Parameter, Fixed, at estimator.parameters.initial_yaw,
+        .unit("rad").display_unit("deg").description("yaw at the start");
+    InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed, at estimator.parameters.initial_position_std,
+        .unit("m").min(0.0).max(1e6).description("standard deviation of each coordinate at the start");
+    InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed, at estimator.parameters.initial_yaw_std,
+        .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is determined from the first fixes");
+    InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed, at estimator.parameters.initial_yaw_rate_bias_std,
+        .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
+    SideslipPerYawAcceleration = 36, real "sideslip_per_yaw_acceleration", Parameter, Fixed, at estimator.parameters.sideslip.per_yaw_acceleration,
+        .unit("s2").nominal(0.01).min(-1.0).max(1.0).description("sideslip angle per yaw acceleration");
+    SideslipReferenceSpeed = 37, real "sideslip_reference_speed", Parameter, Fixed, at estimator.parameters.sideslip.reference_speed,
+        .unit("m/s").display_unit("km/h").min(0.0).max(1000.0).nominal(10.0).description("speed at which the sideslip parameters hold");
+    DistanceRear = 38, real "distance_rear", Parameter, Fixed, at estimator.parameters.sideslip.distance_rear,
+        .unit("m").min(0.0).max(100.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
+}
 
 /// A filter that estimates the pose from fixes, yaw rate and speed.
 #[derive(Debug, Clone)]
@@ -24,39 +97,6 @@ impl PoseEstimator {
         }
         &self.estimator
     }
-
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let i = &mut self.estimator.input;
-        let p = &mut self.estimator.parameters;
-        Some(match variable {
-            V::GnssX => &mut i.gnss_x,
-            V::GnssY => &mut i.gnss_y,
-            V::GnssStd => &mut i.gnss_std,
-            V::YawRate => &mut i.yaw_rate,
-            V::Speed => &mut i.speed,
-            V::GnssLatency => &mut p.gnss_latency,
-            V::GnssPeriod => &mut p.gnss_period,
-            V::AntennaX => &mut p.antenna_x,
-            V::AntennaY => &mut p.antenna_y,
-            V::SideslipPerYawRate => &mut p.sideslip.per_yaw_rate,
-            V::SideslipGrowth => &mut p.sideslip.growth,
-            V::SideslipPerYawAcceleration => &mut p.sideslip.per_yaw_acceleration,
-            V::SideslipReferenceSpeed => &mut p.sideslip.reference_speed,
-            V::DistanceRear => &mut p.sideslip.distance_rear,
-            V::YawRateNoiseDensity => &mut p.yaw_rate_noise_density,
-            V::YawRateBiasDensity => &mut p.yaw_rate_bias_density,
-            V::SpeedNoiseDensity => &mut p.speed_noise_density,
-            V::LateralVelocityNoiseDensity => &mut p.lateral_velocity_noise_density,
-            V::InitialX => &mut p.initial_x,
-            V::InitialY => &mut p.initial_y,
-            V::InitialYaw => &mut p.initial_yaw,
-            V::InitialPositionStd => &mut p.initial_position_std,
-            V::InitialYawStd => &mut p.initial_yaw_std,
-            V::InitialYawRateBiasStd => &mut p.initial_yaw_rate_bias_std,
-            V::GnssFixCount | V::X | V::Y | V::Yaw | V::Course | V::PositionStd => return None,
-        })
-    }
 }
 
 impl Slave for PoseEstimator {
@@ -70,7 +110,7 @@ impl Slave for PoseEstimator {
         let mut parameters = PoseParameters::default();
         parameters.sideslip.reference_speed = SPEED;
         if let Some(file) = &file {
-            parameters = steerwright_loading::pose_parameters(file);
+            parameters = steerwright_models::files::pose_parameters(file);
         }
         let mut estimator = steerwright_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
@@ -88,7 +128,7 @@ impl Slave for PoseEstimator {
             V::Yaw => self.settled().yaw(),
             V::Course => self.settled().course(),
             V::PositionStd => self.settled().position_std(),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
@@ -99,7 +139,7 @@ impl Slave for PoseEstimator {
                 self.estimator.input.gnss_fix_count = *count;
             }
             (_, Value::Real(value)) => {
-                if let Some(place) = self.number(variable) {
+                if let Some(place) = variable.place(self) {
                     *place = *value;
                 }
             }

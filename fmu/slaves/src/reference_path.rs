@@ -1,13 +1,66 @@
 //! `ReferencePath`: the glue from [`steerwright_models::PathFollower`] to the export trait.
 
+use self::Variable as V;
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use crate::tables::reference_path::Variable as V;
-use fmi2_export::{Capabilities, Log, Resources, Slave};
+use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use steerwright_models::{GuidanceParameters, GuidanceSchedule, PathFollower, PathOutput};
+
+variables! {
+    /// Variables of the path follower. Its outputs are evaluated in a step, from the inputs set
+    /// before it, so at a communication point they depend on no input.
+    Variable of ReferencePath, "ReferencePath", "reference road and guidance along it: pose in, yaw reference and feedforward out";
+    X = 0, real "x", Input, Continuous, at inputs.x,
+        .unit("m").nominal(100.0).description("position of the vehicle");
+    Y = 1, real "y", Input, Continuous, at inputs.y,
+        .unit("m").nominal(100.0).description("position of the vehicle");
+    Yaw = 2, real "yaw", Input, Continuous, at inputs.yaw,
+        .unit("rad").display_unit("deg").description("yaw of the vehicle, positive to the left");
+    Speed = 3, real "speed", Input, Continuous, at inputs.speed,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed of the vehicle");
+    YawReference = 10, real "yaw_reference", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).description("yaw to steer for, not wrapped");
+    SteeringFeedforward = 11, real "steering_feedforward", Output, Continuous,
+        .unit("rad").display_unit("deg").nominal(0.1).depends_on(Nothing).description("steering angle for the curvature");
+    CrossTrackError = 12, real "cross_track_error", Output, Continuous,
+        .unit("m").depends_on(Nothing).description("distance from the path, positive to its left");
+    HeadingError = 13, real "heading_error", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).description("yaw minus the path's heading, in (-pi, pi]");
+    Curvature = 14, real "curvature", Output, Continuous,
+        .unit("1/m").nominal(0.01).depends_on(Nothing).description("curvature of the path at the vehicle, positive to the left");
+    Distance = 15, real "distance", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).description("distance along the path");
+    Finished = 16, boolean "finished", Output, Discrete,
+        .depends_on(Nothing).description("whether the path's end is reached");
+    LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at guidance.lookahead_time,
+        .unit("s").min(0.0).description("look-ahead distance over speed");
+    LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at guidance.lookahead_min,
+        .unit("m").min(0.01).nominal(10.0).description("least look-ahead distance");
+    PreviewTime = 22, real "preview_time", Parameter, Tunable, at guidance.preview_time,
+        .unit("s").min(0.0).description("how far ahead heading and curvature are read");
+    FeedforwardGain = 23, real "feedforward_gain", Parameter, Tunable, at guidance.feedforward_gain,
+        .unit("rad.m").display_unit("deg.m").nominal(10.0).description("steering angle per curvature");
+    SideslipPerYawRate = 24, real "sideslip_per_yaw_rate", Parameter, Tunable, at guidance.sideslip.per_yaw_rate,
+        .unit("s").nominal(0.1).description("sideslip angle per yaw rate in a steady turn");
+    CrossTrackIntegralGain = 25, real "cross_track_integral_gain", Parameter, Tunable, at guidance.cross_track_integral_gain,
+        .unit("1/s").min(0.0).nominal(0.1).description("how fast the integral of the cross-track error grows; 0: there is none");
+    SideslipPerYawAcceleration = 26, real "sideslip_per_yaw_acceleration", Parameter, Tunable, at guidance.sideslip.per_yaw_acceleration,
+        .unit("s2").nominal(0.01).description("sideslip angle per yaw acceleration; 0: not known");
+    SideslipGrowth = 27, real "sideslip_growth", Parameter, Tunable, at guidance.sideslip.growth,
+        .unit("s5/m2").nominal(0.001).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
+    YawAccelerationGain = 28, real "yaw_acceleration_gain", Parameter, Tunable, at guidance.yaw_acceleration_gain,
+        .unit("s2").nominal(0.01).description("what of the path's yaw acceleration is added to the yaw reference");
+    YawJerkGain = 29, real "yaw_jerk_gain", Parameter, Tunable, at guidance.yaw_jerk_gain,
+        .unit("s3").nominal(0.001).description("what of the path's yaw jerk is added to the yaw reference");
+    SideslipReferenceSpeed = 30, real "sideslip_reference_speed", Parameter, Tunable, at guidance.sideslip.reference_speed,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed at which the sideslip parameters hold");
+    DistanceRear = 31, real "distance_rear", Parameter, Tunable, at guidance.sideslip.distance_rear,
+        .unit("m").min(0.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
+}
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]
@@ -51,34 +104,6 @@ struct Saved {
 }
 
 impl ReferencePath {
-    /// A parameter or an input that is a Real; `None` for the others and for outputs.
-    #[inline]
-    fn number(&mut self, variable: V) -> Option<&mut f64> {
-        let g = &mut self.guidance;
-        Some(match variable {
-            V::X => &mut self.inputs.x,
-            V::Y => &mut self.inputs.y,
-            V::Yaw => &mut self.inputs.yaw,
-            V::Speed => &mut self.inputs.speed,
-            V::LookaheadTime => &mut g.lookahead_time,
-            V::LookaheadMin => &mut g.lookahead_min,
-            V::PreviewTime => &mut g.preview_time,
-            V::FeedforwardGain => &mut g.feedforward_gain,
-            V::SideslipPerYawRate => &mut g.sideslip.per_yaw_rate,
-            V::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
-            V::YawAccelerationGain => &mut g.yaw_acceleration_gain,
-            V::YawJerkGain => &mut g.yaw_jerk_gain,
-            V::SideslipPerYawAcceleration => &mut g.sideslip.per_yaw_acceleration,
-            V::SideslipGrowth => &mut g.sideslip.growth,
-            V::SideslipReferenceSpeed => &mut g.sideslip.reference_speed,
-            V::DistanceRear => &mut g.sideslip.distance_rear,
-            V::YawReference | V::SteeringFeedforward | V::CrossTrackError | V::HeadingError => {
-                return None;
-            }
-            V::Curvature | V::Distance | V::Finished => return None,
-        })
-    }
-
     /// The parameters that act at a speed, m/s.
     fn acting(&self, speed: f64) -> GuidanceParameters {
         let schedule = self.schedule.as_ref();
@@ -121,14 +146,17 @@ impl Slave for ReferencePath {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let path = required::<steerwright_formats::Path>(resources, "path.json")?;
-        let geometry = steerwright_loading::path_geometry(&path)
+        let geometry = steerwright_models::files::path_geometry(&path)
             .map_err(|e| format!("path.json: {e}; hint: {}", e.hint()))?;
         let (x, y, yaw) =
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         let slave = Self {
-            guidance: steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps),
-            schedule: steerwright_loading::guidance_schedule(&path),
+            guidance: steerwright_models::files::guidance_parameters(
+                &path.guidance,
+                path.speed_mps,
+            ),
+            schedule: steerwright_models::files::guidance_schedule(&path),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },
@@ -147,7 +175,7 @@ impl Slave for ReferencePath {
             V::Curvature => self.output().curvature,
             V::Distance => self.output().distance,
             V::Finished => return Value::Boolean(self.output().finished),
-            other => self.number(other).map_or(0.0, |value| *value),
+            other => other.place(self).map_or(0.0, |value| *value),
         })
     }
 
@@ -157,7 +185,7 @@ impl Slave for ReferencePath {
         if !matches!(variable, V::X | V::Y | V::Yaw | V::Speed) {
             self.searched = None;
         }
-        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+        if let (Value::Real(value), Some(place)) = (value, variable.place(self)) {
             *place = *value;
         }
     }

@@ -49,8 +49,7 @@ const HINT: &str = "pack the archive again with `steerwright package`";
 
 #[cfg(test)]
 mod tests {
-    use crate::lateral_pid::LateralPid;
-    use crate::tables::lateral_pid::Variable;
+    use crate::lateral_pid::{LateralPid, Variable};
     use fmi2_export::{Resources, Slave};
     use model_description::Value;
 

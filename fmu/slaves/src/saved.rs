@@ -1,21 +1,32 @@
 //! States as bytes, for [`fmi2_export::Slave::save`] and `load`, and checks of values.
 //!
-//! The bytes are those of postcard, in the order of the fields. A blob may be crafted, so all that
-//! was read is checked: numbers of the models by the models, values of variables against the table.
+//! The bytes are the layout version and those of postcard, in the order of the fields. A blob may be crafted, so all
+//! that was read is checked: numbers of the models by the models, values of variables against the table.
 
 use fmi2_export::{Slave, VariableId};
 use model_description::{Causality, Value};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// Rises with every change of a struct that is in a state: bytes of the same length would be read into other fields.
+const LAYOUT: u8 = 2;
+
 /// The bytes of a state.
 pub(crate) fn encode<T: Serialize>(state: &T) -> Vec<u8> {
     // Into a growing vector nothing can fail; no bytes at all would be refused when loaded.
-    postcard::to_allocvec(state).unwrap_or_default()
+    postcard::to_allocvec(&(LAYOUT, state)).unwrap_or_default()
 }
 
 /// The state whose bytes these are, all of them.
 pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    let Some((layout, bytes)) = bytes.split_first() else {
+        return Err("the saved state cannot be read: it is empty".into());
+    };
+    if *layout != LAYOUT {
+        return Err(format!(
+            "the saved state has the layout {layout}; this library reads the layout {LAYOUT}"
+        ));
+    }
     match postcard::take_from_bytes(bytes) {
         Ok((state, [])) => Ok(state),
         Ok((_, rest)) => Err(format!("the saved state has {} bytes too many", rest.len())),

@@ -10,6 +10,39 @@ use fmi2_export::model_description::{Causality, Value};
 use fmi2_export::{Log, Slave};
 use proptest::prelude::*;
 
+/// The layout version, the length and a fingerprint (FNV-1a) of each unit's state before the start.
+#[test]
+fn a_changed_layout_has_another_version() {
+    fn fingerprint<S: Slave>(slave: &S) -> (u8, usize, u64) {
+        let bytes = slave.save();
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        for byte in &bytes[1..] {
+            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        (bytes[0], bytes.len(), hash)
+    }
+    let seen = [
+        ("IdentifiedPlant", fingerprint(&identified(PLAIN))),
+        ("BicyclePlant", fingerprint(&bicycle())),
+        ("NonlinearVehicle", fingerprint(&nonlinear())),
+        ("LateralPid", fingerprint(&pid())),
+        ("ReferencePath", fingerprint(&path(false))),
+        ("PoseEstimator", fingerprint(&pose())),
+    ];
+    let known = [
+        ("IdentifiedPlant", (2, 0, 0)),
+        ("BicyclePlant", (2, 0, 0)),
+        ("NonlinearVehicle", (2, 0, 0)),
+        ("LateralPid", (2, 0, 0)),
+        ("ReferencePath", (2, 0, 0)),
+        ("PoseEstimator", (2, 0, 0)),
+    ];
+    assert_eq!(
+        seen, known,
+        "with another layout raise LAYOUT in src/saved.rs, then state what is seen"
+    );
+}
+
 /// Sets the inputs and steps, then reads all variables: as bits, so that NaN compares.
 fn drive<S: Slave>(slave: &mut S, steps: std::ops::Range<u32>) -> Vec<u64> {
     let mut seen = Vec::new();

@@ -344,7 +344,7 @@ fn growth_and_lead_are_found() {
 }
 
 /// The multi-body car of examples/drives, whose own states have S = 0.044 s, Q = −0.0009 s⁵/m² and C =
-/// 0.0027 s² at this speed (tests/experiment): tyres that saturate, and a body that leads.
+/// 0.0027 s² at this speed (evaluation/experiment): tyres that saturate, and a body that leads.
 #[test]
 fn a_multi_body_car_determines_all_three() {
     let read = |name: &str| (name.to_owned(), data(&format!("multibody/{name}")));

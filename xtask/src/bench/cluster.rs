@@ -7,13 +7,13 @@ use crate::{cross, python, wheel};
 const WHOLE: [&str; 2] = ["1000000", "1000"];
 const SHORT: [&str; 2] = ["2000", "20"];
 
-/// Runs python/benchmarks/cluster.py with the wheel; the libraries are those of `cargo xtask cross` where there are
+/// Runs evaluation/cluster/cluster.py with the wheel; the libraries are those of `cargo xtask cross` where there are
 /// some, as in the wheel that was tested.
 pub(crate) fn cluster(short: bool) -> Result<(), String> {
     let binaries = cross::binaries();
     let (interpreter, _) = wheel::installed(binaries.is_dir().then_some(binaries.as_path()))?;
     run(python::command(&interpreter)
-        .arg(root().join("python/benchmarks/cluster.py"))
+        .arg(root().join("evaluation/cluster/cluster.py"))
         .arg(root().join("examples/drives/multibody/drive.csv"))
         .args(if short { SHORT } else { WHOLE })
         .current_dir(target()))

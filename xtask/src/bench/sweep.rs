@@ -21,7 +21,7 @@ pub(crate) fn sweep(short: bool) -> Result<(), String> {
     run(bench.env("STEERWRIGHT_BENCH_FMUS", &fmus))?;
     match python::environment() {
         Ok(python) => {
-            let script = root().join("sweep/benches/fmpy_loop.py");
+            let script = root().join("evaluation/sweep/fmpy_loop.py");
             let loops = if short { "1" } else { FMPY_LOOPS };
             run(python::command(&python).arg(script).arg(&fmus).arg(loops))
         }

@@ -92,8 +92,8 @@ fn returns(
     path: &Arc<PathGeometry>,
     speed: f64,
 ) -> Result<bool, steerwright_models::Error> {
-    let law = steerwright_loading::guidance_parameters(&guidance_for(pid, speed), speed);
-    let parameters = steerwright_loading::pid_parameters_at(pid, speed);
+    let law = steerwright_models::files::guidance_parameters(&guidance_for(pid, speed), speed);
+    let parameters = steerwright_models::files::pid_parameters_at(pid, speed);
     let acceleration = parameters.max_lateral_acceleration;
     let mut follower = PathFollower::new(Arc::clone(path));
     let mut controller = Pid::default();

@@ -7,8 +7,8 @@ use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
 use steerwright_formats::{DesignEvidence, FrozenSpeed, Pid, Specification};
-use steerwright_loading::pid_parameters_at;
 use steerwright_models::PidParameters;
+use steerwright_models::files::pid_parameters_at;
 
 /// Evaluated speeds between two entries.
 const BETWEEN: u32 = 3;

@@ -77,12 +77,12 @@ struct Drive<'a> {
 
 impl<'a> Drive<'a> {
     fn new(plant: &PlantModel, pid: &'a PidFile, delay_s: f64) -> Self {
-        let parameters = steerwright_loading::pid_parameters(pid);
+        let parameters = steerwright_models::files::pid_parameters(pid);
         let ticks = (delay_s / pid.sample_time_s).round() as usize;
         Self {
             plant: plant.clone(),
             parameters,
-            schedule: steerwright_loading::pid_schedule(pid),
+            schedule: steerwright_models::files::pid_schedule(pid),
             controller: Pid::default(),
             sent: VecDeque::from(vec![0.0; ticks]),
             model: &pid.designed_for.name,
@@ -211,9 +211,10 @@ fn constant_radius(
 fn follower(
     path: &Path,
 ) -> Result<(PathFollower, impl Fn(f64) -> GuidanceParameters + use<>), Error> {
-    let geometry = steerwright_loading::path_geometry(path).map_err(model_error(&path.name))?;
-    let start = steerwright_loading::guidance_parameters(&path.guidance, path.speed_mps);
-    let schedule = steerwright_loading::guidance_schedule(path);
+    let geometry =
+        steerwright_models::files::path_geometry(path).map_err(model_error(&path.name))?;
+    let start = steerwright_models::files::guidance_parameters(&path.guidance, path.speed_mps);
+    let schedule = steerwright_models::files::guidance_schedule(path);
     let law = move |speed: f64| schedule.as_ref().map_or(start, |s| s.at(&start, speed));
     Ok((PathFollower::new(Arc::new(geometry)), law))
 }
@@ -222,7 +223,7 @@ fn follower(
 fn sideslip(plant: &DesignPlant) -> Sideslip {
     match &plant.family {
         Family::Bicycle(bicycle) => {
-            let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
+            let parameters = steerwright_models::files::bicycle_parameters(&bicycle.vehicle);
             parameters.sideslip(bicycle.vehicle.speed_mps.max(1.0))
         }
         Family::Identified(plant) => plant_sideslip(plant).unwrap_or_default(),

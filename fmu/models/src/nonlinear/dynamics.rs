@@ -67,38 +67,42 @@ struct Blend {
 
 impl Constants {
     pub(super) fn new(p: &NonlinearParameters) -> Self {
-        let wheelbase = p.distance_front + p.distance_rear;
-        let weight = p.mass * GRAVITY;
-        let (front, rear) =
-            (weight * p.distance_rear / wheelbase, weight * p.distance_front / wheelbase);
+        let wheelbase = p.body.distance_front_m + p.body.distance_rear_m;
+        let weight = p.body.mass_kg * GRAVITY;
+        let (front, rear) = (
+            weight * p.body.distance_rear_m / wheelbase,
+            weight * p.body.distance_front_m / wheelbase,
+        );
         let tyre = TyreParameters {
-            friction: p.friction_coefficient,
-            shape: p.tyre_shape_factor,
-            curvature: p.tyre_curvature_factor,
-            friction_sensitivity: p.friction_load_sensitivity,
-            stiffness_sensitivity: p.stiffness_load_sensitivity,
+            friction: p.tyres.friction_coefficient,
+            shape: p.tyres.shape_factor,
+            curvature: p.tyres.curvature_factor,
+            friction_sensitivity: p.tyres.friction_load_sensitivity,
+            stiffness_sensitivity: p.tyres.stiffness_load_sensitivity,
         };
         // ΔF = share·m·h·a_φ/track, over half the axle's load.
         let transfer = |share: f64, load: f64| {
-            share * p.mass * p.centre_of_gravity_height / p.track_width / (load / 2.0)
+            share * p.body.mass_kg * p.body.centre_of_gravity_height_m
+                / p.body.track_width_m
+                / (load / 2.0)
         };
         let bicycle = p.bicycle();
         Self {
             actuator: Actuator {
-                time_constant: p.actuator_time_constant,
-                rate: p.road_wheel_rate_max,
-                stop: p.road_wheel_angle_max,
+                time_constant: p.actuator.time_constant_s,
+                rate: p.actuator.road_wheel_rate_max_radps,
+                stop: p.actuator.road_wheel_angle_max_rad,
             },
-            n: 1.0 / p.steering_ratio,
+            n: 1.0 / p.actuator.steering_ratio,
             bicycle,
             coefficients: bicycle.coefficients(),
-            front: Axle::new(p.cornering_stiffness_front, front, &tyre),
-            rear: Axle::new(p.cornering_stiffness_rear, rear, &tyre),
+            front: Axle::new(p.tyres.cornering_stiffness_front_npr, front, &tyre),
+            rear: Axle::new(p.tyres.cornering_stiffness_rear_npr, rear, &tyre),
             transfer: [
-                transfer(p.roll_stiffness_front, front),
-                transfer(1.0 - p.roll_stiffness_front, rear),
+                transfer(p.body.roll_stiffness_front, front),
+                transfer(1.0 - p.body.roll_stiffness_front, rear),
             ],
-            roll: 1.0 / p.roll_time_constant,
+            roll: 1.0 / p.body.roll_time_constant_s,
         }
     }
 

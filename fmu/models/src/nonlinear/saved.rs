@@ -55,11 +55,11 @@ impl NonlinearVehicle {
         let [steering_angle, steering_slope, speed] = saved.inputs;
         let Pose { x: initial_x, y: initial_y, yaw: initial_yaw } = saved.initial_pose;
         let [lateral_velocity, yaw_rate, angle, roll] = saved.states;
-        if angle.abs() > saved.started.road_wheel_angle_max {
+        if angle.abs() > saved.started.actuator.road_wheel_angle_max_rad {
             let expected = "between the end stops";
             return Err(Error::SavedState { name: "the road-wheel angle", value: angle, expected });
         }
-        let mut delay = DelayLine::new(saved.started.actuator_delay, 0.0);
+        let mut delay = DelayLine::new(saved.started.actuator.delay_s, 0.0);
         delay.restore(saved.history)?;
         Ok(Self {
             parameters: saved.parameters,

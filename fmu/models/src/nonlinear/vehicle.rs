@@ -64,7 +64,7 @@ impl NonlinearVehicle {
             pose: Pose::default(),
             lateral: [0.0; 3],
             angle: 0.0,
-            delay: DelayLine::new(parameters.actuator_delay, 0.0),
+            delay: DelayLine::new(parameters.actuator.delay_s, 0.0),
         })
     }
 
@@ -77,7 +77,7 @@ impl NonlinearVehicle {
             self.parameters.check()?;
             self.started = self.parameters;
             self.constants = Constants::new(&self.parameters);
-            self.delay = DelayLine::new(self.started.actuator_delay, 0.0);
+            self.delay = DelayLine::new(self.started.actuator.delay_s, 0.0);
         }
         let [lateral_velocity, yaw_rate, angle, roll] = self.initial_states;
         numbers(&[
@@ -85,12 +85,12 @@ impl NonlinearVehicle {
             ("the yaw rate", yaw_rate),
             ("the lateral acceleration that the load has followed", roll),
         ])?;
-        let stop = self.started.road_wheel_angle_max;
+        let stop = self.started.actuator.road_wheel_angle_max_rad;
         within("the road-wheel angle at the start", angle, -stop, stop)?;
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
         self.lateral = [lateral_velocity, yaw_rate, roll];
         self.angle = angle;
-        self.delay.reset(angle * self.started.steering_ratio);
+        self.delay.reset(angle * self.started.actuator.steering_ratio);
         Ok(())
     }
 

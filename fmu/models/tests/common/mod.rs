@@ -2,7 +2,8 @@
 #![allow(dead_code, unreachable_pub)]
 
 use nalgebra::DMatrix;
-use steerwright_models::{Continuous, IdentifiedData, InputKind, PathPoint, Sideslip};
+use steerwright_formats::InputKind;
+use steerwright_models::{Continuous, IdentifiedData, PathPoint, Sideslip};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use steerwright_formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
-use steerwright_loading::{
+use steerwright_models::files::{
     bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
 use steerwright_models::{BicycleParameters, Error, GuidanceParameters, PidParameters, Sideslip};
@@ -50,7 +50,7 @@ fn the_identified_model() {
     );
     assert_eq!((data.d, data.sample_time, data.delay, data.speed), (0.5, 0.01, 0.03, 12.0));
     assert_eq!((data.steering_offset, data.yaw_rate_offset), (0.02, 0.003));
-    assert_eq!(data.input, steerwright_models::InputKind::SteeringTimesSpeed);
+    assert_eq!(data.input, InputKind::SteeringTimesSpeed);
     assert!((data.innovation_std - 0.01).abs() < 1e-15);
     let continuous = steerwright_formats::Continuous {
         f: Matrix(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]),
@@ -199,7 +199,7 @@ fn the_controller() {
 #[test]
 fn the_controller_of_an_older_file() {
     use steerwright_formats::Document;
-    let text = include_str!("../../../tests/fuzzing/documents/pid.json");
+    let text = include_str!("../../../../tests/fuzzing/documents/pid.json");
     let pid = steerwright_formats::Pid::from_json(text, "pid.json").unwrap();
     assert!(!pid.to_json().contains("large_errors"));
     let p = pid_parameters(&pid);

@@ -4,14 +4,19 @@
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
+use crate::bicycle::BicycleParameters;
+use crate::error::Error;
+use crate::guidance::GuidanceParameters;
+use crate::identified::{Continuous, IdentifiedData, IdentifiedModel};
+use crate::nonlinear::NonlinearParameters;
+use crate::path::{PathGeometry, PathPoint};
+use crate::pid::PidParameters;
+use crate::pose::PoseParameters;
+use crate::schedule::{GuidanceSchedule, PidSchedule};
+use crate::sideslip::Sideslip;
 use steerwright_formats::{
-    Estimator, Guidance, GuidanceEntry, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant,
-    ScheduleEntry, Vehicle, VehicleData,
-};
-use steerwright_models::{
-    BicycleParameters, Continuous, Error, GuidanceParameters, GuidanceSchedule, IdentifiedData,
-    IdentifiedModel, NonlinearParameters, PathGeometry, PathPoint, PidParameters, PidSchedule,
-    PoseParameters, Sideslip,
+    Estimator, Guidance, GuidanceEntry, Limits, Matrix, Path, Pid, PidGains, Plant, ScheduleEntry,
+    Vehicle, VehicleData,
 };
 
 /// The identified model of `plant.json`.
@@ -33,10 +38,7 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
             g: entries(&c.g),
             h: entries(&c.h),
         }),
-        input: match plant.input {
-            InputKind::Steering => steerwright_models::InputKind::Steering,
-            InputKind::SteeringTimesSpeed => steerwright_models::InputKind::SteeringTimesSpeed,
-        },
+        input: plant.input,
         delay: plant.input_delay_s,
         steering_offset: point.steering_offset_rad,
         yaw_rate_offset: point.yaw_rate_offset_radps,
@@ -77,29 +79,7 @@ pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
 /// The vehicle of `vehicle.json`. Its speed is no parameter but an input.
 #[must_use]
 pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
-    let Vehicle { body, tyres, actuator, .. } = vehicle;
-    NonlinearParameters {
-        mass: body.mass_kg,
-        yaw_inertia: body.yaw_inertia_kgm2,
-        distance_front: body.distance_front_m,
-        distance_rear: body.distance_rear_m,
-        cornering_stiffness_front: tyres.cornering_stiffness_front_npr,
-        cornering_stiffness_rear: tyres.cornering_stiffness_rear_npr,
-        friction_coefficient: tyres.friction_coefficient,
-        tyre_shape_factor: tyres.shape_factor,
-        tyre_curvature_factor: tyres.curvature_factor,
-        friction_load_sensitivity: tyres.friction_load_sensitivity,
-        stiffness_load_sensitivity: tyres.stiffness_load_sensitivity,
-        centre_of_gravity_height: body.centre_of_gravity_height_m,
-        track_width: body.track_width_m,
-        roll_stiffness_front: body.roll_stiffness_front,
-        roll_time_constant: body.roll_time_constant_s,
-        steering_ratio: actuator.steering_ratio,
-        actuator_time_constant: actuator.time_constant_s,
-        actuator_delay: actuator.delay_s,
-        road_wheel_rate_max: actuator.road_wheel_rate_max_radps,
-        road_wheel_angle_max: actuator.road_wheel_angle_max_rad,
-    }
+    NonlinearParameters { body: vehicle.body, tyres: vehicle.tyres, actuator: vehicle.actuator }
 }
 
 /// The controller of `pid.json`, at the speed of the design.

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used)]
 
 use steerwright_formats::{Document, Estimator};
-use steerwright_loading::pose_parameters;
 use steerwright_models::PoseParameters;
+use steerwright_models::files::pose_parameters;
 
 /// Everything but the latency is the estimator that is compiled in, which knows of none.
 #[test]
 fn the_example_is_the_default() {
-    let text = include_str!("../../../examples/drives/multibody/estimator.json");
+    let text = include_str!("../../../../examples/drives/multibody/estimator.json");
     let estimator = Estimator::from_json(text, "estimator.json").unwrap();
     let mut expected = PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() };
     expected.sideslip.reference_speed = estimator.speed_mps;
