@@ -3,6 +3,7 @@
 
 use crate::Error;
 use crate::models::ComparedModel;
+use crate::vehicle::validate_vehicle;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Model, SourceFile};
 use steerwright_sysid::sideslip::unused_fixes;
@@ -117,8 +118,9 @@ fn on_log(
         Model::Bicycle(bicycle) => {
             steerwright_sysid::bicycle::validate_bicycle(log, options, bicycle)?
         }
+        Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation_fraction, vehicle)?,
         // Which `models` makes none of.
-        Model::SingleTrack(_) | Model::Torque(_) => {
+        Model::Torque(_) => {
             return Err(steerwright_control::Error::SteeredByTorque.into());
         }
     })

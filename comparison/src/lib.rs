@@ -22,6 +22,7 @@ mod step;
 mod tables;
 mod track;
 mod truth;
+mod vehicle;
 mod verdict;
 
 pub use compare::{Comparison, Job, Road, Shape, compare};

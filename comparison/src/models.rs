@@ -73,12 +73,6 @@ pub fn models(files: Vec<(PathBuf, SourceFile, Model)>) -> Result<Vec<ComparedMo
     let mut models: Vec<ComparedModel> = Vec::new();
     for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
         let failed = |e| Error::from(e).of(path.display());
-        let document = match document {
-            Model::SingleTrack(vehicle) => Model::Bicycle(Box::new(
-                steerwright_control::bicycle_of_vehicle(&vehicle).map_err(failed)?,
-            )),
-            other => other,
-        };
         let design = DesignPlant::from_model(&document).map_err(failed)?;
         models.push(ComparedModel { label, path, source, document, design });
     }

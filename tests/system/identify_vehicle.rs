@@ -116,6 +116,18 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     assert_eq!(simulated.len(), measured.len());
     let fit = fit(&measured, &simulated);
     assert!(fit > 96.0, "{fit}");
+
+    // Compared, it is that vehicle too, up to the limit of its grip, where the bicycle is none.
+    done(folder.path(), "identify drive.csv --structure bicycle -o bicycle.json");
+    let output = run(folder.path(), "compare vehicle.json bicycle.json --log drive.csv --json");
+    let compared: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let fits = [0, 1].map(|k: usize| {
+        compared["models"][k]["held_out"]["fit_percent"].as_f64().unwrap_or_else(|| {
+            panic!("{}", text_of(&output));
+        })
+    });
+    println!("{fits:?}");
+    assert!(fits[0] > 95.0 && fits[0] > fits[1] + 1.0, "{fits:?}");
 }
 
 #[test]

@@ -30,12 +30,12 @@ fn a_changed_layout_has_another_version() {
         ("PoseEstimator", fingerprint(&pose())),
     ];
     let known = [
-        ("IdentifiedPlant", (2, 0, 0)),
-        ("BicyclePlant", (2, 0, 0)),
-        ("NonlinearVehicle", (2, 0, 0)),
-        ("LateralPid", (2, 0, 0)),
-        ("ReferencePath", (2, 0, 0)),
-        ("PoseEstimator", (2, 0, 0)),
+        ("IdentifiedPlant", (2, 195, 0x03a2_834a_f362_12ca)),
+        ("BicyclePlant", (2, 293, 0x5921_6ad3_0845_b9bb)),
+        ("NonlinearVehicle", (2, 485, 0x3914_3c9b_b7f4_a9a4)),
+        ("LateralPid", (2, 345, 0xae0e_fc53_d021_007d)),
+        ("ReferencePath", (2, 171, 0xb713_de53_a5f9_9db6)),
+        ("PoseEstimator", (2, 536, 0x5587_d19c_1127_0ee8)),
     ];
     assert_eq!(
         seen, known,

@@ -94,9 +94,10 @@ fn utc(seconds: f64) -> Option<String> {
 /// Channels are kept in SI; people read degrees.
 fn shown_in(c: &ChannelSummary) -> (f64, &'static str) {
     match c.role.as_str() {
-        "steering" | "yaw" | "heading" => (DEG, "deg"),
+        "steering" | "yaw" | "heading" | "roll" | "sideslip" => (DEG, "deg"),
         "yaw_rate" => (DEG, "deg/s"),
-        "speed" => (1.0, "m/s"),
+        "speed" | "lateral_velocity" => (1.0, "m/s"),
+        "lateral_acceleration" | "longitudinal_acceleration" => (1.0, "m/s²"),
         _ => (1.0, ""),
     }
 }

@@ -29,7 +29,7 @@ fn list() -> String {
 }
 
 fn source(name: &str) -> PathBuf {
-    let folder = root().join("evaluation/identification/src/programs");
+    let folder = root().join("evaluation/src/programs");
     let file = folder.join(format!("{name}.rs"));
     if file.is_file() { file } else { folder.join(name).join("mod.rs") }
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask evaluate` and `bench sysid`: the programs of `evaluation/identification`, in release mode, with
+//! `cargo xtask evaluate` and `bench sysid`: the programs of `evaluation`, in release mode, with
 //! the Python environment of the peers they are compared with.
 
 mod help;
@@ -93,7 +93,7 @@ fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
 
 /// The interpreter with the peers' packages.
 fn peers() -> Option<PathBuf> {
-    let requirements = root().join("evaluation/identification/requirements.txt");
+    let requirements = root().join("evaluation/requirements.txt");
     python::environment_in(&target().join("peers-python"), &requirements)
         .inspect_err(|problem| eprintln!("left out: peers from Python: {problem}"))
         .ok()

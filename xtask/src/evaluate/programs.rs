@@ -1,4 +1,4 @@
-//! The programs of `evaluation/identification/src/programs`. A new one is a line here.
+//! The programs of `evaluation/src/programs`. A new one is a line here.
 
 /// A program.
 pub(crate) struct Program {
@@ -99,7 +99,7 @@ mod tests {
     /// Nothing in the folder goes without a short form, and nothing here without a program.
     #[test]
     fn every_program_is_listed() {
-        let folder = root().join("evaluation/identification/src/programs");
+        let folder = root().join("evaluation/src/programs");
         let mut files: Vec<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())

@@ -26,7 +26,7 @@ const PEERS: &str = include_str!("../../python/records.py");
 
 pub(crate) fn run() -> Result<(), String> {
     let arguments: Arguments = options();
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drives");
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/drives");
     slicots_model(&own)?;
     println!("\nautomatic settings, estimated on the first half, simulated on the second");
     println!(

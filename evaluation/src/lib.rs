@@ -2,7 +2,7 @@
 
 mod halves;
 mod initial;
-#[path = "../../../sysid/tests/known/mod.rs"]
+#[path = "../../sysid/tests/known/mod.rs"]
 mod known;
 mod linear_car;
 mod linear_drive;

@@ -46,7 +46,7 @@ pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
     println!("\nfit of the simulated second half, percent (estimated on the first)");
     println!("{:20}{:>6}{:>12}{:>12}", "", "order", "simulation", "prediction");
     let dryer = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../examples/drives/dryer2/dryer2_slicot_ib01ad.csv");
+        .join("../examples/drives/dryer2/dryer2_slicot_ib01ad.csv");
     halves("dryer2", &dryer, &[3, 4])?;
     match arguments.data {
         Some(folder) => {

@@ -27,7 +27,7 @@ type Failure = Box<dyn std::error::Error>;
 
 pub(crate) fn run() -> Result<(), Failure> {
     let arguments: Arguments = options();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     println!("Multi-body vehicle, 15 m/s (examples/drives/multibody)");
     let file = root.join("examples/drives/multibody/drive.csv");
     drive(&file, ["steering_command_rad", "yaw_rate_radps", "speed_mps"], 0.04)?;
