@@ -1,11 +1,7 @@
 //! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json`, by the equations of the FMU (eq 13).
 
 use crate::Error;
-use steerwright_formats::{
-    Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, Vehicle, VehicleData,
-    VehicleEvidence,
-};
-use steerwright_models::bicycle_eq13;
+use steerwright_formats::{Bicycle, Document, SourceFile, Vehicle, VehicleData, VehicleEvidence};
 use steerwright_models::files::bicycle_parameters;
 
 fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
@@ -69,30 +65,9 @@ pub fn bicycle_of_vehicle(vehicle: &Vehicle) -> Result<Bicycle, Error> {
 }
 
 fn document(vehicle: &VehicleData) -> Bicycle {
-    let model = bicycle_eq13(&bicycle_parameters(vehicle), vehicle.speed_mps);
-    let c = model.coefficients;
-    Bicycle {
-        schema: Bicycle::SCHEMA.into(),
-        vehicle: vehicle.clone(),
-        coefficients: BicycleCoefficients {
-            a1: c.a1,
-            a2: c.a2,
-            a3: c.a3,
-            a4: c.a4,
-            b1: c.b1,
-            b2: c.b2,
-            n: c.n,
-            tn: c.tn,
-        },
-        state_matrix: Matrix::from_fn(5, 5, |i, j| model.a[(i, j)]),
-        input_matrix: Matrix::from_fn(5, 1, |i, _| model.b[i]),
-        evidence: None,
-        quality: steerwright_formats::Quality::not_validated(),
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            ..Provenance::default()
-        },
-    }
+    let mut bicycle = Bicycle::new(vehicle.clone());
+    bicycle.provenance.version = env!("CARGO_PKG_VERSION").into();
+    bicycle
 }
 
 /// Line and column, from 1, of a byte.

@@ -82,12 +82,82 @@ pub struct BicycleCoefficients {
     pub tn: f64,
 }
 
+impl BicycleCoefficients {
+    /// Of mass and yaw inertia, distances and cornering stiffnesses of front and rear, steering ratio and time constant
+    /// of the actuator, all SI.
+    #[inline]
+    #[must_use]
+    pub fn new(
+        [m, j]: [f64; 2],
+        [lf, lr]: [f64; 2],
+        [cf, cr]: [f64; 2],
+        steering_ratio: f64,
+        time_constant: f64,
+    ) -> Self {
+        Self {
+            a1: -(cf + cr) / m,
+            a2: -(cf * lf - cr * lr) / m,
+            a3: (-cf * lf + cr * lr) / j,
+            a4: -(cf * lf * lf + cr * lr * lr) / j,
+            b1: cf / m,
+            b2: cf * lf / j,
+            n: 1.0 / steering_ratio,
+            tn: time_constant,
+        }
+    }
+
+    /// The part (v_y, r) of the body-frame form at a speed, m/s: `[[a, b], [c, d]]`, row by row.
+    #[inline]
+    #[must_use]
+    pub fn lateral(&self, speed: f64) -> [f64; 4] {
+        let inverse = 1.0 / speed;
+        [self.a1 * inverse, self.a2 * inverse - speed, self.a3 * inverse, self.a4 * inverse]
+    }
+
+    /// A bound on the rate of the fastest mode at a speed, 1/s.
+    #[inline]
+    #[must_use]
+    pub fn fastest_rate(&self, speed: f64) -> f64 {
+        let [a, b, c, d] = self.lateral(speed);
+        // The norm of the matrix after scaling the states such that b and c are of one size.
+        (a.abs().max(d.abs()) + (b * c).abs().sqrt()).max(1.0 / self.tn)
+    }
+
+    /// The matrices of eq 13 at a speed above zero, m/s.
+    #[must_use]
+    pub fn matrices(&self, speed: f64) -> (Matrix, Matrix) {
+        let (v, Self { a1, a2, a3, a4, b1, b2, n, tn }) = (speed, *self);
+        #[rustfmt::skip]
+        let rows = [
+            [0.0, 1.0,    0.0, 0.0,    0.0],
+            [0.0, a1 / v, -a1, a2 / v, b1 * n],
+            [0.0, 0.0,    0.0, 1.0,    0.0],
+            [0.0, a3 / v, -a3, a4 / v, b2 * n],
+            [0.0, 0.0,    0.0, 0.0,    -1.0 / tn],
+        ];
+        let input = Matrix::column(&[0.0, 0.0, 0.0, 0.0, 1.0 / tn]);
+        (Matrix::from_fn(5, 5, |i, j| rows[i][j]), input)
+    }
+}
+
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
 impl VehicleData {
+    /// The coefficients of eq 13.
+    #[must_use]
+    pub fn coefficients(&self) -> BicycleCoefficients {
+        BicycleCoefficients::new(
+            [self.mass_kg, self.yaw_inertia_kgm2],
+            [self.distance_front_m, self.distance_rear_m],
+            [self.cornering_stiffness_front_npr, self.cornering_stiffness_rear_npr],
+            self.steering_ratio,
+            self.actuator_time_constant_s,
+        )
+    }
+
     /// Reports impossible values; `at` is the prefix of each key, such as `vehicle.`.
     pub fn check(&self, c: &mut Checker, at: &str) {
         check_fields!(c.positive(self, at): mass_kg yaw_inertia_kgm2 distance_front_m distance_rear_m
@@ -117,6 +187,23 @@ impl VehicleData {
 }
 
 impl Bicycle {
+    /// Eq 13 of a vehicle, not validated and without sources.
+    #[must_use]
+    pub fn new(vehicle: VehicleData) -> Self {
+        let coefficients = vehicle.coefficients();
+        let (state_matrix, input_matrix) = coefficients.matrices(vehicle.speed_mps);
+        Self {
+            schema: Self::SCHEMA.into(),
+            vehicle,
+            coefficients,
+            state_matrix,
+            input_matrix,
+            evidence: None,
+            quality: Quality::not_validated(),
+            provenance: Provenance::default(),
+        }
+    }
+
     /// The number of standard normal numbers that [`Bicycle::ensemble_member`] needs; 0 if the file has no
     /// uncertainty.
     #[must_use]

@@ -153,10 +153,8 @@ fn car_of(count: usize) -> Result<DataSet, Error> {
 
 /// Ljung's dryer, its means removed.
 fn dryer() -> Result<DataSet, Box<dyn std::error::Error>> {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../examples/drives/dryer2/dryer2_slicot_ib01ad.csv"
-    );
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/drives/dryer2/dryer2_slicot_ib01ad.csv");
     let data = recording(Path::new(path), &["u"], &["y"], 0.08)?;
     let centred = |signal: &Signals| {
         let samples = signal.row(0);

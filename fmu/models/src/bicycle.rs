@@ -11,6 +11,7 @@ use crate::limits::{BLEND_SPEED, FASTEST_RATE};
 use crate::sideslip::Sideslip;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
+use steerwright_formats::BicycleCoefficients;
 
 /// Longest delay of the steering actuator, s.
 pub const LONGEST_DELAY: f64 = 10.0;
@@ -55,20 +56,6 @@ impl Default for BicycleParameters {
     }
 }
 
-/// The coefficients of eq 13 in the paper's letters.
-#[allow(missing_docs)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coefficients {
-    pub a1: f64,
-    pub a2: f64,
-    pub a3: f64,
-    pub a4: f64,
-    pub b1: f64,
-    pub b2: f64,
-    pub n: f64,
-    pub tn: f64,
-}
-
 impl BicycleParameters {
     /// Checks that this can be a vehicle: positive values, stable and not absurdly fast at walking pace.
     ///
@@ -111,20 +98,14 @@ impl BicycleParameters {
 
     /// The coefficients of eq 13.
     #[must_use]
-    pub fn coefficients(&self) -> Coefficients {
-        let (m, j) = (self.mass, self.yaw_inertia);
-        let (lf, lr) = (self.distance_front, self.distance_rear);
-        let (cf, cr) = (self.cornering_stiffness_front, self.cornering_stiffness_rear);
-        Coefficients {
-            a1: -(cf + cr) / m,
-            a2: -(cf * lf - cr * lr) / m,
-            a3: (-cf * lf + cr * lr) / j,
-            a4: -(cf * lf * lf + cr * lr * lr) / j,
-            b1: cf / m,
-            b2: cf * lf / j,
-            n: 1.0 / self.steering_ratio,
-            tn: self.actuator_time_constant,
-        }
+    pub fn coefficients(&self) -> BicycleCoefficients {
+        BicycleCoefficients::new(
+            [self.mass, self.yaw_inertia],
+            [self.distance_front, self.distance_rear],
+            [self.cornering_stiffness_front, self.cornering_stiffness_rear],
+            self.steering_ratio,
+            self.actuator_time_constant,
+        )
     }
 
     /// Wheelbase L, m.
@@ -197,54 +178,6 @@ impl BicycleParameters {
             distance_rear: self.distance_rear,
         }
     }
-}
-
-impl Coefficients {
-    /// The part (v_y, r) of the body-frame form: `[[a, b], [c, d]]`, row by row.
-    #[inline]
-    #[must_use]
-    pub fn lateral(&self, speed: f64) -> [f64; 4] {
-        let inverse = 1.0 / speed;
-        [self.a1 * inverse, self.a2 * inverse - speed, self.a3 * inverse, self.a4 * inverse]
-    }
-
-    /// A bound on the rate of the fastest mode at a speed, 1/s.
-    #[inline]
-    #[must_use]
-    pub fn fastest_rate(&self, speed: f64) -> f64 {
-        let [a, b, c, d] = self.lateral(speed);
-        // The norm of the matrix after scaling the states such that b and c are of one size.
-        (a.abs().max(d.abs()) + (b * c).abs().sqrt()).max(1.0 / self.tn)
-    }
-}
-
-/// Eq 13 as printed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Eq13 {
-    /// State matrix for (y, ẏ, ψ, ψ̇, δ), δ in steering coordinates.
-    pub a: SMatrix<f64, 5, 5>,
-    /// Input matrix; the input is the steering angle.
-    pub b: SVector<f64, 5>,
-    /// The coefficients.
-    pub coefficients: Coefficients,
-}
-
-/// Eq 13 at a speed above zero.
-#[must_use]
-pub fn bicycle_eq13(parameters: &BicycleParameters, speed: f64) -> Eq13 {
-    let coefficients = parameters.coefficients();
-    let Coefficients { a1, a2, a3, a4, b1, b2, n, tn } = coefficients;
-    let v = speed;
-    #[rustfmt::skip]
-    let a = SMatrix::<f64, 5, 5>::from_row_slice(&[
-        0.0, 1.0,    0.0, 0.0,    0.0,
-        0.0, a1 / v, -a1, a2 / v, b1 * n,
-        0.0, 0.0,    0.0, 1.0,    0.0,
-        0.0, a3 / v, -a3, a4 / v, b2 * n,
-        0.0, 0.0,    0.0, 0.0,    -1.0 / tn,
-    ]);
-    let b = SVector::<f64, 5>::from([0.0, 0.0, 0.0, 0.0, 1.0 / tn]);
-    Eq13 { a, b, coefficients }
 }
 
 /// The body-frame form at a speed above zero: `(F, G)` for (v_y, r, δ), δ at the road wheel; the

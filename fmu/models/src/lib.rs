@@ -47,7 +47,7 @@ pub mod ticks;
 pub mod trigonometry;
 
 pub use angle::wrap_angle;
-pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bicycle_eq13};
+pub use bicycle::{BicycleParameters, bicycle_body_frame};
 pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
 pub use guidance::{GuidanceParameters, PathFollower, PathOutput};

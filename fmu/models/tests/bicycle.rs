@@ -6,9 +6,7 @@ use crate::common;
 use common::{runge_kutta, sample};
 use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
 use proptest::prelude::*;
-use steerwright_models::{
-    BicycleParameters, BicyclePlant, Error, Sideslip, bicycle_body_frame, bicycle_eq13,
-};
+use steerwright_models::{BicycleParameters, BicyclePlant, Error, Sideslip, bicycle_body_frame};
 
 fn car() -> BicycleParameters {
     BicycleParameters {
@@ -43,7 +41,7 @@ fn newton(p: &BicycleParameters, v: f64, steering: f64, w: &[f64; 6]) -> [f64; 6
 #[test]
 fn coefficients_are_the_papers() {
     let p = car();
-    let k = bicycle_eq13(&p, 20.0).coefficients;
+    let k = p.coefficients();
     let (cf, cr, lf, lr, m, j) = (105_000.0, 131_000.0, 1.15, 1.55, 1640.0, 2900.0);
     for (ours, paper) in [
         (k.a1, -(cf + cr) / m),
@@ -64,12 +62,12 @@ fn coefficients_are_the_papers() {
 fn both_forms_are_one_at_constant_speed() {
     let p = car();
     for v in [3.0, 15.0, 40.0] {
-        let eq13 = bicycle_eq13(&p, v);
+        let (state, input) = p.coefficients().matrices(v);
         let (f, g) = bicycle_body_frame(&p, v);
         let h = 0.01;
         let (a5, b5) = sample(
-            &DMatrix::from_fn(5, 5, |i, j| eq13.a[(i, j)]),
-            &DMatrix::from_fn(5, 1, |i, _| eq13.b[i]),
+            &DMatrix::from_fn(5, 5, |i, j| state.at(i, j)),
+            &DMatrix::from_fn(5, 1, |i, _| input.at(i, 0)),
             h,
         );
         let (a3, b3) = sample(

@@ -16,9 +16,10 @@
 //! This is continuous in v, since `F(v)·s(v)` at 1 m/s is minus the column of δ.
 
 use crate::Error;
-use crate::bicycle::{BicycleParameters, Coefficients};
+use crate::bicycle::BicycleParameters;
 use crate::delay::DelayLine;
 use crate::quadrature::{Pose, pose_getters};
+use steerwright_formats::BicycleCoefficients;
 
 mod dynamics;
 mod saved;
@@ -47,7 +48,7 @@ pub struct BicyclePlant {
     /// v_y (m/s), r (rad/s) and δ (rad) at the start.
     pub initial_states: [f64; 3],
     started: BicycleParameters,
-    coefficients: Coefficients,
+    coefficients: BicycleCoefficients,
     delay: DelayLine,
     pose: Pose,
     /// v_y, r, δ.

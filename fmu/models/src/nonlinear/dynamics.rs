@@ -3,9 +3,10 @@
 use super::actuator::Actuator;
 use super::parameters::NonlinearParameters;
 use super::tyre::{Axle, TyreParameters};
-use crate::bicycle::{BicycleParameters, Coefficients};
+use crate::bicycle::BicycleParameters;
 use crate::limits::BLEND_SPEED;
 use crate::trigonometry::{atan, sin_cos};
+use steerwright_formats::BicycleCoefficients;
 
 /// Acceleration of free fall, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
@@ -20,7 +21,7 @@ pub(super) struct Constants {
     /// Road-wheel angle over steering angle.
     pub(super) n: f64,
     bicycle: BicycleParameters,
-    coefficients: Coefficients,
+    coefficients: BicycleCoefficients,
     front: Axle,
     rear: Axle,
     /// Load transfer of the axles per a_φ, relative to the static wheel load, s²/m.
@@ -108,7 +109,7 @@ impl Constants {
 
     /// The rate of the fastest mode at a speed but for the actuator's, 1/s.
     pub(super) fn fastest_rate(&self, speed: f64) -> f64 {
-        let k = Coefficients { tn: f64::INFINITY, ..self.coefficients };
+        let k = BicycleCoefficients { tn: f64::INFINITY, ..self.coefficients };
         k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll)
     }
 

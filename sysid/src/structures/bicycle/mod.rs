@@ -33,10 +33,7 @@ use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::plant::Traces;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response};
-use steerwright_formats::{
-    Bicycle, BicycleCoefficients, BicycleEvidence, Document, Matrix, Model, Provenance, Quality,
-    Structure, VehicleData, WithDelay,
-};
+use steerwright_formats::{Bicycle, Document, Model, Provenance, Structure, WithDelay};
 
 pub use crate::structures::bicycle::options::BicycleOptions;
 pub(crate) use crate::structures::bicycle::response::{
@@ -179,49 +176,10 @@ pub(crate) fn identify_moving(
         sources: log.sources.clone(),
         options: used,
     };
-    let bicycle = document(vehicle, evidence, quality, provenance);
+    let bicycle =
+        Bicycle { evidence: Some(evidence), quality, provenance, ..Bicycle::new(vehicle) };
     bicycle.checked("bicycle.json").map_err(|e| Error::no_model(e.to_string()))?;
     let mut traces = Traces::new(log, simulation.simulated, &recording.split.validation);
     traces.steering_rad.clone_from(&steering.log.input);
     Ok(IdentifiedBicycle { bicycle, traces })
-}
-
-/// Eq 13 of a vehicle, as `steerwright_control::bicycle` writes it.
-fn document(
-    vehicle: VehicleData,
-    evidence: BicycleEvidence,
-    quality: Quality,
-    provenance: Provenance,
-) -> Bicycle {
-    let (m, j, v) = (vehicle.mass_kg, vehicle.yaw_inertia_kgm2, vehicle.speed_mps);
-    let (lf, lr) = (vehicle.distance_front_m, vehicle.distance_rear_m);
-    let (cf, cr) = (vehicle.cornering_stiffness_front_npr, vehicle.cornering_stiffness_rear_npr);
-    let k = BicycleCoefficients {
-        a1: -(cf + cr) / m,
-        a2: -(cf * lf - cr * lr) / m,
-        a3: (-cf * lf + cr * lr) / j,
-        a4: -(cf * lf * lf + cr * lr * lr) / j,
-        b1: cf / m,
-        b2: cf * lf / j,
-        n: 1.0 / vehicle.steering_ratio,
-        tn: vehicle.actuator_time_constant_s,
-    };
-    #[rustfmt::skip]
-    let rows = [
-        [0.0, 1.0,      0.0,   0.0,      0.0],
-        [0.0, k.a1 / v, -k.a1, k.a2 / v, k.b1 * k.n],
-        [0.0, 0.0,      0.0,   1.0,      0.0],
-        [0.0, k.a3 / v, -k.a3, k.a4 / v, k.b2 * k.n],
-        [0.0, 0.0,      0.0,   0.0,      -1.0 / k.tn],
-    ];
-    Bicycle {
-        schema: Bicycle::SCHEMA.into(),
-        vehicle,
-        coefficients: k,
-        state_matrix: Matrix::from_fn(5, 5, |i, j| rows[i][j]),
-        input_matrix: Matrix::column(&[0.0, 0.0, 0.0, 0.0, 1.0 / k.tn]),
-        evidence: Some(evidence),
-        quality,
-        provenance,
-    }
 }

@@ -12,7 +12,7 @@ use crate::known::Random;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Bicycle, BicycleEvidence, ChannelSummary, Continuous, Document, Matrix};
-use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_body_frame, bicycle_eq13};
+use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_body_frame};
 use steerwright_sysid::Error;
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
@@ -158,31 +158,36 @@ fn without_noise_the_vehicle_itself_comes_out() {
 }
 
 #[test]
-fn the_file_holds_eq_13_as_the_fmu_computes_it() {
+fn the_file_holds_eq_13_as_the_paper_prints_it() {
     let found = identify_bicycle(&drive(car(), DRIVE), &BicycleOptions::default()).unwrap();
     let bicycle = &found.bicycle;
-    let parameters = parameters(bicycle);
-    parameters.check().unwrap();
-    let model = bicycle_eq13(&parameters, bicycle.vehicle.speed_mps);
-    let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
+    let p = parameters(bicycle);
+    p.check().unwrap();
+    let v = bicycle.vehicle.speed_mps;
+    let (lf, lr) = (p.distance_front, p.distance_rear);
+    let (cf, cr) = (p.cornering_stiffness_front, p.cornering_stiffness_rear);
+    let (m, j) = (p.mass, p.yaw_inertia);
+    let lateral = [-(cf + cr) / m, (cr * lr - cf * lf) / m, cf / m / p.steering_ratio];
+    let turning = [
+        (cr * lr - cf * lf) / j,
+        -(cf * lf * lf + cr * lr * lr) / j,
+        cf * lf / j / p.steering_ratio,
+    ];
+    let row = |[x1, x2, u]: [f64; 3]| [0.0, x1 / v, -x1, x2 / v, u];
+    let expected = [
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        row(lateral),
+        [0.0, 0.0, 0.0, 1.0, 0.0],
+        row(turning),
+        [0.0, 0.0, 0.0, 0.0, -1.0 / p.actuator_time_constant],
+    ];
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
     for i in 0..5 {
         for j in 0..5 {
-            assert!(close(bicycle.state_matrix.at(i, j), model.a[(i, j)]), "{i} {j}");
+            assert!(close(bicycle.state_matrix.at(i, j), expected[i][j]), "{i} {j}");
         }
-        assert!(close(bicycle.input_matrix.at(i, 0), model.b[i]));
-    }
-    let (k, m) = (bicycle.coefficients, model.coefficients);
-    for (a, b) in [
-        (k.a1, m.a1),
-        (k.a2, m.a2),
-        (k.a3, m.a3),
-        (k.a4, m.a4),
-        (k.b1, m.b1),
-        (k.b2, m.b2),
-        (k.n, m.n),
-        (k.tn, m.tn),
-    ] {
-        assert!(close(a, b), "{a} {b}");
+        let input = if i == 4 { 1.0 / p.actuator_time_constant } else { 0.0 };
+        assert!(close(bicycle.input_matrix.at(i, 0), input));
     }
     let text = bicycle.to_json();
     assert_eq!(&Bicycle::from_json(&text, "bicycle.json").unwrap(), bicycle);
