@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 use steerwright_formats::{InputKind, UnknownWord};
 
-/// Options of [`identify`](crate::structures::state_space); `None` leaves the choice to the estimation data. The
+/// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
 /// validation data choose nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {

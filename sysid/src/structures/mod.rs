@@ -1,4 +1,4 @@
-//! The structures of models: a folder for each, [`model`] is what they have in common, and [`choice`] chooses one.
+//! The structures of models: a folder for each. `model` is what they have in common, and `choice` chooses one.
 
 pub mod bicycle;
 mod choice;

@@ -29,10 +29,10 @@ pub struct Validated {
 }
 
 /// Validates a model from steering angle (rad) to yaw rate (rad/s) on a drive, prepared as in
-/// [`identify`](crate::structures::state_space).
+/// [`identify`](crate::identify).
 ///
 /// # Errors
-/// As [`identify`](crate::structures::state_space) for a drive that is too short or does not move, and
+/// As [`identify`](crate::identify) for a drive that is too short or does not move, and
 /// [`Error::NoModel`] for matrices that do not fit each other.
 pub fn validate(
     log: &DriveLog,

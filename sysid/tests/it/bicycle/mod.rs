@@ -182,9 +182,9 @@ fn the_file_holds_eq_13_as_the_paper_prints_it() {
         [0.0, 0.0, 0.0, 0.0, -1.0 / p.actuator_time_constant],
     ];
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
-    for i in 0..5 {
-        for j in 0..5 {
-            assert!(close(bicycle.state_matrix.at(i, j), expected[i][j]), "{i} {j}");
+    for (i, row) in expected.iter().enumerate() {
+        for (j, entry) in row.iter().enumerate() {
+            assert!(close(bicycle.state_matrix.at(i, j), *entry), "{i} {j}");
         }
         let input = if i == 4 { 1.0 / p.actuator_time_constant } else { 0.0 };
         assert!(close(bicycle.input_matrix.at(i, 0), input));

@@ -28,7 +28,7 @@ impl Accumulated {
     ///
     /// # Errors
     /// [`Error::Option`] for what does not follow from windows: a delay, another detrending than by
-    /// means, another input than was accumulated; else as [`identify`](crate::structures::state_space).
+    /// means, another input than was accumulated; else as [`identify`](crate::identify).
     pub fn identify(&self, options: &IdentifyOptions) -> Result<Plant, Error> {
         options.check()?;
         self.check(options)?;
