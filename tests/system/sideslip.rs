@@ -125,3 +125,19 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     done(folder, &format!("package car.json given.json {rest}"));
     assert_eq!(start(folder, "ReferencePath", "sideslip_growth"), 0.0);
 }
+
+/// Fixes that a structure does not use are reported, and those that it uses are not.
+#[test]
+fn fixes_in_vain_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
+    let columns = "--input-channel steering_command_rad --steering-ratio 1 --gnss-latency 0s";
+    for (structure, is_in_vain) in
+        [("bicycle", true), ("single-track", true), ("state-space", false)]
+    {
+        let line = format!("identify {drive} {columns} --structure {structure}");
+        let text = text_of(&run(folder.path(), &line));
+        assert!(text.contains("written to"), "{structure}: {text}");
+        assert_eq!(text.contains("the GNSS fixes are not used"), is_in_vain, "{structure}: {text}");
+    }
+}

@@ -52,6 +52,20 @@ fn wrong_mappings_are_refused() {
     assert!(
         matches!(e, Error::MissingColumn { ref available, .. } if available.contains("steer_rad"))
     );
+    // Of many columns the nearest are named, and how many there are.
+    let more: String = (0..20).map(|k| format!(",channel_{k}")).collect();
+    let wide = |line: &str| {
+        format!("{line}{}", if line.contains('_') { more.clone() } else { ",0".repeat(20) })
+    };
+    let text = String::from_utf8(good()).unwrap();
+    let text: Vec<String> = text.lines().map(wide).collect();
+    let e = refused((text.join("\n") + "\n").into_bytes(), &named("steer_rat"));
+    let Error::MissingColumn { available, .. } = e else { panic!("{e}") };
+    assert!(available.starts_with("steer_rad"), "{available}");
+    assert!(
+        available.contains("(the nearest of 2") && !available.contains("channel_19"),
+        "{available}"
+    );
     let e = refused(good(), &named("speed_mps"));
     assert!(matches!(e, Error::WrongQuantity { .. }));
     let text = String::from_utf8(good()).unwrap();

@@ -148,6 +148,8 @@ fn logs() {
             "identify a.csv --steering-full-scale 20deg",
             &["that of a command in 1 or %, and the steering is in rad", "(--steering-full-scale"],
         ),
+        ("accumulate a.csv --gnss-latency 0s", &["an R factor holds no fixes", "identify LOG"]),
+        ("accumulate a.csv --antenna-x 1m", &["an R factor holds no fixes"]),
         ("accumulate a.csv --window 1s..9s", &["window: not available where logs are read in"]),
         (
             "identify a.csv --structure bicycle --delay 50ms",
