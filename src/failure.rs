@@ -1,6 +1,7 @@
 //! Errors of the command line: message, hint, exit status.
 
 use crate::console;
+use crate::program;
 use std::fmt;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,7 +59,7 @@ impl Failure {
     /// As [`Failure::report`], and ends the process with another status.
     pub(crate) fn exit(&self, status: u8) -> ! {
         console::error(&self.message, &self.hint, status);
-        std::process::exit(status.into())
+        std::process::exit(program::exit_status(status).into())
     }
 }
 

@@ -1,23 +1,21 @@
 //! A command that runs FMUs, in a process of its own: an FMU that crashes or ends the process is a failure with
 //! a message, and no success.
 //!
-//! The process repeats the command line with [`PARENT`] in its environment. Only a command that came to its end
+//! The process repeats the command line with [`GUARDED_BY`] in its environment. Only a command that came to its end
 //! has an exit status from [`FINISHED`] on; an FMU that calls `exit(0)` has not. The rows that a run has until then
 //! are in a file of the waiting process, which keeps them.
 
 use crate::failure::Failure;
-use crate::program;
+use crate::program::{self, FINISHED, GUARDED_BY, INTERRUPTED};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitStatus};
-use steerwright_host::process::{Subprocess, end_with_parent};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use steerwright_host::process::{Subprocess, end_with_parent, on_interruption};
 
-/// The variable with the identifier of the process that waits.
-const PARENT: &str = "STEERWRIGHT_GUARDED_BY";
 const REPORT: &str = "report this with the command";
-/// The exit status of a guarded command that ended with 0.
-const FINISHED: u8 = 96;
 /// The rows of a run, in the folder of temporary files that the waiting process owns.
 const ROWS: &str = "rows.csv";
 
@@ -48,20 +46,6 @@ impl KeptRows {
     }
 }
 
-/// Whether this process is the guarded one.
-pub(crate) fn is_guarded() -> bool {
-    let Some(parent) = std::env::var(PARENT).ok().and_then(|text| text.parse::<u32>().ok()) else {
-        return false;
-    };
-    #[cfg(unix)]
-    if std::os::unix::process::parent_id() != parent {
-        return false;
-    }
-    #[cfg(not(unix))]
-    let _ = parent;
-    true
-}
-
 /// Does the work in the guarded process, which ends with the waiting one; returns its exit status.
 pub(crate) fn guarded(work: impl FnOnce() -> u8) -> u8 {
     if let Err(error) = end_with_parent() {
@@ -71,16 +55,31 @@ pub(crate) fn guarded(work: impl FnOnce() -> u8) -> u8 {
     FINISHED + work()
 }
 
+/// What an interruption of the waiting process does to the guarded one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Interruption {
+    /// Both end at once.
+    Ends,
+    /// The guarded one is asked to end, which it does in its own way; a second interruption ends it at once.
+    IsPassedOn,
+}
+
 /// Runs the command line in another process and returns its exit status. Where that process does not come to its
 /// end, `keep` receives the rows of its run as CSV, and returns what became of them.
 pub(crate) fn run(
     arguments: &[OsString],
+    interruption: Interruption,
     keep: impl FnOnce(&str) -> Result<Option<String>, Failure>,
 ) -> u8 {
     let hint = "an FMU crashed or ended the process: steerwright check --run FMU names the call";
-    match started(arguments) {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    match started(arguments, interruption, &interrupted) {
         Ok((status, rows)) => match status.code().and_then(|code| u8::try_from(code).ok()) {
             Some(code @ FINISHED..) => code - FINISHED,
+            _ if interrupted.load(Ordering::Relaxed) => {
+                Failure::new("interrupted", "run the command again").report();
+                INTERRUPTED
+            }
             _ => {
                 let mut message = format!(
                     "the process that runs the FMUs {} before the command was done",
@@ -109,17 +108,26 @@ fn complete_lines(text: &str) -> &str {
 }
 
 /// The exit status of the process, and the rows of its run.
-fn started(arguments: &[OsString]) -> std::io::Result<(ExitStatus, String)> {
+fn started(
+    arguments: &[OsString],
+    interruption: Interruption,
+    interrupted: &Arc<AtomicBool>,
+) -> std::io::Result<(ExitStatus, String)> {
     let (program, first) = program::words()?;
     let mut command = Command::new(program);
     command.args(first).args(&arguments[1.min(arguments.len())..]);
-    command.env(PARENT, std::process::id().to_string());
+    command.env(GUARDED_BY, std::process::id().to_string());
     // A process in the background that reads a terminal is stopped.
     let mut process = if std::io::stdin().is_terminal() {
         Subprocess::start(&mut command)?
     } else {
         Subprocess::start_with_input(&mut command)?
     };
+    if interruption == Interruption::IsPassedOn {
+        let (interrupt, interrupted) = (process.interrupter(), Arc::clone(interrupted));
+        // Without it an interruption ends both at once.
+        let _ = on_interruption(move || interrupt(interrupted.swap(true, Ordering::Relaxed)));
+    }
     // `Child::wait` closes the standard input.
     let _input = process.take_input();
     let status = process.child().wait()?;

@@ -40,6 +40,7 @@ mod sweep;
 
 use clap::{Parser, Subcommand};
 use failure::{Failure, Outcome};
+use guard::Interruption;
 use std::ffi::OsString;
 
 /// From a recorded drive to steering FMUs that can be trusted.
@@ -98,6 +99,17 @@ enum Command {
     Man(manual::ManArguments),
 }
 
+impl Command {
+    /// Whether it calls FMUs, which may be anyone's, in its own process.
+    fn calls_fmus(&self) -> bool {
+        match self {
+            Self::Simulate(_) | Self::Compare(_) => true,
+            Self::Sweep(arguments) => arguments.calls_fmus(),
+            _ => false,
+        }
+    }
+}
+
 fn execute(command: Command, global: &Global) -> Result<Outcome, Failure> {
     match command {
         Command::Demo(arguments) => demo::run(&arguments, global),
@@ -128,7 +140,7 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
-            if matches!(command, Command::Simulate(_)) && guard::is_guarded() {
+            if command.calls_fmus() && program::is_guarded() {
                 return guard::guarded(|| failure::status(|| execute(command, &global)));
             }
             if global.end_with_parent
@@ -139,7 +151,15 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
             }
             match command {
                 Command::Simulate(simulation) => {
-                    guard::run(&arguments, |rows| simulation.keep(rows, &global))
+                    guard::run(&arguments, Interruption::Ends, |rows| {
+                        simulation.keep(rows, &global)
+                    })
+                }
+                Command::Sweep(sweep) if sweep.calls_fmus() => {
+                    guard::run(&arguments, Interruption::IsPassedOn, |_| Ok(sweep.kept()))
+                }
+                command if command.calls_fmus() => {
+                    guard::run(&arguments, Interruption::IsPassedOn, |_| Ok(None))
                 }
                 command => failure::status(|| execute(command, &global)),
             }

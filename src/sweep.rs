@@ -118,6 +118,24 @@ impl Arguments {
     }
 }
 
+impl Arguments {
+    /// Whether it calls FMUs in its own process.
+    pub(crate) fn calls_fmus(&self) -> bool {
+        self.merge.is_none() && !self.isolate && !self.serve
+    }
+
+    /// What is left of a sweep whose process did not come to its end.
+    pub(crate) fn kept(&self) -> Option<String> {
+        if self.shard.is_some() {
+            return Some("the piece is not kept; with --isolate such a run is a row".into());
+        }
+        let out = self.out().display();
+        Some(format!(
+            "{out} has the runs that were done: continue with --resume --isolate, where such a run is a row"
+        ))
+    }
+}
+
 fn prepared(study: &Study) -> Result<Sweep, Failure> {
     // Our FMUs reset exactly, which a test verifies; for others the study states it.
     let resets = |tool: &str| tool.starts_with("steerwright ");

@@ -8,13 +8,11 @@
 use super::identity::{Identity, resolved};
 use super::manifest::{self, Manifest};
 use crate::failure::Failure;
+use crate::program::INTERRUPTED;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-
-/// Exit status of a command that was interrupted, as shells have it.
-const INTERRUPTED: u8 = 130;
 
 /// A folder that is being made.
 #[derive(Debug)]

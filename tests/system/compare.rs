@@ -206,6 +206,47 @@ fn models_are_validated_on_the_end_of_the_drive() {
 
 /// The truth's actuator does 0.4 rad/s: a design that ignores it commands many times that, and misses
 /// the specification.
+#[cfg(unix)]
+#[test]
+fn a_truth_that_ends_the_process_is_no_success() {
+    use std::io::Read;
+    let place = tempfile::tempdir().unwrap();
+    let source = place.path().join("exits.c");
+    fs::write(
+        &source,
+        "#include <unistd.h>\n__attribute__((constructor)) static void end(void) { _exit(0); }\n",
+    )
+    .unwrap();
+    let library = place.path().join("exits.bin");
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    let mut compile = std::process::Command::new(&compiler);
+    compile.args(["-shared", "-fPIC", "-o"]).args([&library, &source]);
+    match compile.status() {
+        Ok(status) => assert!(status.success()),
+        Err(error) => return println!("skipped: no C compiler ({compiler}: {error})"),
+    }
+    let vehicle = fs::File::open(folder().join("fmu/NonlinearVehicle.fmu")).unwrap();
+    let mut archive = zip::ZipArchive::new(vehicle).unwrap();
+    let mut files = Vec::new();
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).unwrap();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        let name = entry.name().unwrap().into_owned();
+        if name.starts_with("binaries/") && entry.is_file() {
+            bytes = fs::read(&library).unwrap();
+        }
+        files.push((name, bytes));
+    }
+    let files: Vec<(&str, &[u8])> = files.iter().map(|(name, bytes)| (&**name, &**bytes)).collect();
+    let exits = place.path().join("Exits.fmu");
+    fs::write(&exits, crate::crashing::zip_of(&files)).unwrap();
+    let output = run(&format!("{BOTH} --truth {}", exits.display()));
+    let text = text_of(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("ended with exit status: 0 before the command was done"), "{text}");
+}
+
 #[test]
 fn controllers_keep_to_the_limits_that_the_truth_states() {
     let line = "plant.json bicycle.json --robust off --road lane-change \

@@ -295,9 +295,25 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     assert_eq!(fs::read_to_string(folder.path().join("hung.csv")).unwrap(), table);
     // In one process, the rows before the crash are kept.
     let output = sweep(folder.path(), &file, &["-o", "here.csv", "--threads", "1"]);
-    assert!(!matches!(output.status.code(), Some(0 | 1)));
+    assert_eq!(output.status.code(), Some(2), "{}", text_of(&output));
     let here = fs::read_to_string(folder.path().join("here.csv")).unwrap();
     assert!(tables[0].starts_with(&here) && here.ends_with('\n'));
+    // Also where an FMU ends the process as if all were done.
+    let exiting = folder.path().join("exiting.toml");
+    fs::write(&exiting, HANGING.replace("[0, 10, 0]", "[0, 14, 0]")).unwrap();
+    let output = sweep(folder.path(), &exiting, &["-o", "exited.csv", "--threads", "1"]);
+    let text = text_of(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("ended with exit status: 0 before the command was done"), "{text}");
+    assert!(text.contains("exited.csv has the runs that were done"), "{text}");
+    let table = fs::read_to_string(folder.path().join("exited.csv")).unwrap();
+    // The row of the run before may not be written yet.
+    assert!((1..=2).contains(&table.lines().count()), "{table}");
+    let more = ["--resume", "--isolate", "-o", "exited.csv"];
+    assert_eq!(sweep(folder.path(), &exiting, &more).status.code(), Some(1));
+    let table = fs::read_to_string(folder.path().join("exited.csv")).unwrap();
+    assert_eq!(table.lines().count(), 4, "{table}");
+    assert!(table.contains("error: the process ended: "), "{table}");
 }
 
 #[cfg(unix)]

@@ -98,6 +98,28 @@ impl Subprocess {
         }
     }
 
+    /// A function that asks it to end, or with `true` ends it and what it started; for
+    /// [`on_interruption`] while another thread waits for it. Where an interruption reaches all processes of a
+    /// terminal by itself, as on Windows, it does nothing.
+    pub fn interrupter(&self) -> impl Fn(bool) + Send + 'static {
+        #[cfg(unix)]
+        let process = i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw);
+        move |at_once| {
+            #[cfg(unix)]
+            if let Some(process) = process {
+                use rustix::process::{Signal, kill_process, kill_process_group};
+                // An error means that it has ended.
+                let _ = if at_once {
+                    kill_process_group(process, Signal::KILL)
+                } else {
+                    kill_process(process, Signal::TERM)
+                };
+            }
+            #[cfg(not(unix))]
+            let _ = at_once;
+        }
+    }
+
     /// Ends it and what it started. One that has just ended by itself is no error.
     pub fn kill(&mut self) {
         #[cfg(unix)]
