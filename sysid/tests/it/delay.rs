@@ -188,3 +188,22 @@ fn identification_takes_the_delay_and_reports_it() {
         assert!(matches!(identify(&drive, &options(Some(wrong))), Err(Error::Option { .. })));
     }
 }
+
+/// At high frequencies; at low ones the model takes over what a longer delay would change.
+#[test]
+fn an_estimated_delay_widens_the_phase_and_a_stated_one_does_not() {
+    let (ts, u, y) = record(Drive { delay: 0.12, servo: 0.05, ..DRIVE }, 120.0);
+    let drive = recording(ts, u, y);
+    let options = |delay_s| IdentifyOptions { order: Some(2), delay_s, ..Default::default() };
+    let found = identify(&drive, &options(None)).unwrap().plant;
+    let stated = identify(&drive, &options(Some(found.input_delay_s))).unwrap().plant;
+    let error_s = found.evidence.delay.as_ref().unwrap().standard_error_s.unwrap();
+    let added = |hz: f64| {
+        let [with, without] = [&found, &stated]
+            .map(|plant| plant.uncertainty.as_ref().unwrap().errors_at(hz).unwrap()[1]);
+        (with * with - without * without).max(0.0).sqrt() / (std::f64::consts::TAU * hz * error_s)
+    };
+    let (low, high) = (added(0.1), added(10.0));
+    assert!(high > 0.1 && high <= 1.0, "{high} of the delay's standard error at 10 Hz");
+    assert!(low < 0.5 * high, "{low} at 0.1 Hz, {high} at 10 Hz");
+}

@@ -215,6 +215,17 @@ impl Drive {
         self.state_space.plant.quality.grade.name()
     }
 
+    /// Errors of the phase at [`FREQUENCIES_HZ`], in stated standard errors.
+    fn phase_scores(&self) -> [f64; 3] {
+        FREQUENCIES_HZ.map(|hz| {
+            let uncertainty = self.state_space.plant.uncertainty.as_ref();
+            let stated = uncertainty.and_then(|u| u.errors_at(hz)).map_or(f64::NAN, |e| e[1]);
+            let (found, truth) = (self.response(hz), self.drive.car.response(self.speed(), hz));
+            let apart = found.1.atan2(found.0) - truth.1.atan2(truth.0);
+            apart.sin().atan2(apart.cos()) / stated
+        })
+    }
+
     /// Stated standard errors of gain, %, and phase, degrees, at [`FREQUENCIES_HZ`].
     fn stated_errors(&self) -> String {
         let Some(uncertainty) = &self.state_space.plant.uncertainty else { return "none".into() };
@@ -227,7 +238,7 @@ impl Drive {
     fn line(&self) -> String {
         let plant = &self.state_space.plant;
         format!(
-            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>5.1} error {:>5.2} % stated {} {} {}",
+            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>5.1} error {:>5.2} % stated {} phase off {:.1?} of these {} {}",
             self.drive.speed_mps,
             self.drive.driver,
             plant.order(),
@@ -236,6 +247,7 @@ impl Drive {
             plant.evidence.fit.validation,
             100.0 * self.response_error(|hz| self.response(hz)),
             self.stated_errors(),
+            self.phase_scores(),
             self.grade(),
             plant.quality.codes()
         )
