@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::guidance::GuidanceParameters;
 use crate::identified::{Continuous, IdentifiedData, IdentifiedModel};
 use crate::nonlinear::NonlinearParameters;
-use crate::path::{PathGeometry, PathPoint};
+use crate::path::PathGeometry;
 use crate::pid::PidParameters;
 use crate::pose::PoseParameters;
 use crate::schedule::{GuidanceSchedule, PidSchedule};
@@ -171,14 +171,7 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
 /// # Errors
 /// Names the point that contradicts its neighbours.
 pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
-    let points = path.points.iter().map(|point| PathPoint {
-        distance: point.distance_m,
-        x: point.x_m,
-        y: point.y_m,
-        heading: point.heading_rad,
-        curvature: point.curvature_per_m,
-    });
-    PathGeometry::new(&points.collect::<Vec<_>>(), path.closed)
+    PathGeometry::new(&path.points, path.closed)
 }
 
 /// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.

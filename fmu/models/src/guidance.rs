@@ -197,7 +197,7 @@ impl PathFollower {
         };
         let foot = projection.foot;
         let error = projection.cross_track_error;
-        let previewed = foot.distance + speed * p.preview_time;
+        let previewed = foot.distance_m + speed * p.preview_time;
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
         let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed);
@@ -205,10 +205,10 @@ impl PathFollower {
             yaw_reference: prescribed + line_of_sight(-aimed, lookahead),
             steering_feedforward: p.feedforward_gain * curvature,
             cross_track_error: error,
-            heading_error: wrap_angle(yaw - foot.heading),
-            curvature: foot.curvature,
-            distance: foot.distance,
-            finished: !self.geometry.is_closed() && foot.distance >= self.geometry.end(),
+            heading_error: wrap_angle(yaw - foot.heading_rad),
+            curvature: foot.curvature_per_m,
+            distance: foot.distance_m,
+            finished: !self.geometry.is_closed() && foot.distance_m >= self.geometry.end(),
         }
     }
 

@@ -54,7 +54,7 @@ pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
-pub use path::{PathGeometry, PathPoint, Projection};
+pub use path::{PathGeometry, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};
 pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
 pub use schedule::{GuidanceSchedule, PidSchedule};

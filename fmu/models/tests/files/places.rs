@@ -273,8 +273,8 @@ fn the_path_and_its_guidance() {
     let geometry = path_geometry(&path).unwrap();
     let middle = geometry.at(3.0);
     assert_eq!((geometry.start(), geometry.end(), geometry.is_closed()), (1.0, 5.0, false));
-    assert!((middle.x - 7.0).abs() < 1e-12 && (middle.y - 5.0).abs() < 1e-12, "{middle:?}");
-    assert_eq!((middle.heading, middle.curvature), (std::f64::consts::FRAC_PI_2, 0.0));
+    assert!((middle.x_m - 7.0).abs() < 1e-12 && (middle.y_m - 5.0).abs() < 1e-12, "{middle:?}");
+    assert_eq!((middle.heading_rad, middle.curvature_per_m), (std::f64::consts::FRAC_PI_2, 0.0));
     let error = path_geometry(&Path { points: vec![point(1.0)], ..path }).unwrap_err();
     assert_eq!(error, Error::TooFewPoints { got: 1 });
 }
