@@ -92,10 +92,14 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
 #[must_use]
 pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
     let at = |entry: &ScheduleEntry| {
-        let usual = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
-        let yaw_rate_lag = entry.yaw_rate_lag_s.unwrap_or(usual.yaw_rate_lag);
-        let rate_reserve_time = entry.rate_reserve_time_s.unwrap_or(usual.rate_reserve_time);
-        (entry.speed_mps, PidParameters { yaw_rate_lag, rate_reserve_time, ..usual })
+        let mut now = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
+        if let Some(lag) = entry.yaw_rate_lag_s {
+            now.large_errors.yaw_rate_lag_s = lag;
+        }
+        if let Some(reserve) = entry.rate_reserve_time_s {
+            now.large_errors.rate_reserve_time_s = reserve;
+        }
+        (entry.speed_mps, now)
     };
     (!pid.schedule.is_empty())
         .then(|| PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
@@ -111,28 +115,19 @@ pub fn pid_parameters_at(pid: &Pid, speed: f64) -> PidParameters {
 /// The controller of gains and limits, at a sample time, s.
 #[must_use]
 pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64) -> PidParameters {
-    let usual = PidParameters::default();
-    let (lateral, large) = (limits.lateral_acceleration, limits.large_errors);
     PidParameters {
-        kp: gains.kp,
-        ki: gains.ki,
-        kd: gains.kd,
-        derivative_filter_time: gains.derivative_filter_time_s,
-        setpoint_weight_proportional: gains.setpoint_weight_proportional,
-        setpoint_weight_derivative: gains.setpoint_weight_derivative,
-        anti_windup_time: gains.anti_windup_time_s,
+        gains: *gains,
         max_angle: limits.max_angle_rad,
         max_increment: limits.max_increment_rad,
         max_rate: limits.max_rate_radps,
-        max_yaw_error: large.map_or(usual.max_yaw_error, |l| l.max_yaw_error_rad),
-        yaw_rate_lag: large.map_or(usual.yaw_rate_lag, |l| l.yaw_rate_lag_s),
-        sustained_rate: large.map_or(limits.max_rate_radps, |l| l.sustained_rate_radps),
-        rate_reserve_time: large.map_or(usual.rate_reserve_time, |l| l.rate_reserve_time_s),
-        max_lateral_acceleration: lateral.map_or(usual.max_lateral_acceleration, |l| l.max_mps2),
-        steering_per_curvature: lateral
-            .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
-        understeer_gradient: lateral
-            .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
+        large_errors: match limits.large_errors {
+            Some(large_errors) => large_errors,
+            None => PidParameters::any_error(limits.max_rate_radps),
+        },
+        lateral_acceleration: match limits.lateral_acceleration {
+            Some(bound) => bound,
+            None => PidParameters::ANY_ACCELERATION,
+        },
         sample_time,
     }
 }

@@ -36,6 +36,7 @@ pub mod limits;
 pub mod linear;
 pub mod noise;
 pub mod nonlinear;
+mod numbers;
 pub mod path;
 pub mod pid;
 pub mod pose;

@@ -94,7 +94,7 @@ fn returns(
 ) -> Result<bool, steerwright_models::Error> {
     let law = steerwright_models::files::guidance_parameters(&guidance_for(pid, speed), speed);
     let parameters = steerwright_models::files::pid_parameters_at(pid, speed);
-    let acceleration = parameters.max_lateral_acceleration;
+    let acceleration = parameters.lateral_acceleration.max_mps2;
     let mut follower = PathFollower::new(Arc::clone(path));
     let mut controller = Pid::default();
     let h = pid.sample_time_s;
