@@ -172,22 +172,7 @@ pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
 /// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.
 #[must_use]
 pub fn guidance_parameters(guidance: &Guidance, speed: f64) -> GuidanceParameters {
-    GuidanceParameters {
-        lookahead_time: guidance.lookahead_time_s,
-        lookahead_min: guidance.lookahead_min_m,
-        preview_time: guidance.preview_time_s,
-        feedforward_gain: guidance.feedforward_gain_radm,
-        sideslip: Sideslip {
-            per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
-            growth: guidance.sideslip_growth_s5pm2,
-            per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
-            reference_speed: speed,
-            distance_rear: guidance.distance_rear_m,
-        },
-        yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
-        yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
-        cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
-    }
+    GuidanceParameters { guidance: *guidance, reference_speed: speed }
 }
 
 /// The guidance law of `path.json` over speed; `None` where its parameters hold at every speed.
@@ -203,16 +188,16 @@ pub fn guidance_over_speed(
     entries: &[GuidanceEntry],
 ) -> Option<GuidanceSchedule> {
     let at = |entry: &GuidanceEntry| {
-        let parameters = GuidanceParameters {
-            lookahead_time: entry.lookahead_time_s,
-            lookahead_min: entry.lookahead_min_m,
-            preview_time: entry.preview_time_s,
-            feedforward_gain: entry.feedforward_gain_radm,
-            yaw_acceleration_gain: entry.yaw_acceleration_gain_s2,
-            yaw_jerk_gain: entry.yaw_jerk_gain_s3,
-            ..start
+        let guidance = Guidance {
+            lookahead_time_s: entry.lookahead_time_s,
+            lookahead_min_m: entry.lookahead_min_m,
+            preview_time_s: entry.preview_time_s,
+            feedforward_gain_radm: entry.feedforward_gain_radm,
+            yaw_acceleration_gain_s2: entry.yaw_acceleration_gain_s2,
+            yaw_jerk_gain_s3: entry.yaw_jerk_gain_s3,
+            ..start.guidance
         };
-        (entry.speed_mps, parameters)
+        (entry.speed_mps, GuidanceParameters { guidance, ..start })
     };
     (!entries.is_empty()).then(|| GuidanceSchedule::new(start, entries.iter().map(at).collect()))
 }

@@ -51,8 +51,9 @@ over_speed! {
 
 over_speed! {
     /// Preview, feedforward, path gains and look-ahead over speed.
-    GuidanceSchedule of GuidanceParameters: lookahead_time lookahead_min preview_time feedforward_gain
-        yaw_acceleration_gain yaw_jerk_gain
+    GuidanceSchedule of GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min_m
+        guidance.preview_time_s guidance.feedforward_gain_radm guidance.yaw_acceleration_gain_s2
+        guidance.yaw_jerk_gain_s3
 }
 
 /// The entries next to a speed, and the share of the second; the same entry twice at its speed and beyond

@@ -3,14 +3,12 @@
 
 use crate::common;
 
-use common::road;
+use common::{guided, road};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-use steerwright_formats::PathPoint;
-use steerwright_models::{
-    Error, GuidanceParameters, PathFollower, PathGeometry, Sideslip, wrap_angle,
-};
+use steerwright_formats::{Guidance, PathPoint};
+use steerwright_models::{Error, GuidanceParameters, PathFollower, PathGeometry, wrap_angle};
 
 fn winding(s: f64) -> f64 {
     0.04 * (s / 17.0).sin()
@@ -85,11 +83,10 @@ proptest! {
         }).collect();
         let here = Arc::new(PathGeometry::new(&points, false).unwrap());
         let there = PathFollower::new(Arc::new(PathGeometry::new(&turned, false).unwrap()));
-        let guidance = GuidanceParameters {
-            preview_time: 0.3, feedforward_gain: 40.0,
-            sideslip: Sideslip { per_yaw_rate: 0.05, ..Sideslip::default() },
-            ..GuidanceParameters::default()
-        };
+        let guidance = guided(Guidance {
+            preview_time_s: 0.3, feedforward_gain_radm: 40.0, sideslip_per_yaw_rate_s: 0.05,
+            ..Guidance::default()
+        });
         let p = here.at(s);
         let (x, y) = (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
         let a = PathFollower::new(here).evaluate(&guidance, x, y, yaw, 10.0);
@@ -112,14 +109,14 @@ proptest! {
 fn guidance_law() {
     let path = Arc::new(PathGeometry::new(&road(200.0, 1.0, |_| 0.02), false).unwrap());
     let follower = PathFollower::new(path.clone());
-    let g = GuidanceParameters {
-        lookahead_time: 0.5,
-        lookahead_min: 6.0,
-        preview_time: 0.2,
-        feedforward_gain: 45.0,
-        sideslip: Sideslip { per_yaw_rate: -0.03, ..Sideslip::default() },
-        ..GuidanceParameters::default()
-    };
+    let g = guided(Guidance {
+        lookahead_time_s: 0.5,
+        lookahead_min_m: 6.0,
+        preview_time_s: 0.2,
+        feedforward_gain_radm: 45.0,
+        sideslip_per_yaw_rate_s: -0.03,
+        ..Guidance::default()
+    });
     let p = path.at(50.0);
     let (x, y) = (p.x_m - 2.0 * p.heading_rad.sin(), p.y_m + 2.0 * p.heading_rad.cos());
     for (speed, lookahead) in [(10.0, 6.0), (20.0, 10.0)] {
@@ -138,7 +135,7 @@ fn guidance_law() {
 fn crabbing(gain: f64, crab: f64, start: f64) -> (f64, f64) {
     let path = Arc::new(PathGeometry::new(&road(3000.0, 10.0, |_| 0.0), false).unwrap());
     let mut follower = PathFollower::new(path);
-    let g = GuidanceParameters { cross_track_integral_gain: gain, ..GuidanceParameters::default() };
+    let g = guided(Guidance { cross_track_integral_gain_per_s: gain, ..Guidance::default() });
     let (mut x, mut y, speed, h) = (0.0, start, 15.0, 0.01);
     let mut beyond = 0.0_f64;
     for _ in 0..15_000 {
@@ -166,12 +163,12 @@ fn the_integral_takes_the_place_of_a_lasting_error() {
     assert!(end.abs() < 1e-3 && beyond < 0.15 * 15.0, "{end} {beyond}");
     // At a standstill it waits.
     let mut follower = PathFollower::new(eight());
-    let g = GuidanceParameters { cross_track_integral_gain: 1.0, ..GuidanceParameters::default() };
+    let g = guided(Guidance { cross_track_integral_gain_per_s: 1.0, ..Guidance::default() });
     let out = follower.evaluate(&g, 1.0, 2.0, 0.0, 0.0);
     follower.integrate(&g, &out, 0.0, 1e3);
     assert_eq!(follower.integral(), 0.0);
     follower.integrate(&g, &out, 1.0, 1e9);
-    assert!(follower.integral().abs() <= g.lookahead_min);
+    assert!(follower.integral().abs() <= g.guidance.lookahead_min_m);
 }
 
 /// Round the eight for five laps, also right through the crossing, with an error to the side.
@@ -238,7 +235,7 @@ fn starts_on_the_branch_that_goes_its_way() {
 fn goes_on_straight_beyond_the_ends() {
     let path = Arc::new(PathGeometry::new(&road(50.0, 1.0, |_| 0.02), false).unwrap());
     let mut follower = PathFollower::new(path.clone());
-    let g = GuidanceParameters { feedforward_gain: 1.0, ..GuidanceParameters::default() };
+    let g = guided(Guidance { feedforward_gain_radm: 1.0, ..Guidance::default() });
     let mut k = 0;
     for i in -60..=220 {
         let s = f64::from(i) * 0.5;

@@ -1,6 +1,7 @@
 //! Parameters over speed: interpolation, and a controller whose speed changes.
 
-use steerwright_formats::{LargeErrors, PidGains};
+use crate::common::guided;
+use steerwright_formats::{Guidance, LargeErrors, PidGains};
 use steerwright_models::{
     GuidanceParameters, GuidanceSchedule, Pid, PidInput, PidParameters, PidSchedule,
 };
@@ -76,10 +77,11 @@ fn a_parameter_that_was_set_holds_at_every_speed() {
         PidParameters { gains: PidGains { kp: 2.0, ..fast().gains }, max_angle: 0.1, ..fast() }
     );
     let entries = vec![(10.0, GuidanceParameters::default())];
-    let guided = GuidanceParameters { preview_time: 0.3, ..GuidanceParameters::default() };
-    let start = GuidanceParameters { feedforward_gain: 2.0, ..GuidanceParameters::default() };
+    let preview = Guidance { preview_time_s: 0.3, ..Guidance::default() };
+    let start = guided(Guidance { feedforward_gain_radm: 2.0, ..Guidance::default() });
     let table = GuidanceSchedule::new(start, entries);
-    assert_eq!(table.at(&GuidanceParameters { feedforward_gain: 2.0, ..guided }, 7.0), guided);
+    let set = guided(Guidance { feedforward_gain_radm: 2.0, ..preview });
+    assert_eq!(table.at(&set, 7.0), guided(preview));
 }
 
 #[test]

@@ -3,8 +3,8 @@
 
 use nalgebra::DMatrix;
 use steerwright_formats::InputKind;
-use steerwright_formats::PathPoint;
-use steerwright_models::{Continuous, IdentifiedData, Sideslip};
+use steerwright_formats::{Guidance, PathPoint};
+use steerwright_models::{Continuous, GuidanceParameters, IdentifiedData, Sideslip};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.
@@ -122,4 +122,9 @@ pub fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<Pa
         }
     }
     points
+}
+
+/// The law of a guidance whose sideslip is that of every speed.
+pub fn guided(guidance: Guidance) -> GuidanceParameters {
+    GuidanceParameters { guidance, ..GuidanceParameters::default() }
 }
