@@ -12,6 +12,7 @@ use crate::nonlinear::NonlinearParameters;
 use crate::path::PathGeometry;
 use crate::pid::PidParameters;
 use crate::pose::PoseParameters;
+use crate::quadrature::Pose;
 use crate::schedule::{GuidanceSchedule, PidSchedule};
 use crate::sideslip::Sideslip;
 use steerwright_formats::{
@@ -135,12 +136,8 @@ pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64
 /// The estimator of `estimator.json`; where it starts is no part of the file.
 #[must_use]
 pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
-    let Estimator { gnss, noise, initial, .. } = estimator;
     PoseParameters {
-        gnss_latency: gnss.latency_s,
-        gnss_period: gnss.period_s.unwrap_or(0.0),
-        antenna_x: gnss.antenna_x_m,
-        antenna_y: gnss.antenna_y_m,
+        gnss: estimator.gnss,
         sideslip: Sideslip {
             per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
             growth: estimator.sideslip_growth_s5pm2,
@@ -148,16 +145,9 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
             reference_speed: estimator.speed_mps,
             distance_rear: estimator.distance_rear_m,
         },
-        yaw_rate_noise_density: noise.yaw_rate_density,
-        yaw_rate_bias_density: noise.yaw_rate_bias_density,
-        speed_noise_density: noise.speed_density,
-        lateral_velocity_noise_density: noise.lateral_velocity_density,
-        initial_x: 0.0,
-        initial_y: 0.0,
-        initial_yaw: 0.0,
-        initial_position_std: initial.position_std_m,
-        initial_yaw_std: initial.yaw_std_rad,
-        initial_yaw_rate_bias_std: initial.yaw_rate_bias_std_radps,
+        noise: estimator.noise,
+        initial_pose: Pose::default(),
+        initial: estimator.initial,
     }
 }
 
