@@ -11,7 +11,7 @@ use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
-use steerwright_formats::{InputKind, SourceFile};
+use steerwright_formats::{InputKind, PidGains, SourceFile};
 use steerwright_models::{
     Continuous, IdentifiedData, IdentifiedModel, IdentifiedPlant, Pid, PidInput, PidParameters,
 };
@@ -34,13 +34,15 @@ const D: f64 = 0.15;
 
 fn pid() -> PidParameters {
     PidParameters {
-        kp: 1.2,
-        ki: 0.6,
-        kd: 0.05,
-        derivative_filter_time: 0.02,
-        setpoint_weight_proportional: 0.8,
-        setpoint_weight_derivative: 0.0,
-        anti_windup_time: 0.5,
+        gains: PidGains {
+            kp: 1.2,
+            ki: 0.6,
+            kd: 0.05,
+            derivative_filter_time_s: 0.02,
+            setpoint_weight_proportional: 0.8,
+            setpoint_weight_derivative: 0.0,
+            anti_windup_time_s: 0.5,
+        },
         max_angle: 1e3,
         max_increment: 1e3,
         max_rate: 1e6,
@@ -53,7 +55,11 @@ const STEP: Excitation =
     Excitation { step: 0.1, ramp: 0.0, feedforward: 0.0, offset: 0.0, until: 5.0, quiet: 0.0 };
 
 fn proportional(kp: f64, sample_time: f64) -> PidParameters {
-    PidParameters { kp, ki: 0.0, kd: 0.0, setpoint_weight_proportional: 1.0, sample_time, ..pid() }
+    PidParameters {
+        gains: PidGains { kp, ki: 0.0, kd: 0.0, setpoint_weight_proportional: 1.0, ..pid().gains },
+        sample_time,
+        ..pid()
+    }
 }
 
 /// A held unit of steering from tick 0 turns a lag by g·(s − τ·(1 − e^{−s/τ})), s the time since
@@ -218,7 +224,10 @@ fn margins_of_pi_on_an_integrator_approach_the_continuous_ones() {
     let (g, kp, ki) = (5.0, 1.0, 8.0);
     let ts = 1e-4;
     let plant = Sampled::new(&integrator(g, 0.0), ts, 0.0).unwrap();
-    let p = PidParameters { ki, ..proportional(kp, ts) };
+    let p = PidParameters {
+        gains: PidGains { ki, ..proportional(kp, ts).gains },
+        ..proportional(kp, ts)
+    };
     let m = margins(&plant, &p);
     // |L|² = g²(kp²ω² + ki²)/ω⁴ = 1.
     let square = 0.5 * ((g * kp).powi(2) + ((g * kp).powi(4) + 4.0 * (g * ki).powi(2)).sqrt());
@@ -254,7 +263,10 @@ fn margins_end_where_the_simulated_loop_grows() {
     };
     for (share, unstable) in [(0.97, false), (1.03, true)] {
         let k = share * factor;
-        let p = PidParameters { kp: k * 1.2, ki: k * 0.6, kd: k * 0.05, ..pid() };
+        let p = PidParameters {
+            gains: PidGains { kp: k * 1.2, ki: k * 0.6, kd: k * 0.05, ..pid().gains },
+            ..pid()
+        };
         assert_eq!(grows(&plant, &p), unstable, "gain times {k}");
         assert_eq!(margins(&plant, &p).modulus_margin == 0.0, unstable);
         let delay = share * m.delay_margin_s.unwrap();
@@ -298,7 +310,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let document = design(&plant, &source, &options).unwrap();
     let p = steerwright_models::files::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
-    let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
+    let theory = p.gains.kp * (1.0 - p.gains.setpoint_weight_proportional) / p.gains.ki;
     let measured = ramp_lag(plant.gain(), &sampled, &p);
     assert!((measured - theory).abs() < 1e-3 * theory, "{measured} {theory}");
 

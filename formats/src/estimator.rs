@@ -51,12 +51,12 @@ pub struct Gnss {
     pub antenna_y_m: f64,
     /// Standard deviation of a fix in each coordinate that the `gnss_std` input starts with, m; by
     /// default 0, with which no fix is used.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub std_m: Option<f64>,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub std_m: f64,
     /// Time between fixes that are taken from the inputs without a changed count, s; by default
     /// there are none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub period_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub period_s: f64,
 }
 
 /// Noise densities: a white noise of density q adds up to q·√t in t seconds.
@@ -85,30 +85,105 @@ pub struct InitialUncertainty {
     pub yaw_rate_bias_std_radps: f64,
 }
 
+/// A number with its range: key, name in words, value, least and largest value.
+pub type Ranged = (&'static str, &'static str, f64, f64, f64);
+
+impl Gnss {
+    /// Longest time between fixes, s.
+    pub const LONGEST_PERIOD_S: f64 = 3600.0;
+
+    /// The ranges of its numbers.
+    #[must_use]
+    pub fn ranges(&self) -> [Ranged; 5] {
+        [
+            ("latency_s", "the GNSS latency", self.latency_s, 0.0, 10.0),
+            ("antenna_x_m", "the antenna's x", self.antenna_x_m, -100.0, 100.0),
+            ("antenna_y_m", "the antenna's y", self.antenna_y_m, -100.0, 100.0),
+            ("std_m", "the standard deviation of a fix", self.std_m, 0.0, 1e6),
+            ("period_s", "the period of the fixes", self.period_s, 0.0, Self::LONGEST_PERIOD_S),
+        ]
+    }
+}
+
+impl SensorNoise {
+    /// The ranges of its numbers.
+    #[must_use]
+    pub fn ranges(&self) -> [Ranged; 4] {
+        let Self { yaw_rate_density, yaw_rate_bias_density, speed_density, .. } = *self;
+        let across = self.lateral_velocity_density;
+        [
+            (
+                "yaw_rate_density",
+                "the density of the yaw rate's noise",
+                yaw_rate_density,
+                0.0,
+                100.0,
+            ),
+            (
+                "yaw_rate_bias_density",
+                "the density of the bias's walk",
+                yaw_rate_bias_density,
+                0.0,
+                100.0,
+            ),
+            ("speed_density", "the density of the speed's noise", speed_density, 0.0, 1e3),
+            (
+                "lateral_velocity_density",
+                "the density of the lateral velocity's noise",
+                across,
+                0.0,
+                1e3,
+            ),
+        ]
+    }
+}
+
+impl InitialUncertainty {
+    /// The ranges of its numbers.
+    #[must_use]
+    pub fn ranges(&self) -> [Ranged; 3] {
+        let (position, yaw, bias) =
+            (self.position_std_m, self.yaw_std_rad, self.yaw_rate_bias_std_radps);
+        [
+            ("position_std_m", "the position's initial deviation", position, 0.0, 1e6),
+            ("yaw_std_rad", "the yaw's initial deviation", yaw, 0.0, std::f64::consts::PI),
+            ("yaw_rate_bias_std_radps", "the bias's initial deviation", bias, 0.0, 10.0),
+        ]
+    }
+}
+
+impl Estimator {
+    /// The ranges of its sideslip: of per yaw rate, growth, per yaw acceleration, and distance to the rear axle.
+    #[must_use]
+    pub fn sideslip_ranges([s, q, c, b]: [f64; 4]) -> [Ranged; 4] {
+        [
+            ("sideslip_per_yaw_rate_s", "the sideslip per yaw rate", s, -10.0, 10.0),
+            ("sideslip_growth_s5pm2", "the sideslip's growth", q, -1.0, 1.0),
+            ("sideslip_per_yaw_acceleration_s2", "the sideslip per yaw acceleration", c, -1.0, 1.0),
+            ("distance_rear_m", "the distance to the rear axle", b, 0.0, 100.0),
+        ]
+    }
+}
+
 impl Document for Estimator {
     const SCHEMA: &'static str = "steerwright/estimator/1";
 
     fn check(&self, c: &mut Checker) {
-        let (g, n, i) = (&self.gnss, &self.noise, &self.initial);
-        for (value, min, max, path) in [
-            (g.latency_s, 0.0, 10.0, "gnss.latency_s"),
-            (g.antenna_x_m, -100.0, 100.0, "gnss.antenna_x_m"),
-            (g.antenna_y_m, -100.0, 100.0, "gnss.antenna_y_m"),
-            (g.std_m.unwrap_or(0.0), 0.0, 1e6, "gnss.std_m"),
-            (g.period_s.unwrap_or(0.0), 0.0, 3600.0, "gnss.period_s"),
-            (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
-            (self.sideslip_growth_s5pm2, -1.0, 1.0, "sideslip_growth_s5pm2"),
-            (self.sideslip_per_yaw_acceleration_s2, -1.0, 1.0, "sideslip_per_yaw_acceleration_s2"),
-            (self.distance_rear_m, 0.0, 100.0, "distance_rear_m"),
-            (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
-            (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),
-            (n.speed_density, 0.0, 1e3, "noise.speed_density"),
-            (n.lateral_velocity_density, 0.0, 1e3, "noise.lateral_velocity_density"),
-            (i.position_std_m, 0.0, 1e6, "initial.position_std_m"),
-            (i.yaw_std_rad, 0.0, std::f64::consts::PI, "initial.yaw_std_rad"),
-            (i.yaw_rate_bias_std_radps, 0.0, 10.0, "initial.yaw_rate_bias_std_radps"),
+        let sideslip = [
+            self.sideslip_per_yaw_rate_s,
+            self.sideslip_growth_s5pm2,
+            self.sideslip_per_yaw_acceleration_s2,
+            self.distance_rear_m,
+        ];
+        for (at, ranges) in [
+            ("gnss.", self.gnss.ranges().as_slice()),
+            ("", Self::sideslip_ranges(sideslip).as_slice()),
+            ("noise.", self.noise.ranges().as_slice()),
+            ("initial.", self.initial.ranges().as_slice()),
         ] {
-            c.within(value, min, max, path);
+            for (key, _, value, min, max) in ranges {
+                c.within(*value, *min, *max, &format!("{at}{key}"));
+            }
         }
         c.not_negative(self.speed_mps, "speed_mps");
     }

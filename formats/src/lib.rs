@@ -54,7 +54,7 @@ pub use design::{
     Robustness, Specification, TradeOff,
 };
 pub use document::{Checker, Document, Error, schema_of};
-pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
+pub use estimator::{Estimator, Gnss, InitialUncertainty, Ranged, SensorNoise};
 pub use evidence::{
     BLOCK_S, BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence,
     Excitation, ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information,

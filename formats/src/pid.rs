@@ -97,15 +97,29 @@ pub struct LateralAcceleration {
 }
 
 impl Limits {
-    /// Largest steering angle to either side at a speed, rad: the formula of the controller.
+    /// Largest steering angle to either side at a speed, rad.
     #[must_use]
     pub fn largest_angle_rad(&self, speed_mps: f64) -> f64 {
-        self.lateral_acceleration.map_or(self.max_angle_rad, |l| {
-            let v = speed_mps.max(1.0);
-            let per_acceleration =
-                l.steering_per_curvature_radm / (v * v) + l.understeer_gradient_rads2pm;
-            (l.max_mps2 * per_acceleration).max(0.0).min(self.max_angle_rad)
-        })
+        match &self.lateral_acceleration {
+            Some(bound) => bound.largest_angle_rad(speed_mps, self.max_angle_rad),
+            None => self.max_angle_rad,
+        }
+    }
+}
+
+impl LateralAcceleration {
+    /// Speed below which the bound does not follow it, m/s.
+    pub const LEAST_SPEED_MPS: f64 = 1.0;
+
+    /// Largest steering angle to either side at a speed that is at most the one of every speed, rad.
+    #[must_use]
+    #[inline(always)]
+    pub fn largest_angle_rad(&self, speed_mps: f64, max_angle_rad: f64) -> f64 {
+        // `max` and `min` return the other bound for NaN.
+        let v = speed_mps.max(Self::LEAST_SPEED_MPS);
+        let per_acceleration =
+            self.steering_per_curvature_radm / (v * v) + self.understeer_gradient_rads2pm;
+        (self.max_mps2 * per_acceleration).max(0.0).min(max_angle_rad)
     }
 }
 

@@ -1,7 +1,7 @@
 //! `vehicle.json`: the example is read, and what cannot be is refused at its place.
 #![allow(clippy::unwrap_used)]
 
-use steerwright_formats::{Document, Error, Vehicle};
+use steerwright_formats::{Bicycle, Document, Error, Vehicle};
 
 const EXAMPLE: &str = include_str!("../../examples/drives/multibody/vehicle.json");
 
@@ -43,4 +43,22 @@ fn faults_are_named_by_their_place() {
     }
     let newer = EXAMPLE.replacen("vehicle/1", "vehicle/2", 1);
     assert!(matches!(Vehicle::from_json(&newer, "v.json"), Err(Error::Schema { .. })));
+}
+
+/// The numbers of a bicycle stand next to its name and speed in one struct: a struct of their own that serde flattens
+/// would lose both.
+#[test]
+fn a_fault_in_the_data_of_a_vehicle_has_its_key_and_line() {
+    let vehicle = Vehicle::from_json(EXAMPLE, "vehicle.json").unwrap();
+    let text = Bicycle::new(vehicle.in_gentle_driving()).to_json();
+    let from = "\"mass_kg\": 1093.2952";
+    let at = text.lines().position(|line| line.contains(from)).unwrap() + 1;
+    for (to, key) in
+        [("\"mass_kg\": \"heavy\"", "vehicle.mass_kg"), ("\"mass\": 1093.2952", "vehicle.mass")]
+    {
+        match Bicycle::from_json(&text.replacen(from, to, 1), "b.json").unwrap_err() {
+            Error::Syntax { path, line, .. } => assert_eq!((path.as_str(), line), (key, at)),
+            other => panic!("{other}"),
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Properties of the packed FMUs outside the loop: ticks, start values, states, refusals.
 
 use crate::support::archives;
+use steerwright_formats::{LargeErrors, LateralAcceleration, PidGains};
 use steerwright_host::{Archive, Instance};
 use steerwright_models::{Pid, PidInput, PidParameters};
 use steerwright_packaging::Fmu;
@@ -29,23 +30,29 @@ fn initialized(archive: &Archive) -> Instance {
 fn parameters(pid: &mut Instance) -> PidParameters {
     let mut real = |name: &str| pid.real(name).unwrap();
     PidParameters {
-        kp: real("kp"),
-        ki: real("ki"),
-        kd: real("kd"),
-        derivative_filter_time: real("derivative_filter_time"),
-        setpoint_weight_proportional: real("setpoint_weight_proportional"),
-        setpoint_weight_derivative: real("setpoint_weight_derivative"),
-        anti_windup_time: real("anti_windup_time"),
+        gains: PidGains {
+            kp: real("kp"),
+            ki: real("ki"),
+            kd: real("kd"),
+            derivative_filter_time_s: real("derivative_filter_time"),
+            setpoint_weight_proportional: real("setpoint_weight_proportional"),
+            setpoint_weight_derivative: real("setpoint_weight_derivative"),
+            anti_windup_time_s: real("anti_windup_time"),
+        },
         max_angle: real("max_angle"),
         max_increment: real("max_increment"),
         max_rate: real("max_rate"),
-        max_yaw_error: real("max_yaw_error"),
-        yaw_rate_lag: real("yaw_rate_lag"),
-        sustained_rate: real("sustained_rate"),
-        rate_reserve_time: real("rate_reserve_time"),
-        max_lateral_acceleration: real("max_lateral_acceleration"),
-        steering_per_curvature: real("steering_per_curvature"),
-        understeer_gradient: real("understeer_gradient"),
+        large_errors: LargeErrors {
+            max_yaw_error_rad: real("max_yaw_error"),
+            yaw_rate_lag_s: real("yaw_rate_lag"),
+            sustained_rate_radps: real("sustained_rate"),
+            rate_reserve_time_s: real("rate_reserve_time"),
+        },
+        lateral_acceleration: LateralAcceleration {
+            max_mps2: real("max_lateral_acceleration"),
+            steering_per_curvature_radm: real("steering_per_curvature"),
+            understeer_gradient_rads2pm: real("understeer_gradient"),
+        },
         sample_time: real("sample_time"),
     }
 }

@@ -21,7 +21,7 @@ fn cross_track(road: &PathFile, csv: &Path) -> f64 {
     let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
     for (x, y) in x.iter().zip(&y) {
         let foot = geometry.project(*x, *y, at);
-        at = foot.foot.distance;
+        at = foot.foot.distance_m;
         squares += foot.cross_track_error.powi(2);
     }
     (squares / x.len() as f64).sqrt()

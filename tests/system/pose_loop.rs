@@ -137,7 +137,7 @@ fn drive_along(
         outcome.within_three +=
             f64::from(u8::from(away < 3.0 * pose.real("position_std").unwrap())) / steps as f64;
         let foot = geometry.project(x, y, at);
-        at = foot.foot.distance;
+        at = foot.foot.distance_m;
         squares += foot.cross_track_error.powi(2);
         outcome.largest_cross_track_error =
             outcome.largest_cross_track_error.max(foot.cross_track_error.abs());

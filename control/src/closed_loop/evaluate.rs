@@ -181,11 +181,13 @@ pub(crate) fn linear_step(plant: &Sampled, pid: &PidParameters, spec: &Specifica
     let mut trace = Trace::default();
     for k in 0..=last {
         let yaw = z[n - 1];
-        let tf = pid.derivative_filter_time;
-        derivative = (tf * derivative - pid.kd * (yaw - before)) / (tf + ts);
-        integral += pid.ki * ts * (r - yaw);
+        let tf = pid.gains.derivative_filter_time_s;
+        derivative = (tf * derivative - pid.gains.kd * (yaw - before)) / (tf + ts);
+        integral += pid.gains.ki * ts * (r - yaw);
         before = yaw;
-        let u = pid.kp * (pid.setpoint_weight_proportional * r - yaw) + integral + derivative;
+        let u = pid.gains.kp * (pid.gains.setpoint_weight_proportional * r - yaw)
+            + integral
+            + derivative;
         trace.time.push(k as f64 * ts);
         trace.yaw_reference.push(r);
         trace.yaw.push(yaw);

@@ -44,7 +44,7 @@ pub(crate) struct Advice {
 impl Advice {
     /// By the formula above, for a plant's gain G₀ and speed.
     pub(crate) fn by_theory(pid: &PidParameters, gain: f64, speed: f64) -> Self {
-        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
+        let lag = pid.gains.kp * (1.0 - pid.gains.setpoint_weight_proportional) / pid.gains.ki;
         let lag = if lag.is_finite() { lag.max(0.0) } else { 0.0 };
         Self::with_preview(pid, gain, speed, lag)
     }
@@ -56,9 +56,10 @@ impl Advice {
         speed: f64,
         preview_time: f64,
     ) -> Self {
-        let weight = pid.setpoint_weight_proportional;
-        let previewed = weight * pid.kp * preview_time + 0.5 * pid.ki * preview_time.powi(2);
-        let share = 1.0 + gain * (pid.kd - previewed);
+        let weight = pid.gains.setpoint_weight_proportional;
+        let previewed =
+            weight * pid.gains.kp * preview_time + 0.5 * pid.gains.ki * preview_time.powi(2);
+        let share = 1.0 + gain * (pid.gains.kd - previewed);
         // Steering per yaw rate is 1/G₀, yaw rate per curvature is the speed.
         let feedforward_gain = share * speed / gain;
         Self { feedforward_gain, preview_time, ..Self::default() }
@@ -89,7 +90,7 @@ impl Advice {
                 / (response * controller(pid, z) + 1.0);
             let reference = from_reference(pid, z);
             let zeroth = closed * (reference + j_omega * (self.feedforward_gain / speed)) - 1.0;
-            let first = closed * (j_omega * j_omega * reference - j_omega * pid.ki);
+            let first = closed * (j_omega * j_omega * reference - j_omega * pid.gains.ki);
             let second = closed * j_omega.powi(3) * reference;
             let weight = (frequency.powi(2) + LOOKAHEAD_FREQUENCY.powi(2)).powi(-4);
             // The real part of a product is the scalar product of two complex numbers as vectors.
@@ -110,7 +111,7 @@ impl Advice {
         let jerk = -(product.y + square.m12 * gain) / square.m22;
         let jerk = jerk.clamp(-LARGEST_JERK, LARGEST_JERK);
         Self {
-            feedforward_gain: self.feedforward_gain - gain * pid.ki * speed,
+            feedforward_gain: self.feedforward_gain - gain * pid.gains.ki * speed,
             yaw_acceleration_gain: gain,
             yaw_jerk_gain: jerk,
             ..self
@@ -122,7 +123,7 @@ impl Advice {
 ///
 /// kp·(1 − b)/ki in theory; measured on a slow ramp, which no limit touches, until the modes have died out.
 pub(crate) fn ramp_lag(gain: f64, sampled: &Sampled, pid: &PidParameters) -> f64 {
-    let reset_time = if pid.ki > 0.0 { pid.kp / pid.ki } else { 1.0 };
+    let reset_time = if pid.gains.ki > 0.0 { pid.gains.kp / pid.gains.ki } else { 1.0 };
     let until = (20.0 * reset_time).clamp(20.0, 400.0);
     let ramp = 1e-4;
     let excitation =

@@ -11,7 +11,7 @@
 use crate::plants::sampled::Sampled;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use steerwright_formats::Margins;
+use steerwright_formats::{Margins, PidGains};
 use steerwright_models::PidParameters;
 
 /// Lowest angle of the grid, rad a sample.
@@ -22,19 +22,19 @@ const PER_DECADE: f64 = 150.0;
 /// The controller's frequency response at `z`.
 pub(crate) fn controller(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
     let difference = Complex::new(1.0, 0.0) - z.inv();
-    let (ts, tf) = (p.sample_time, p.derivative_filter_time);
-    let derivative = difference * p.kd / (difference * tf + ts);
-    Complex::new(p.kp, 0.0) + Complex::new(p.ki * ts, 0.0) / difference + derivative
+    let (ts, tf) = (p.sample_time, p.gains.derivative_filter_time_s);
+    let derivative = difference * p.gains.kd / (difference * tf + ts);
+    Complex::new(p.gains.kp, 0.0) + Complex::new(p.gains.ki * ts, 0.0) / difference + derivative
 }
 
 /// The same from the reference, with the setpoint weights.
 pub(crate) fn from_reference(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
-    let weighted = PidParameters {
-        kp: p.setpoint_weight_proportional * p.kp,
-        kd: p.setpoint_weight_derivative * p.kd,
-        ..*p
+    let gains = PidGains {
+        kp: p.gains.setpoint_weight_proportional * p.gains.kp,
+        kd: p.gains.setpoint_weight_derivative * p.gains.kd,
+        ..p.gains
     };
-    controller(&weighted, z)
+    controller(&PidParameters { gains, ..*p }, z)
 }
 
 /// |1 + L|, the modulus margin's measure.
@@ -80,9 +80,9 @@ impl GridPoint {
     }
 
     fn open(&self, p: &PidParameters) -> Complex<f64> {
-        let filter = self.difference * p.derivative_filter_time + p.sample_time;
-        let derivative = self.differenced * filter.conj() * (p.kd / filter.norm_sqr());
-        self.plant * p.kp + self.integrated * p.ki + derivative
+        let filter = self.difference * p.gains.derivative_filter_time_s + p.sample_time;
+        let derivative = self.differenced * filter.conj() * (p.gains.kd / filter.norm_sqr());
+        self.plant * p.gains.kp + self.integrated * p.gains.ki + derivative
     }
 }
 
@@ -121,7 +121,7 @@ impl ResponseGrid {
             before = Some((open, point.angle));
         }
         // The argument begins at −π/2 for each integrator and, in a stable loop, ends at 0.
-        let start = if pid.ki > 0.0 && first.im > 0.0 { TAU } else { 0.0 };
+        let start = if pid.gains.ki > 0.0 && first.im > 0.0 { TAU } else { 0.0 };
         let argument = last.arg() + TAU * f64::from(turns) - start;
         let stable = argument.abs() < FRAC_PI_2;
         let held = |margin: f64| if stable { margin } else { 0.0 };
@@ -317,6 +317,6 @@ fn is_stable(open: &Loop<'_>, grid: &[f64], values: &[Complex<f64>]) -> bool {
     let turned: f64 = (1..grid.len())
         .map(|k| open.turn((grid[k - 1], values[k - 1] + one), (grid[k], values[k] + one), 30))
         .sum();
-    let integrators = if open.pid.ki > 0.0 { 2.0 } else { 1.0 };
+    let integrators = if open.pid.gains.ki > 0.0 { 2.0 } else { 1.0 };
     (turned - integrators * FRAC_PI_2).abs() < 0.25 * PI
 }

@@ -153,7 +153,7 @@ impl Tuned {
         // Neither large errors nor the lag behind a ramp are defined for an unstable loop.
         let large_errors = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
         let limits = Limits { large_errors, ..objective.limits };
-        let gains = gains(&found.pid);
+        let gains = found.pid.gains;
         let pid = controller_parameters(&gains, &limits, options.sample_time_s);
         let lag = if stable { ramp_lag(plant.gain(), sampled, &pid).max(0.0) } else { 0.0 };
         let feedforward =
@@ -179,18 +179,6 @@ fn advised(feedforward: &Advice, options: &DesignOptions) -> GuidanceAdvice {
         preview_time_s: feedforward.preview_time + (path_delay_s - options.loop_delay_s),
         yaw_acceleration_gain_s2: feedforward.yaw_acceleration_gain,
         yaw_jerk_gain_s3: feedforward.yaw_jerk_gain,
-    }
-}
-
-fn gains(pid: &PidParameters) -> PidGains {
-    PidGains {
-        kp: pid.kp,
-        ki: pid.ki,
-        kd: pid.kd,
-        derivative_filter_time_s: pid.derivative_filter_time,
-        setpoint_weight_proportional: pid.setpoint_weight_proportional,
-        setpoint_weight_derivative: pid.setpoint_weight_derivative,
-        anti_windup_time_s: pid.anti_windup_time,
     }
 }
 

@@ -106,10 +106,9 @@ impl Objective {
 
     /// The decision variables of a controller.
     pub(crate) fn variables(&self, pid: &PidParameters) -> Vec<f64> {
-        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
-        [pid.kp * self.gain, pid.ki / pid.kp, pid.kd / pid.kp, pid.derivative_filter_time, lag]
-            .map(f64::ln)
-            .to_vec()
+        let PidGains { kp, ki, kd, derivative_filter_time_s, .. } = pid.gains;
+        let lag = kp * (1.0 - pid.gains.setpoint_weight_proportional) / ki;
+        [kp * self.gain, ki / kp, kd / kp, derivative_filter_time_s, lag].map(f64::ln).to_vec()
     }
 
     /// Largest rate of the steering that increment and rate allow, rad/s.

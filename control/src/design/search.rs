@@ -7,6 +7,7 @@ use crate::design::objective::{Objective, VARIABLES};
 use crate::design::optimiser::{Effort, minimise, sequence};
 use crate::design::target::{Target, capped};
 use crate::requirement::{Reached, Requirement};
+use steerwright_formats::PidGains;
 use steerwright_models::PidParameters;
 
 /// Digits of the gains, and of gains that just miss a requirement with so few.
@@ -91,15 +92,16 @@ impl Found {
 /// Gains rounded to some significant digits.
 fn rounded(pid: &PidParameters, digits: i32) -> PidParameters {
     let round = |value| significant(value, digits);
-    PidParameters {
-        kp: round(pid.kp),
-        ki: round(pid.ki),
-        kd: round(pid.kd),
-        derivative_filter_time: round(pid.derivative_filter_time),
-        setpoint_weight_proportional: round(pid.setpoint_weight_proportional),
-        anti_windup_time: round(pid.anti_windup_time),
-        ..*pid
-    }
+    let gains = PidGains {
+        kp: round(pid.gains.kp),
+        ki: round(pid.gains.ki),
+        kd: round(pid.gains.kd),
+        derivative_filter_time_s: round(pid.gains.derivative_filter_time_s),
+        setpoint_weight_proportional: round(pid.gains.setpoint_weight_proportional),
+        anti_windup_time_s: round(pid.gains.anti_windup_time_s),
+        ..pid.gains
+    };
+    PidParameters { gains, ..*pid }
 }
 
 /// A number to some significant digits.

@@ -24,16 +24,7 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let Some(schedule) = guidance_over_speed(start, &guidance_schedule(pid)) else {
         return of_design;
     };
-    let here = schedule.at(&start, speed);
-    Guidance {
-        lookahead_time_s: here.lookahead_time,
-        lookahead_min_m: here.lookahead_min,
-        preview_time_s: here.preview_time,
-        feedforward_gain_radm: here.feedforward_gain,
-        yaw_acceleration_gain_s2: here.yaw_acceleration_gain,
-        yaw_jerk_gain_s3: here.yaw_jerk_gain,
-        ..of_design
-    }
+    schedule.at(&start, speed).guidance
 }
 
 /// Guidance over speed for a controller's loop; empty where one set of gains holds at every speed.

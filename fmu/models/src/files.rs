@@ -9,9 +9,10 @@ use crate::error::Error;
 use crate::guidance::GuidanceParameters;
 use crate::identified::{Continuous, IdentifiedData, IdentifiedModel};
 use crate::nonlinear::NonlinearParameters;
-use crate::path::{PathGeometry, PathPoint};
+use crate::path::PathGeometry;
 use crate::pid::PidParameters;
 use crate::pose::PoseParameters;
+use crate::quadrature::Pose;
 use crate::schedule::{GuidanceSchedule, PidSchedule};
 use crate::sideslip::Sideslip;
 use steerwright_formats::{
@@ -92,10 +93,14 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
 #[must_use]
 pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
     let at = |entry: &ScheduleEntry| {
-        let usual = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
-        let yaw_rate_lag = entry.yaw_rate_lag_s.unwrap_or(usual.yaw_rate_lag);
-        let rate_reserve_time = entry.rate_reserve_time_s.unwrap_or(usual.rate_reserve_time);
-        (entry.speed_mps, PidParameters { yaw_rate_lag, rate_reserve_time, ..usual })
+        let mut now = controller_parameters(&entry.gains, &pid.limits, pid.sample_time_s);
+        if let Some(lag) = entry.yaw_rate_lag_s {
+            now.large_errors.yaw_rate_lag_s = lag;
+        }
+        if let Some(reserve) = entry.rate_reserve_time_s {
+            now.large_errors.rate_reserve_time_s = reserve;
+        }
+        (entry.speed_mps, now)
     };
     (!pid.schedule.is_empty())
         .then(|| PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
@@ -111,28 +116,19 @@ pub fn pid_parameters_at(pid: &Pid, speed: f64) -> PidParameters {
 /// The controller of gains and limits, at a sample time, s.
 #[must_use]
 pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64) -> PidParameters {
-    let usual = PidParameters::default();
-    let (lateral, large) = (limits.lateral_acceleration, limits.large_errors);
     PidParameters {
-        kp: gains.kp,
-        ki: gains.ki,
-        kd: gains.kd,
-        derivative_filter_time: gains.derivative_filter_time_s,
-        setpoint_weight_proportional: gains.setpoint_weight_proportional,
-        setpoint_weight_derivative: gains.setpoint_weight_derivative,
-        anti_windup_time: gains.anti_windup_time_s,
+        gains: *gains,
         max_angle: limits.max_angle_rad,
         max_increment: limits.max_increment_rad,
         max_rate: limits.max_rate_radps,
-        max_yaw_error: large.map_or(usual.max_yaw_error, |l| l.max_yaw_error_rad),
-        yaw_rate_lag: large.map_or(usual.yaw_rate_lag, |l| l.yaw_rate_lag_s),
-        sustained_rate: large.map_or(limits.max_rate_radps, |l| l.sustained_rate_radps),
-        rate_reserve_time: large.map_or(usual.rate_reserve_time, |l| l.rate_reserve_time_s),
-        max_lateral_acceleration: lateral.map_or(usual.max_lateral_acceleration, |l| l.max_mps2),
-        steering_per_curvature: lateral
-            .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
-        understeer_gradient: lateral
-            .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
+        large_errors: match limits.large_errors {
+            Some(large_errors) => large_errors,
+            None => PidParameters::any_error(limits.max_rate_radps),
+        },
+        lateral_acceleration: match limits.lateral_acceleration {
+            Some(bound) => bound,
+            None => PidParameters::ANY_ACCELERATION,
+        },
         sample_time,
     }
 }
@@ -140,12 +136,8 @@ pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64
 /// The estimator of `estimator.json`; where it starts is no part of the file.
 #[must_use]
 pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
-    let Estimator { gnss, noise, initial, .. } = estimator;
     PoseParameters {
-        gnss_latency: gnss.latency_s,
-        gnss_period: gnss.period_s.unwrap_or(0.0),
-        antenna_x: gnss.antenna_x_m,
-        antenna_y: gnss.antenna_y_m,
+        gnss: estimator.gnss,
         sideslip: Sideslip {
             per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
             growth: estimator.sideslip_growth_s5pm2,
@@ -153,16 +145,9 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
             reference_speed: estimator.speed_mps,
             distance_rear: estimator.distance_rear_m,
         },
-        yaw_rate_noise_density: noise.yaw_rate_density,
-        yaw_rate_bias_density: noise.yaw_rate_bias_density,
-        speed_noise_density: noise.speed_density,
-        lateral_velocity_noise_density: noise.lateral_velocity_density,
-        initial_x: 0.0,
-        initial_y: 0.0,
-        initial_yaw: 0.0,
-        initial_position_std: initial.position_std_m,
-        initial_yaw_std: initial.yaw_std_rad,
-        initial_yaw_rate_bias_std: initial.yaw_rate_bias_std_radps,
+        noise: estimator.noise,
+        initial_pose: Pose::default(),
+        initial: estimator.initial,
     }
 }
 
@@ -171,35 +156,13 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
 /// # Errors
 /// Names the point that contradicts its neighbours.
 pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
-    let points = path.points.iter().map(|point| PathPoint {
-        distance: point.distance_m,
-        x: point.x_m,
-        y: point.y_m,
-        heading: point.heading_rad,
-        curvature: point.curvature_per_m,
-    });
-    PathGeometry::new(&points.collect::<Vec<_>>(), path.closed)
+    PathGeometry::new(&path.points, path.closed)
 }
 
 /// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.
 #[must_use]
 pub fn guidance_parameters(guidance: &Guidance, speed: f64) -> GuidanceParameters {
-    GuidanceParameters {
-        lookahead_time: guidance.lookahead_time_s,
-        lookahead_min: guidance.lookahead_min_m,
-        preview_time: guidance.preview_time_s,
-        feedforward_gain: guidance.feedforward_gain_radm,
-        sideslip: Sideslip {
-            per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
-            growth: guidance.sideslip_growth_s5pm2,
-            per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
-            reference_speed: speed,
-            distance_rear: guidance.distance_rear_m,
-        },
-        yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
-        yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
-        cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
-    }
+    GuidanceParameters { guidance: *guidance, reference_speed: speed }
 }
 
 /// The guidance law of `path.json` over speed; `None` where its parameters hold at every speed.
@@ -215,16 +178,16 @@ pub fn guidance_over_speed(
     entries: &[GuidanceEntry],
 ) -> Option<GuidanceSchedule> {
     let at = |entry: &GuidanceEntry| {
-        let parameters = GuidanceParameters {
-            lookahead_time: entry.lookahead_time_s,
-            lookahead_min: entry.lookahead_min_m,
-            preview_time: entry.preview_time_s,
-            feedforward_gain: entry.feedforward_gain_radm,
-            yaw_acceleration_gain: entry.yaw_acceleration_gain_s2,
-            yaw_jerk_gain: entry.yaw_jerk_gain_s3,
-            ..start
+        let guidance = Guidance {
+            lookahead_time_s: entry.lookahead_time_s,
+            lookahead_min_m: entry.lookahead_min_m,
+            preview_time_s: entry.preview_time_s,
+            feedforward_gain_radm: entry.feedforward_gain_radm,
+            yaw_acceleration_gain_s2: entry.yaw_acceleration_gain_s2,
+            yaw_jerk_gain_s3: entry.yaw_jerk_gain_s3,
+            ..start.guidance
         };
-        (entry.speed_mps, parameters)
+        (entry.speed_mps, GuidanceParameters { guidance, ..start })
     };
     (!entries.is_empty()).then(|| GuidanceSchedule::new(start, entries.iter().map(at).collect()))
 }

@@ -20,47 +20,28 @@
 use crate::Error;
 use crate::angle::wrap_angle;
 use crate::error::{diverged, finite};
+use crate::numbers::as_numbers;
 use crate::path::PathGeometry;
 use crate::sideslip::Sideslip;
 use crate::trigonometry::atan;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use steerwright_formats::Guidance;
 
 /// Parameters of the guidance law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GuidanceParameters {
-    /// Look-ahead distance over speed, s.
-    pub lookahead_time: f64,
-    /// Least look-ahead distance, m; above zero.
-    pub lookahead_min: f64,
-    /// How far ahead heading and curvature are read, s.
-    pub preview_time: f64,
-    /// Steering angle per curvature, rad·m.
-    pub feedforward_gain: f64,
-    /// The sideslip of the vehicle.
-    pub sideslip: Sideslip,
-    /// G, what of the yaw acceleration is added to the yaw reference, s².
-    pub yaw_acceleration_gain: f64,
-    /// J, what of the yaw jerk is added to the yaw reference, s³.
-    pub yaw_jerk_gain: f64,
-    /// How fast the integral of the cross-track error grows, 1/s; 0: there is none.
-    pub cross_track_integral_gain: f64,
+    /// The guidance of the path.
+    pub guidance: Guidance,
+    /// v₀, the speed at which the sideslip is stated, m/s.
+    pub reference_speed: f64,
 }
 
-impl Default for GuidanceParameters {
-    fn default() -> Self {
-        Self {
-            lookahead_time: 1.0,
-            lookahead_min: 5.0,
-            preview_time: 0.0,
-            feedforward_gain: 0.0,
-            sideslip: Sideslip::default(),
-            yaw_acceleration_gain: 0.0,
-            yaw_jerk_gain: 0.0,
-            cross_track_integral_gain: 0.0,
-        }
-    }
-}
+as_numbers!(GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min_m guidance.preview_time_s
+    guidance.feedforward_gain_radm
+    guidance.sideslip_per_yaw_rate_s guidance.sideslip_growth_s5pm2 guidance.sideslip_per_yaw_acceleration_s2
+    reference_speed guidance.distance_rear_m
+    guidance.yaw_acceleration_gain_s2 guidance.yaw_jerk_gain_s3 guidance.cross_track_integral_gain_per_s);
 
 /// The outputs of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -120,15 +101,28 @@ pub struct PathFollower {
 }
 
 impl GuidanceParameters {
+    /// The sideslip of the vehicle.
+    #[inline]
+    #[must_use]
+    pub fn sideslip(&self) -> Sideslip {
+        Sideslip {
+            per_yaw_rate: self.guidance.sideslip_per_yaw_rate_s,
+            growth: self.guidance.sideslip_growth_s5pm2,
+            per_yaw_acceleration: self.guidance.sideslip_per_yaw_acceleration_s2,
+            reference_speed: self.reference_speed,
+            distance_rear: self.guidance.distance_rear_m,
+        }
+    }
+
     /// Δ, m.
     fn lookahead(&self, speed: f64) -> f64 {
-        self.lookahead_min.max(self.lookahead_time * speed)
+        self.guidance.lookahead_min_m.max(self.guidance.lookahead_time_s * speed)
     }
 
     /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
     /// it changes.
     fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64) -> [f64; 2] {
-        let sideslip = self.sideslip.at(speed);
+        let sideslip = self.sideslip().at(speed);
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
         let mut direction = path.direction(middle);
@@ -138,14 +132,14 @@ impl GuidanceParameters {
             direction = path.direction(middle);
         }
         // C(v) may be 0 at a speed where C is known.
-        let [second, third] = match (self.sideslip.per_yaw_acceleration, sideslip) {
+        let [second, third] = match (self.guidance.sideslip_per_yaw_acceleration_s2, sideslip) {
             (0.0, _) => [0.0; 2],
             (_, Sideslip { per_yaw_acceleration: lead, .. }) => {
                 [0.5 * lag * lag - lead, lag * lead - lag.powi(3) / 3.0]
             }
         };
-        let second = second + self.yaw_acceleration_gain;
-        let third = third + self.yaw_jerk_gain;
+        let second = second + self.guidance.yaw_acceleration_gain_s2;
+        let third = third + self.guidance.yaw_jerk_gain_s3;
         // The larger of |2A|^½ and |2K|^⅓, found without the other root.
         let (square, cube) = ((2.0 * second).abs(), (2.0 * third).abs());
         let apart = if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
@@ -197,18 +191,18 @@ impl PathFollower {
         };
         let foot = projection.foot;
         let error = projection.cross_track_error;
-        let previewed = foot.distance + speed * p.preview_time;
+        let previewed = foot.distance_m + speed * p.guidance.preview_time_s;
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
         let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed);
         PathOutput {
             yaw_reference: prescribed + line_of_sight(-aimed, lookahead),
-            steering_feedforward: p.feedforward_gain * curvature,
+            steering_feedforward: p.guidance.feedforward_gain_radm * curvature,
             cross_track_error: error,
-            heading_error: wrap_angle(yaw - foot.heading),
-            curvature: foot.curvature,
-            distance: foot.distance,
-            finished: !self.geometry.is_closed() && foot.distance >= self.geometry.end(),
+            heading_error: wrap_angle(yaw - foot.heading_rad),
+            curvature: foot.curvature_per_m,
+            distance: foot.distance_m,
+            finished: !self.geometry.is_closed() && foot.distance_m >= self.geometry.end(),
         }
     }
 
@@ -227,13 +221,14 @@ impl PathFollower {
     /// Lets the integral grow over a step (s) at whose end the outputs were evaluated. Neither at a
     /// standstill nor beyond the look-ahead distance.
     pub fn integrate(&mut self, p: &GuidanceParameters, out: &PathOutput, speed: f64, step: f64) {
-        if p.cross_track_integral_gain == 0.0 || speed <= 0.0 {
+        let gain = p.guidance.cross_track_integral_gain_per_s;
+        if gain == 0.0 || speed <= 0.0 {
             return;
         }
         let lookahead = p.lookahead(speed);
         let (error, aimed) = (out.cross_track_error, out.cross_track_error + self.integral);
         let share = 1.0 / (1.0 + (aimed / lookahead).powi(2));
-        let grown = self.integral + step * p.cross_track_integral_gain * error * share;
+        let grown = self.integral + step * gain * error * share;
         if grown.is_finite() {
             self.integral = grown.clamp(-lookahead, lookahead);
         }

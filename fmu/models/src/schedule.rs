@@ -7,7 +7,7 @@ use crate::guidance::GuidanceParameters;
 use crate::pid::PidParameters;
 
 macro_rules! over_speed {
-    ($(#[$doc:meta])* $name:ident of $parameters:ident: $($field:ident)+) => {
+    ($(#[$doc:meta])* $name:ident of $parameters:ident: $($($field:ident).+)+) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq)]
         pub struct $name {
@@ -32,8 +32,8 @@ macro_rules! over_speed {
                 let (below, above, share) = place(&self.speeds, speed);
                 let mut now = *p;
                 if let (Some(a), Some(b)) = (self.entries.get(below), self.entries.get(above)) {
-                    $(if p.$field == self.start.$field {
-                        now.$field = a.$field + share * (b.$field - a.$field);
+                    $(if p.$($field).+ == self.start.$($field).+ {
+                        now.$($field).+ = a.$($field).+ + share * (b.$($field).+ - a.$($field).+);
                     })+
                 }
                 now
@@ -44,14 +44,16 @@ macro_rules! over_speed {
 
 over_speed! {
     /// Gains of the yaw controller over speed, with what else depends on it.
-    PidSchedule of PidParameters: kp ki kd derivative_filter_time setpoint_weight_proportional
-        setpoint_weight_derivative anti_windup_time yaw_rate_lag rate_reserve_time
+    PidSchedule of PidParameters: gains.kp gains.ki gains.kd gains.derivative_filter_time_s
+        gains.setpoint_weight_proportional gains.setpoint_weight_derivative gains.anti_windup_time_s
+        large_errors.yaw_rate_lag_s large_errors.rate_reserve_time_s
 }
 
 over_speed! {
     /// Preview, feedforward, path gains and look-ahead over speed.
-    GuidanceSchedule of GuidanceParameters: lookahead_time lookahead_min preview_time feedforward_gain
-        yaw_acceleration_gain yaw_jerk_gain
+    GuidanceSchedule of GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min_m
+        guidance.preview_time_s guidance.feedforward_gain_radm guidance.yaw_acceleration_gain_s2
+        guidance.yaw_jerk_gain_s3
 }
 
 /// The entries next to a speed, and the share of the second; the same entry twice at its speed and beyond

@@ -3,13 +3,12 @@
 
 use crate::common;
 
-use common::road;
+use common::{guided, road};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-use steerwright_models::{
-    Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, Sideslip, wrap_angle,
-};
+use steerwright_formats::{Guidance, PathPoint};
+use steerwright_models::{Error, GuidanceParameters, PathFollower, PathGeometry, wrap_angle};
 
 fn winding(s: f64) -> f64 {
     0.04 * (s / 17.0).sin()
@@ -24,11 +23,11 @@ fn eight() -> Arc<PathGeometry> {
             let side = if i <= count { 1.0 } else { -1.0 };
             let angle = if i <= count { a } else { TAU - (a - TAU) };
             PathPoint {
-                distance: a * radius,
-                x: radius * a.sin(),
-                y: side * radius * (1.0 - a.cos()),
-                heading: angle,
-                curvature: side / radius,
+                distance_m: a * radius,
+                x_m: radius * a.sin(),
+                y_m: side * radius * (1.0 - a.cos()),
+                heading_rad: angle,
+                curvature_per_m: side / radius,
             }
         })
         .collect();
@@ -42,16 +41,16 @@ fn interpolation_is_true_to_the_road() {
     for k in 0..2000 {
         let s = f64::from(k) * 0.1;
         let (a, b) = (exact.at(s), sparse.at(s));
-        assert!((a.x - b.x).hypot(a.y - b.y) < 1e-5, "{s}: {a:?} {b:?}");
-        assert!((a.heading - b.heading).abs() < 1e-4);
-        assert!((b.curvature - winding(s)).abs() < 3e-4);
+        assert!((a.x_m - b.x_m).hypot(a.y_m - b.y_m) < 1e-5, "{s}: {a:?} {b:?}");
+        assert!((a.heading_rad - b.heading_rad).abs() < 1e-4);
+        assert!((b.curvature_per_m - winding(s)).abs() < 3e-4);
     }
     // On a circle the error is of sixth order.
     let circle = PathGeometry::new(&road(60.0, 5.0, |_| 0.1), false).unwrap();
     for k in 0..600 {
         let s = f64::from(k) * 0.1;
         let p = circle.at(s);
-        assert!((p.x.hypot(p.y - 10.0) - 10.0).abs() < 1e-5, "{s}");
+        assert!((p.x_m.hypot(p.y_m - 10.0) - 10.0).abs() < 1e-5, "{s}");
     }
 }
 
@@ -61,12 +60,12 @@ proptest! {
     fn finds_the_foot(s in 1.0..199.0_f64, offset in -8.0..8.0_f64, from in -9.0..9.0_f64) {
         let path = PathGeometry::new(&road(200.0, 1.0, winding), false).unwrap();
         let p = path.at(s);
-        let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+        let (x, y) = (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
         let found = path.project(x, y, s + from);
-        prop_assert!((found.foot.distance - s).abs() < 1e-9, "{} {s}", found.foot.distance);
+        prop_assert!((found.foot.distance_m - s).abs() < 1e-9, "{} {s}", found.foot.distance_m);
         prop_assert!((found.cross_track_error - offset).abs() < 1e-9);
-        let anywhere = path.locate(x, y, p.heading);
-        prop_assert!((anywhere.foot.distance - s).abs() < 1e-9);
+        let anywhere = path.locate(x, y, p.heading_rad);
+        prop_assert!((anywhere.foot.distance_m - s).abs() < 1e-9);
     }
 
     /// Turning and shifting road and vehicle together changes the yaw reference by the turn alone.
@@ -79,18 +78,17 @@ proptest! {
         let (sin, cos) = turn.sin_cos();
         let moved = |x: f64, y: f64| (cos * x - sin * y + dx, sin * x + cos * y + dy);
         let turned: Vec<PathPoint> = points.iter().map(|p| {
-            let (x, y) = moved(p.x, p.y);
-            PathPoint { x, y, heading: p.heading + turn, ..*p }
+            let (x, y) = moved(p.x_m, p.y_m);
+            PathPoint { x_m: x, y_m: y, heading_rad: p.heading_rad + turn, ..*p }
         }).collect();
         let here = Arc::new(PathGeometry::new(&points, false).unwrap());
         let there = PathFollower::new(Arc::new(PathGeometry::new(&turned, false).unwrap()));
-        let guidance = GuidanceParameters {
-            preview_time: 0.3, feedforward_gain: 40.0,
-            sideslip: Sideslip { per_yaw_rate: 0.05, ..Sideslip::default() },
-            ..GuidanceParameters::default()
-        };
+        let guidance = guided(Guidance {
+            preview_time_s: 0.3, feedforward_gain_radm: 40.0, sideslip_per_yaw_rate_s: 0.05,
+            ..Guidance::default()
+        });
         let p = here.at(s);
-        let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+        let (x, y) = (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
         let a = PathFollower::new(here).evaluate(&guidance, x, y, yaw, 10.0);
         let (x, y) = moved(x, y);
         let b = there.evaluate(&guidance, x, y, yaw + turn, 10.0);
@@ -111,18 +109,18 @@ proptest! {
 fn guidance_law() {
     let path = Arc::new(PathGeometry::new(&road(200.0, 1.0, |_| 0.02), false).unwrap());
     let follower = PathFollower::new(path.clone());
-    let g = GuidanceParameters {
-        lookahead_time: 0.5,
-        lookahead_min: 6.0,
-        preview_time: 0.2,
-        feedforward_gain: 45.0,
-        sideslip: Sideslip { per_yaw_rate: -0.03, ..Sideslip::default() },
-        ..GuidanceParameters::default()
-    };
+    let g = guided(Guidance {
+        lookahead_time_s: 0.5,
+        lookahead_min_m: 6.0,
+        preview_time_s: 0.2,
+        feedforward_gain_radm: 45.0,
+        sideslip_per_yaw_rate_s: -0.03,
+        ..Guidance::default()
+    });
     let p = path.at(50.0);
-    let (x, y) = (p.x - 2.0 * p.heading.sin(), p.y + 2.0 * p.heading.cos());
+    let (x, y) = (p.x_m - 2.0 * p.heading_rad.sin(), p.y_m + 2.0 * p.heading_rad.cos());
     for (speed, lookahead) in [(10.0, 6.0), (20.0, 10.0)] {
-        let out = follower.evaluate(&g, x, y, p.heading + 0.1 + TAU, speed);
+        let out = follower.evaluate(&g, x, y, p.heading_rad + 0.1 + TAU, speed);
         let ahead = 0.02 * (50.0 + 0.2 * speed);
         let expected = ahead - 2.0_f64.atan2(lookahead) + 0.03 * 0.02 * speed;
         assert!((out.yaw_reference - expected).abs() < 1e-6, "{out:?} {expected}");
@@ -137,7 +135,7 @@ fn guidance_law() {
 fn crabbing(gain: f64, crab: f64, start: f64) -> (f64, f64) {
     let path = Arc::new(PathGeometry::new(&road(3000.0, 10.0, |_| 0.0), false).unwrap());
     let mut follower = PathFollower::new(path);
-    let g = GuidanceParameters { cross_track_integral_gain: gain, ..GuidanceParameters::default() };
+    let g = guided(Guidance { cross_track_integral_gain_per_s: gain, ..Guidance::default() });
     let (mut x, mut y, speed, h) = (0.0, start, 15.0, 0.01);
     let mut beyond = 0.0_f64;
     for _ in 0..15_000 {
@@ -165,12 +163,12 @@ fn the_integral_takes_the_place_of_a_lasting_error() {
     assert!(end.abs() < 1e-3 && beyond < 0.15 * 15.0, "{end} {beyond}");
     // At a standstill it waits.
     let mut follower = PathFollower::new(eight());
-    let g = GuidanceParameters { cross_track_integral_gain: 1.0, ..GuidanceParameters::default() };
+    let g = guided(Guidance { cross_track_integral_gain_per_s: 1.0, ..Guidance::default() });
     let out = follower.evaluate(&g, 1.0, 2.0, 0.0, 0.0);
     follower.integrate(&g, &out, 0.0, 1e3);
     assert_eq!(follower.integral(), 0.0);
     follower.integrate(&g, &out, 1.0, 1e9);
-    assert!(follower.integral().abs() <= g.lookahead_min);
+    assert!(follower.integral().abs() <= g.guidance.lookahead_min_m);
 }
 
 /// Round the eight for five laps, also right through the crossing, with an error to the side.
@@ -185,9 +183,10 @@ fn progress_is_monotone_and_never_jumps_on_an_eight() {
             for k in 0..(5.0 * length / step) as i32 {
                 let s = f64::from(k) * step;
                 let p = path.at(s);
-                let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+                let (x, y) =
+                    (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
                 let guidance = GuidanceParameters::default();
-                let out = follower.evaluate(&guidance, x, y, p.heading, 10.0);
+                let out = follower.evaluate(&guidance, x, y, p.heading_rad, 10.0);
                 assert!((out.distance - s).abs() < 1e-6, "{step}: at {s}, found {}", out.distance);
                 assert!((out.cross_track_error - offset).abs() < 1e-6 && !out.finished);
                 assert!(k == 0 || out.distance > before, "{} {before}", out.distance);
@@ -209,39 +208,45 @@ fn starts_on_the_branch_that_goes_its_way() {
     for k in 0..=40 {
         let a = f64::from(k) * PI / 40.0;
         points.push(PathPoint {
-            distance: 100.0 + 0.01 + a * 2.0,
-            x: 100.01 + 2.0 * a.sin(),
-            y: 2.0 - 2.0 * a.cos(),
-            heading: a,
-            curvature: 0.5,
+            distance_m: 100.0 + 0.01 + a * 2.0,
+            x_m: 100.01 + 2.0 * a.sin(),
+            y_m: 2.0 - 2.0 * a.cos(),
+            heading_rad: a,
+            curvature_per_m: 0.5,
         });
     }
-    let d = points[points.len() - 1].distance;
+    let d = points[points.len() - 1].distance_m;
     for k in 1..=90 {
         points.push(PathPoint {
-            distance: d + f64::from(k) + 0.1,
-            x: 100.01 - f64::from(k),
-            y: 4.0 - 3.5 * (f64::from(k) / 20.0).min(1.0),
-            heading: PI,
-            curvature: 0.0,
+            distance_m: d + f64::from(k) + 0.1,
+            x_m: 100.01 - f64::from(k),
+            y_m: 4.0 - 3.5 * (f64::from(k) / 20.0).min(1.0),
+            heading_rad: PI,
+            curvature_per_m: 0.0,
         });
     }
     let path = PathGeometry::new(&points, false).unwrap();
-    assert!(path.locate(50.0, 0.3, 0.0).foot.distance < 60.0);
-    assert!(path.locate(50.0, 0.2, PI).foot.distance > 100.0);
-    assert!(path.locate(50.0, 0.2, FRAC_PI_2 + 3.0).foot.distance > 100.0);
+    assert!(path.locate(50.0, 0.3, 0.0).foot.distance_m < 60.0);
+    assert!(path.locate(50.0, 0.2, PI).foot.distance_m > 100.0);
+    assert!(path.locate(50.0, 0.2, FRAC_PI_2 + 3.0).foot.distance_m > 100.0);
 }
 
 #[test]
 fn goes_on_straight_beyond_the_ends() {
     let path = Arc::new(PathGeometry::new(&road(50.0, 1.0, |_| 0.02), false).unwrap());
     let mut follower = PathFollower::new(path.clone());
-    let g = GuidanceParameters { feedforward_gain: 1.0, ..GuidanceParameters::default() };
+    let g = guided(Guidance { feedforward_gain_radm: 1.0, ..Guidance::default() });
     let mut k = 0;
     for i in -60..=220 {
         let s = f64::from(i) * 0.5;
         let p = path.at(s);
-        let out = follower.evaluate(&g, p.x - p.heading.sin(), p.y + p.heading.cos(), 0.0, 10.0);
+        let out = follower.evaluate(
+            &g,
+            p.x_m - p.heading_rad.sin(),
+            p.y_m + p.heading_rad.cos(),
+            0.0,
+            10.0,
+        );
         assert!((out.distance - s).abs() < 1e-9, "{s} {}", out.distance);
         assert!((out.cross_track_error - 1.0).abs() < 1e-9);
         assert_eq!(out.finished, s >= 50.0, "{s}");
@@ -252,12 +257,12 @@ fn goes_on_straight_beyond_the_ends() {
         follower.commit(&out);
     }
     assert!(k > 100);
-    assert!((path.at(80.0).heading - 1.0).abs() < 1e-12);
+    assert!((path.at(80.0).heading_rad - 1.0).abs() < 1e-12);
     // And back in again.
     let p = path.at(40.0);
     let mut end = PathFollower::new(path.clone());
-    end.commit(&follower.evaluate(&g, path.at(60.0).x, path.at(60.0).y, 1.0, 10.0));
-    assert!((end.evaluate(&g, p.x, p.y, 0.8, 10.0).distance - 40.0).abs() < 1e-9);
+    end.commit(&follower.evaluate(&g, path.at(60.0).x_m, path.at(60.0).y_m, 1.0, 10.0));
+    assert!((end.evaluate(&g, p.x_m, p.y_m, 0.8, 10.0).distance - 40.0).abs() < 1e-9);
 }
 
 #[test]
@@ -267,11 +272,11 @@ fn a_closed_path_closes_itself() {
         .map(|k| {
             let a = f64::from(k) * TAU / 60.0;
             PathPoint {
-                distance: a * 30.0,
-                x: 30.0 * a.cos(),
-                y: 30.0 * a.sin(),
-                heading: wrap_angle(a + FRAC_PI_2),
-                curvature: 1.0 / 30.0,
+                distance_m: a * 30.0,
+                x_m: 30.0 * a.cos(),
+                y_m: 30.0 * a.sin(),
+                heading_rad: wrap_angle(a + FRAC_PI_2),
+                curvature_per_m: 1.0 / 30.0,
             }
         })
         .collect();
@@ -279,8 +284,8 @@ fn a_closed_path_closes_itself() {
     assert!((path.end() - TAU * 30.0).abs() < 1e-9);
     for lap in [-2.0, 0.0, 7.0] {
         let p = path.at(lap * path.end() + 40.0);
-        assert!((p.heading - (40.0 / 30.0 + FRAC_PI_2 + lap * TAU)).abs() < 1e-7);
-        assert!((p.x - 30.0 * (40.0_f64 / 30.0).cos()).abs() < 1e-7);
+        assert!((p.heading_rad - (40.0 / 30.0 + FRAC_PI_2 + lap * TAU)).abs() < 1e-7);
+        assert!((p.x_m - 30.0 * (40.0_f64 / 30.0).cos()).abs() < 1e-7);
     }
 }
 
@@ -313,11 +318,11 @@ fn bad_paths_are_refused_by_point() {
         error
     };
     assert_eq!(refused(&|p| p.truncate(1)), Error::TooFewPoints { got: 1 });
-    assert!(matches!(refused(&|p| p[3].x = f64::NAN), Error::Point { index: 3, name: "x", .. }));
-    assert!(matches!(refused(&|p| p[4].distance = 3.0), Error::Distance { index: 4, .. }));
-    assert!(matches!(refused(&|p| p[4].y = 9.0), Error::ShorterThanChord { index: 4, .. }));
+    assert!(matches!(refused(&|p| p[3].x_m = f64::NAN), Error::Point { index: 3, name: "x", .. }));
+    assert!(matches!(refused(&|p| p[4].distance_m = 3.0), Error::Distance { index: 4, .. }));
+    assert!(matches!(refused(&|p| p[4].y_m = 9.0), Error::ShorterThanChord { index: 4, .. }));
     assert!(matches!(
-        refused(&|p| p.iter_mut().for_each(|p| p.heading = 3.0)),
+        refused(&|p| p.iter_mut().for_each(|p| p.heading_rad = 3.0)),
         Error::Heading { index: 0, .. }
     ));
 }

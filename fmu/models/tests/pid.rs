@@ -2,18 +2,22 @@
 
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use steerwright_formats::{LargeErrors, LateralAcceleration, PidGains};
 use steerwright_models::{Pid, PidInput, PidParameters};
 
 const UNLIMITED: f64 = 1e9;
 
 fn linear(kp: f64, ki: f64, kd: f64, tf: f64, b: f64, c: f64) -> PidParameters {
     PidParameters {
-        kp,
-        ki,
-        kd,
-        derivative_filter_time: tf,
-        setpoint_weight_proportional: b,
-        setpoint_weight_derivative: c,
+        gains: PidGains {
+            kp,
+            ki,
+            kd,
+            derivative_filter_time_s: tf,
+            setpoint_weight_proportional: b,
+            setpoint_weight_derivative: c,
+            ..PidParameters::default().gains
+        },
         max_angle: UNLIMITED,
         max_increment: UNLIMITED,
         max_rate: UNLIMITED,
@@ -23,12 +27,15 @@ fn linear(kp: f64, ki: f64, kd: f64, tf: f64, b: f64, c: f64) -> PidParameters {
 
 fn full() -> PidParameters {
     PidParameters {
-        ki: 2.0,
-        kd: 0.1,
-        derivative_filter_time: 0.03,
-        setpoint_weight_proportional: 0.6,
-        setpoint_weight_derivative: 0.2,
-        anti_windup_time: 0.2,
+        gains: PidGains {
+            ki: 2.0,
+            kd: 0.1,
+            derivative_filter_time_s: 0.03,
+            setpoint_weight_proportional: 0.6,
+            setpoint_weight_derivative: 0.2,
+            anti_windup_time_s: 0.2,
+            ..PidParameters::default().gains
+        },
         ..PidParameters::default()
     }
 }
@@ -107,7 +114,8 @@ proptest! {
         let mut pid = Pid::default();
         let mut before = 0.0;
         for (r, y, ff, enabled, kp, ki) in ticks {
-            let p = PidParameters { kp, ki, max_angle, max_increment, max_rate, ..full() };
+            let gains = PidGains { kp, ki, ..full().gains };
+            let p = PidParameters { gains, max_angle, max_increment, max_rate, ..full() };
             let input = PidInput { yaw_reference: r, yaw: y, steering_feedforward: ff, enabled, speed: 0.0 };
             let u = pid.tick(&p, &input).steering_angle;
             prop_assert!(u.abs() <= max_angle);
@@ -133,10 +141,13 @@ fn each_limit_is_reported() {
 /// Yaw rate proportional to steering: the loop's integral must not carry on after a saturation.
 fn overshoot(anti_windup_time: f64) -> f64 {
     let p = PidParameters {
-        kp: 1.5,
-        ki: 1.5,
-        setpoint_weight_proportional: 1.0,
-        anti_windup_time,
+        gains: PidGains {
+            kp: 1.5,
+            ki: 1.5,
+            setpoint_weight_proportional: 1.0,
+            anti_windup_time_s: anti_windup_time,
+            ..PidParameters::default().gains
+        },
         max_angle: 0.1,
         ..PidParameters::default()
     };
@@ -161,7 +172,11 @@ fn anti_windup_recovers() {
 /// The saturated output moves back as soon as the unlimited one would, not seconds later.
 #[test]
 fn leaves_the_limit_when_the_error_turns() {
-    let p = PidParameters { ki: 5.0, anti_windup_time: 0.05, max_angle: 0.1, ..full() };
+    let p = PidParameters {
+        gains: PidGains { ki: 5.0, anti_windup_time_s: 0.05, ..full().gains },
+        max_angle: 0.1,
+        ..full()
+    };
     let mut pid = Pid::default();
     for _ in 0..1000 {
         assert!(pid.tick(&p, &input(1.0, 0.0)).steering_angle <= 0.1);
@@ -173,7 +188,11 @@ fn leaves_the_limit_when_the_error_turns() {
 /// Without integral action a saturation leaves nothing behind.
 #[test]
 fn proportional_control_keeps_no_bias() {
-    let p = PidParameters { kp: 2.0, max_angle: 0.1, ..PidParameters::default() };
+    let p = PidParameters {
+        gains: PidGains { kp: 2.0, ..PidParameters::default().gains },
+        max_angle: 0.1,
+        ..PidParameters::default()
+    };
     let mut pid = Pid::default();
     for _ in 0..500 {
         assert!(pid.tick(&p, &input(1.0, 0.0)).saturated);
@@ -235,15 +254,21 @@ fn enabling_is_bumpless_and_then_converges() {
 
 #[test]
 fn gain_changes_are_bumpless() {
-    let base = PidParameters { derivative_filter_time: 0.0, ..full() };
+    let base = PidParameters {
+        gains: PidGains { derivative_filter_time_s: 0.0, ..full().gains },
+        ..full()
+    };
     for change in [
-        PidParameters { kp: 3.0, ..base },
-        PidParameters { ki: 9.0, ..base },
-        PidParameters { kd: 0.0, ..base },
-        PidParameters { kd: 0.9, ..base },
-        PidParameters { setpoint_weight_derivative: 1.0, ..base },
-        PidParameters { setpoint_weight_proportional: 0.0, ..base },
-        PidParameters { anti_windup_time: 5.0, ..base },
+        PidParameters { gains: PidGains { kp: 3.0, ..base.gains }, ..base },
+        PidParameters { gains: PidGains { ki: 9.0, ..base.gains }, ..base },
+        PidParameters { gains: PidGains { kd: 0.0, ..base.gains }, ..base },
+        PidParameters { gains: PidGains { kd: 0.9, ..base.gains }, ..base },
+        PidParameters { gains: PidGains { setpoint_weight_derivative: 1.0, ..base.gains }, ..base },
+        PidParameters {
+            gains: PidGains { setpoint_weight_proportional: 0.0, ..base.gains },
+            ..base
+        },
+        PidParameters { gains: PidGains { anti_windup_time_s: 5.0, ..base.gains }, ..base },
     ] {
         let (mut kept, mut changed) = (Pid::default(), Pid::default());
         // Ramps: constant error, constant increments. Only ki·Ts·e may differ at the change.
@@ -254,9 +279,10 @@ fn gain_changes_are_bumpless() {
         }
         let kept = kept.tick(&base, &ramp(100)).steering_angle;
         let now = changed.tick(&change, &ramp(100)).steering_angle;
-        let integral = (change.ki - base.ki) * 0.01 * 0.1;
+        let integral = (change.gains.ki - base.gains.ki) * 0.01 * 0.1;
         // And the part of the reference's next increment that the weight keeps out.
-        let unweighted = |p: &PidParameters| p.kp * (1.0 - p.setpoint_weight_proportional);
+        let unweighted =
+            |p: &PidParameters| p.gains.kp * (1.0 - p.gains.setpoint_weight_proportional);
         let weights = -(unweighted(&change) - unweighted(&base)) * 1e-4;
         assert!((now - kept - integral - weights).abs() < 1e-12, "{change:?}: {kept} {now}");
     }
@@ -264,7 +290,10 @@ fn gain_changes_are_bumpless() {
 
 #[test]
 fn prime_only_starts_the_memory() {
-    let p = PidParameters { kp: 1.0, kd: 1.0, ..PidParameters::default() };
+    let p = PidParameters {
+        gains: PidGains { kp: 1.0, kd: 1.0, ..PidParameters::default().gains },
+        ..PidParameters::default()
+    };
     let mut pid = Pid::default();
     let unset = PidInput { steering_feedforward: 0.01, enabled: true, ..PidInput::default() };
     assert_eq!(pid.prime(&p, &unset).steering_angle, 0.01);
@@ -276,19 +305,27 @@ fn prime_only_starts_the_memory() {
 /// A loop that meets a step of 0.1 rad at the rate limit.
 fn limited() -> PidParameters {
     PidParameters {
-        kp: 3.0,
-        ki: 8.0,
-        kd: 0.1,
-        derivative_filter_time: 0.02,
-        setpoint_weight_proportional: 0.5,
-        anti_windup_time: 0.15,
+        gains: PidGains {
+            kp: 3.0,
+            ki: 8.0,
+            kd: 0.1,
+            derivative_filter_time_s: 0.02,
+            setpoint_weight_proportional: 0.5,
+            anti_windup_time_s: 0.15,
+            ..PidParameters::default().gains
+        },
         max_rate: 0.4,
-        max_yaw_error: 0.11,
-        yaw_rate_lag: 0.01,
-        sustained_rate: 0.14,
-        rate_reserve_time: 0.3,
-        max_lateral_acceleration: 6.0,
-        steering_per_curvature: 8.0 / 3.0,
+        large_errors: LargeErrors {
+            max_yaw_error_rad: 0.11,
+            yaw_rate_lag_s: 0.01,
+            sustained_rate_radps: 0.14,
+            rate_reserve_time_s: 0.3,
+        },
+        lateral_acceleration: LateralAcceleration {
+            max_mps2: 6.0,
+            steering_per_curvature_radm: 8.0 / 3.0,
+            ..PidParameters::default().lateral_acceleration
+        },
         ..PidParameters::default()
     }
 }
@@ -311,7 +348,10 @@ fn slow_servo(p: &PidParameters, height: f64, share: f64) -> [f64; 2] {
 #[test]
 fn large_steps_do_not_overshoot_at_the_rate_limit() {
     let p = limited();
-    let alike = PidParameters { max_yaw_error: PI, ..p };
+    let alike = PidParameters {
+        large_errors: LargeErrors { max_yaw_error_rad: PI, ..p.large_errors },
+        ..p
+    };
     for height in [0.3, 0.6, 1.5] {
         let bounded = slow_servo(&p, height, 1.0)[0];
         assert!(bounded < 1.02, "{height}: {bounded}");
@@ -326,7 +366,8 @@ fn large_steps_do_not_overshoot_at_the_rate_limit() {
 #[test]
 fn a_slow_actuator_is_noticed_by_the_yaw_rate() {
     let p = limited();
-    let unnoticed = PidParameters { yaw_rate_lag: 0.0, ..p };
+    let unnoticed =
+        PidParameters { large_errors: LargeErrors { yaw_rate_lag_s: 0.0, ..p.large_errors }, ..p };
     let [most, last] = slow_servo(&p, 0.1, 0.375);
     let [before, _] = slow_servo(&unnoticed, 0.1, 0.375);
     assert!(most - 1.0 < 0.7 * (before - 1.0), "{most}, unnoticed {before}");
@@ -337,7 +378,10 @@ fn a_slow_actuator_is_noticed_by_the_yaw_rate() {
 /// 10 %, lags, and at times jumps with a correction of the pose: the actuator follows, so the road is followed.
 #[test]
 fn a_road_that_needs_the_steering_rate_is_no_slow_actuator() {
-    let p = PidParameters { yaw_rate_lag: 0.1, ..limited() };
+    let p = PidParameters {
+        large_errors: LargeErrors { yaw_rate_lag_s: 0.1, ..limited().large_errors },
+        ..limited()
+    };
     for (share, factor) in [(0.95, 1.0), (0.8, 0.9), (0.8, 1.1)] {
         let follow = |p: &PidParameters| {
             let (mut pid, mut yaw, mut rate, mut reference) = (Pid::default(), 0.0, 0.0, 0.0);
@@ -369,7 +413,10 @@ fn a_road_that_needs_the_steering_rate_is_no_slow_actuator() {
             (angles, largest)
         };
         let (angles, largest) = follow(&p);
-        let (unwatched, usual) = follow(&PidParameters { yaw_rate_lag: 0.0, ..p });
+        let (unwatched, usual) = follow(&PidParameters {
+            large_errors: LargeErrors { yaw_rate_lag_s: 0.0, ..p.large_errors },
+            ..p
+        });
         assert!(factor != 1.0 || angles == unwatched, "{share}");
         assert!(largest < 1.1 * usual, "{share} {factor}: {largest} {usual}");
         assert!(largest < 0.13, "{share} {factor}: {largest}");
@@ -391,8 +438,18 @@ fn the_time_at_the_largest_rate_is_counted() {
 /// What is within the bound is untouched, bit by bit, and so is a smooth ramp that the loop lags by more.
 #[test]
 fn small_errors_and_ramps_are_not_bounded() {
-    let p = PidParameters { max_yaw_error: 0.08, rate_reserve_time: 0.2, ..full() };
-    let free = PidParameters { max_yaw_error: PI, ..p };
+    let p = PidParameters {
+        large_errors: LargeErrors {
+            max_yaw_error_rad: 0.08,
+            rate_reserve_time_s: 0.2,
+            ..full().large_errors
+        },
+        ..full()
+    };
+    let free = PidParameters {
+        large_errors: LargeErrors { max_yaw_error_rad: PI, ..p.large_errors },
+        ..p
+    };
     let (mut bounded, mut unbounded) = (Pid::default(), Pid::default());
     let (mut yaw, mut largest) = (0.0, 0.0_f64);
     for k in 0..800 {
@@ -412,9 +469,11 @@ fn small_errors_and_ramps_are_not_bounded() {
 #[test]
 fn the_largest_angle_follows_the_speed() {
     let p = PidParameters {
-        max_lateral_acceleration: 6.0,
-        steering_per_curvature: 2.6,
-        understeer_gradient: 0.002,
+        lateral_acceleration: LateralAcceleration {
+            max_mps2: 6.0,
+            steering_per_curvature_radm: 2.6,
+            understeer_gradient_rads2pm: 0.002,
+        },
         ..PidParameters::default()
     };
     assert!((p.largest_angle(15.0) - 6.0 * (2.6 / 225.0 + 0.002)).abs() < 1e-15);

@@ -4,6 +4,7 @@
 
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+use steerwright_formats::PidGains;
 use steerwright_models::linear::discretize;
 use steerwright_models::{Pid, PidInput, PidParameters};
 
@@ -11,13 +12,15 @@ const FREE: f64 = 1e6;
 
 fn parameters() -> PidParameters {
     PidParameters {
-        kp: 1.1,
-        ki: 0.9,
-        kd: 0.06,
-        derivative_filter_time: 0.03,
-        setpoint_weight_proportional: 0.7,
-        setpoint_weight_derivative: 0.0,
-        anti_windup_time: 0.25,
+        gains: PidGains {
+            kp: 1.1,
+            ki: 0.9,
+            kd: 0.06,
+            derivative_filter_time_s: 0.03,
+            setpoint_weight_proportional: 0.7,
+            setpoint_weight_derivative: 0.0,
+            anti_windup_time_s: 0.25,
+        },
         max_angle: FREE,
         max_increment: FREE,
         max_rate: FREE,
@@ -80,19 +83,19 @@ fn closed_loops_are_those_of_scipy() {
 #[test]
 fn anti_windup_forgets_geometrically() {
     let p = PidParameters {
-        kd: 0.0,
-        setpoint_weight_proportional: 1.0,
+        gains: PidGains { kd: 0.0, setpoint_weight_proportional: 1.0, ..parameters().gains },
         max_angle: 0.1,
         ..parameters()
     };
-    let (e, share) = (1.0, p.sample_time / p.anti_windup_time);
+    let (e, share) = (1.0, p.sample_time / p.gains.anti_windup_time_s);
     let mut pid = Pid::default();
     let mut integral = 0.0;
     for k in 0..60 {
         assert_eq!(pid.tick(&p, &input(e, 0.0)).steering_angle, 0.1);
         // On paper: I(k) = I* + (I(0) − I*)·(1 − Ts/Tt)^k.
-        let rest = 0.1 - p.kp * e + (1.0 / share - 1.0) * p.ki * p.sample_time * e;
-        let first = p.ki * p.sample_time * e + share * (0.1 - p.kp * e - p.ki * p.sample_time * e);
+        let rest = 0.1 - p.gains.kp * e + (1.0 / share - 1.0) * p.gains.ki * p.sample_time * e;
+        let first = p.gains.ki * p.sample_time * e
+            + share * (0.1 - p.gains.kp * e - p.gains.ki * p.sample_time * e);
         integral = rest + (first - rest) * (1.0 - share).powi(k);
     }
     let out = pid.tick(&p, &input(0.0, 0.0));
@@ -103,9 +106,9 @@ fn anti_windup_forgets_geometrically() {
     let mut excess = (integral.abs() - 0.1) * (1.0 - share);
     for k in 0..40 {
         // An error that brings the unlimited output to the very edge measures the integral.
-        let probe = (excess - 1e-9) / (p.kp + p.ki * p.sample_time);
+        let probe = (excess - 1e-9) / (p.gains.kp + p.gains.ki * p.sample_time);
         assert!(pid.clone().tick(&p, &input(probe, 0.0)).saturated, "tick {k}");
-        let probe = (excess + 1e-9) / (p.kp + p.ki * p.sample_time);
+        let probe = (excess + 1e-9) / (p.gains.kp + p.gains.ki * p.sample_time);
         assert!(!pid.clone().tick(&p, &input(probe, 0.0)).saturated, "tick {k}");
         pid.tick(&p, &input(0.0, 0.0));
         excess *= 1.0 - share;
@@ -129,16 +132,17 @@ fn switching_is_bumpless_on_paper() {
         assert_eq!(pid.tick(&p, &at(false)).steering_angle, 0.05);
     }
     for k in 0..50 {
-        let expected = 0.05 + f64::from(k) * p.ki * p.sample_time * 0.2;
+        let expected = 0.05 + f64::from(k) * p.gains.ki * p.sample_time * 0.2;
         let out = pid.tick(&p, &at(true));
         assert!((out.steering_angle - expected).abs() < 1e-12, "tick {k}: {out:?} {expected}");
     }
     // A change of kp and kd at a constant error does not show; ki changes the slope from there on.
     let before = pid.clone().tick(&p, &at(true)).steering_angle;
-    let changed = PidParameters { kp: 3.0, kd: 0.5, ..p };
+    let changed = PidParameters { gains: PidGains { kp: 3.0, kd: 0.5, ..p.gains }, ..p };
     assert!((pid.tick(&changed, &at(true)).steering_angle - before).abs() < 1e-12);
-    let steeper = PidParameters { ki: 2.0 * p.ki, ..changed };
+    let steeper =
+        PidParameters { gains: PidGains { ki: 2.0 * p.gains.ki, ..changed.gains }, ..changed };
     let next = pid.tick(&steeper, &at(true)).steering_angle;
-    assert!((next - before - 2.0 * p.ki * p.sample_time * 0.2).abs() < 1e-12);
+    assert!((next - before - 2.0 * p.gains.ki * p.sample_time * 0.2).abs() < 1e-12);
     assert_eq!(pid.tick(&steeper, &at(false)).steering_angle, 0.05);
 }

@@ -1,26 +1,33 @@
 //! The pose estimator against an independent filter, that of `data/pose_reference.py`.
 #![allow(clippy::unwrap_used)]
 
+use steerwright_formats::{Gnss, InitialUncertainty, SensorNoise};
+use steerwright_models::quadrature::Pose;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 /// The drive of the script, whose latency is no multiple of its step.
 fn estimator() -> PoseEstimator {
     let mut estimator = PoseEstimator::new(PoseParameters {
-        gnss_period: 0.0,
-        gnss_latency: 0.07,
-        antenna_x: 1.2,
-        antenna_y: -0.4,
+        gnss: Gnss {
+            period_s: 0.0,
+            latency_s: 0.07,
+            antenna_x_m: 1.2,
+            antenna_y_m: -0.4,
+            std_m: 0.0,
+        },
         sideslip: Sideslip { per_yaw_rate: 0.08, ..Sideslip::default() },
-        yaw_rate_noise_density: 2e-3,
-        yaw_rate_bias_density: 1e-3,
-        speed_noise_density: 0.1,
-        lateral_velocity_noise_density: 0.08,
-        initial_x: 3.0,
-        initial_y: -2.0,
-        initial_yaw: 0.5,
-        initial_position_std: 0.8,
-        initial_yaw_std: 0.15,
-        initial_yaw_rate_bias_std: 0.03,
+        noise: SensorNoise {
+            yaw_rate_density: 2e-3,
+            yaw_rate_bias_density: 1e-3,
+            speed_density: 0.1,
+            lateral_velocity_density: 0.08,
+        },
+        initial_pose: Pose { x: 3.0, y: -2.0, yaw: 0.5 },
+        initial: InitialUncertainty {
+            position_std_m: 0.8,
+            yaw_std_rad: 0.15,
+            yaw_rate_bias_std_radps: 0.03,
+        },
     })
     .unwrap();
     estimator.start().unwrap();

@@ -1,5 +1,7 @@
 //! Parameters over speed: interpolation, and a controller whose speed changes.
 
+use crate::common::guided;
+use steerwright_formats::{Guidance, LargeErrors, PidGains};
 use steerwright_models::{
     GuidanceParameters, GuidanceSchedule, Pid, PidInput, PidParameters, PidSchedule,
 };
@@ -7,30 +9,42 @@ use steerwright_models::{
 /// Gains of a fast car in the file, and of three speeds.
 fn slow() -> PidParameters {
     PidParameters {
-        kp: 6.0,
-        ki: 17.0,
-        kd: 0.22,
-        derivative_filter_time: 0.02,
-        setpoint_weight_proportional: 0.6,
+        gains: PidGains {
+            kp: 6.0,
+            ki: 17.0,
+            kd: 0.22,
+            derivative_filter_time_s: 0.02,
+            setpoint_weight_proportional: 0.6,
+            ..PidParameters::default().gains
+        },
         max_angle: 10.0,
         max_increment: 1.0,
         max_rate: 100.0,
-        yaw_rate_lag: 0.1,
-        rate_reserve_time: 0.4,
+        large_errors: LargeErrors {
+            yaw_rate_lag_s: 0.1,
+            rate_reserve_time_s: 0.4,
+            ..PidParameters::default().large_errors
+        },
         ..PidParameters::default()
     }
 }
 
 fn fast() -> PidParameters {
     PidParameters {
-        kp: 0.9,
-        ki: 1.9,
-        kd: 0.07,
-        derivative_filter_time: 0.05,
-        setpoint_weight_proportional: 0.4,
-        anti_windup_time: 0.5,
-        yaw_rate_lag: 0.3,
-        rate_reserve_time: 0.2,
+        gains: PidGains {
+            kp: 0.9,
+            ki: 1.9,
+            kd: 0.07,
+            derivative_filter_time_s: 0.05,
+            setpoint_weight_proportional: 0.4,
+            anti_windup_time_s: 0.5,
+            ..slow().gains
+        },
+        large_errors: LargeErrors {
+            yaw_rate_lag_s: 0.3,
+            rate_reserve_time_s: 0.2,
+            ..slow().large_errors
+        },
         ..slow()
     }
 }
@@ -47,22 +61,27 @@ fn entries_hold_at_their_speeds_and_beyond_the_ends() {
     }
     assert_eq!(table.at(&slow(), f64::NAN), slow());
     let middle = table.at(&slow(), 17.5);
-    assert!((middle.kp - 3.45).abs() < 1e-12 && (middle.ki - 9.45).abs() < 1e-12);
-    assert!((middle.rate_reserve_time - 0.3).abs() < 1e-12);
-    assert!((middle.yaw_rate_lag - 0.2).abs() < 1e-12);
+    assert!((middle.gains.kp - 3.45).abs() < 1e-12 && (middle.gains.ki - 9.45).abs() < 1e-12);
+    assert!((middle.large_errors.rate_reserve_time_s - 0.3).abs() < 1e-12);
+    assert!((middle.large_errors.yaw_rate_lag_s - 0.2).abs() < 1e-12);
     assert_eq!(middle.max_angle, slow().max_angle);
 }
 
 #[test]
 fn a_parameter_that_was_set_holds_at_every_speed() {
-    let set = PidParameters { kp: 2.0, max_angle: 0.1, ..slow() };
+    let set =
+        PidParameters { gains: PidGains { kp: 2.0, ..slow().gains }, max_angle: 0.1, ..slow() };
     let now = schedule().at(&set, 30.0);
-    assert_eq!(now, PidParameters { kp: 2.0, max_angle: 0.1, ..fast() });
+    assert_eq!(
+        now,
+        PidParameters { gains: PidGains { kp: 2.0, ..fast().gains }, max_angle: 0.1, ..fast() }
+    );
     let entries = vec![(10.0, GuidanceParameters::default())];
-    let guided = GuidanceParameters { preview_time: 0.3, ..GuidanceParameters::default() };
-    let start = GuidanceParameters { feedforward_gain: 2.0, ..GuidanceParameters::default() };
+    let preview = Guidance { preview_time_s: 0.3, ..Guidance::default() };
+    let start = guided(Guidance { feedforward_gain_radm: 2.0, ..Guidance::default() });
     let table = GuidanceSchedule::new(start, entries);
-    assert_eq!(table.at(&GuidanceParameters { feedforward_gain: 2.0, ..guided }, 7.0), guided);
+    let set = guided(Guidance { feedforward_gain_radm: 2.0, ..preview });
+    assert_eq!(table.at(&set, 7.0), guided(preview));
 }
 
 #[test]
@@ -94,14 +113,18 @@ fn the_output_does_not_jump_with_the_speed() {
             if let Some(before) = before.filter(|_| k >= 200) {
                 // The integral action, the weight on the reference's increment, and the derivative on its way
                 // from one gain to the other, which the filter spreads.
-                let weight = p.kp * (1.0 - p.setpoint_weight_proportional) * YAW_INCREMENT;
+                let weight =
+                    p.gains.kp * (1.0 - p.gains.setpoint_weight_proportional) * YAW_INCREMENT;
                 let rate = YAW_INCREMENT / p.sample_time;
-                let filter = p.sample_time / (p.derivative_filter_time + p.sample_time);
-                let derivative = (slow().kd - fast().kd) * rate * filter;
-                let allowed = p.ki * p.sample_time * ERROR + weight + derivative;
+                let filter = p.sample_time / (p.gains.derivative_filter_time_s + p.sample_time);
+                let derivative = (slow().gains.kd - fast().gains.kd) * rate * filter;
+                let allowed = p.gains.ki * p.sample_time * ERROR + weight + derivative;
                 assert!((now - before).abs() <= allowed + 1e-12, "{k}: {before} {now}");
                 // Far less than the proportional action would jump by.
-                assert!((now - before).abs() < 0.06 * (slow().kp - fast().kp) * ERROR, "{k}");
+                assert!(
+                    (now - before).abs() < 0.06 * (slow().gains.kp - fast().gains.kp) * ERROR,
+                    "{k}"
+                );
             }
             before = Some(now);
         }

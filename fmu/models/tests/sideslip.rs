@@ -4,8 +4,9 @@
 
 use crate::common;
 
-use common::road;
+use common::{guided, road};
 use std::sync::Arc;
+use steerwright_formats::Guidance;
 use steerwright_models::{
     BicycleParameters, BicyclePlant, GuidanceParameters, NonlinearParameters, NonlinearVehicle,
     PathFollower, PathGeometry, PathOutput, Sideslip,
@@ -24,7 +25,7 @@ fn sideslip_leaves_little_where_the_curvature_changes() {
     };
     let path = Arc::new(PathGeometry::new(&road(120.0, 0.1, bend), false).unwrap());
     let (speed, h, sideslip) = (8.0, 0.005, 0.16);
-    let g = knowing(sideslip, 0.0, 0.0);
+    let g = guided(knowing(sideslip, 0.0, 0.0));
     let mut follower = PathFollower::new(path);
     let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.0);
     let (mut largest, mut astray) = (0.0_f64, 0.0_f64);
@@ -73,10 +74,10 @@ fn double_bend(speed: f64) -> Arc<PathGeometry> {
 
 /// A point whose course is its yaw and β = (S + Q·(v·r)²)·r + C·ṙ, on a yaw loop of third order which
 /// the preview makes up for: largest and RMS cross-track error on the double bend.
-fn followed(car: [f64; 4], guided: GuidanceParameters) -> (f64, f64) {
+fn followed(car: [f64; 4], law: Guidance) -> (f64, f64) {
     const BANDWIDTH: f64 = 60.0;
     let [speed, s, q, c] = car;
-    let guided = GuidanceParameters { preview_time: 3.0 / BANDWIDTH, ..guided };
+    let guided = guided(Guidance { preview_time_s: 3.0 / BANDWIDTH, ..law });
     let mut follower = PathFollower::new(double_bend(speed));
     let (mut x, mut y, mut yaw, mut rate, mut turning) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut largest, mut squares, h) = (0.0_f64, 0.0, 1e-3);
@@ -97,15 +98,12 @@ fn followed(car: [f64; 4], guided: GuidanceParameters) -> (f64, f64) {
     (largest, (squares * 1e-4).sqrt())
 }
 
-fn knowing(s: f64, q: f64, c: f64) -> GuidanceParameters {
-    GuidanceParameters {
-        sideslip: Sideslip {
-            per_yaw_rate: s,
-            growth: q,
-            per_yaw_acceleration: c,
-            ..Sideslip::default()
-        },
-        ..GuidanceParameters::default()
+fn knowing(s: f64, q: f64, c: f64) -> Guidance {
+    Guidance {
+        sideslip_per_yaw_rate_s: s,
+        sideslip_growth_s5pm2: q,
+        sideslip_per_yaw_acceleration_s2: c,
+        ..Guidance::default()
     }
 }
 
@@ -139,10 +137,16 @@ fn a_steady_turn_asks_for_the_steady_sideslip() {
         let path = PathGeometry::new(&road(60.0, 0.5, |_| curvature), false).unwrap();
         let point = path.at(30.0);
         let follower = PathFollower::new(Arc::new(path));
-        let out = follower.evaluate(&knowing(s, q, c), point.x, point.y, point.heading, speed);
+        let out = follower.evaluate(
+            &guided(knowing(s, q, c)),
+            point.x_m,
+            point.y_m,
+            point.heading_rad,
+            speed,
+        );
         let acceleration = (speed * speed * curvature).clamp(-9.81, 9.81);
         let sideslip = (s + q * acceleration * acceleration) * curvature * speed;
-        let off = out.yaw_reference - (point.heading - sideslip);
+        let off = out.yaw_reference - (point.heading_rad - sideslip);
         assert!(off.abs() < 1e-9, "{speed} m/s, {curvature} 1/m: {off}");
     }
 }
@@ -156,9 +160,9 @@ fn a_clothoid_asks_for_the_lead_exactly() {
     let point = path.at(40.0);
     let follower = PathFollower::new(Arc::new(path));
     for (s, c) in [(0.1, 0.001), (0.1, 0.02), (-0.05, 0.004), (0.0, 0.004), (0.0, -0.004)] {
-        let out = follower.evaluate(&knowing(s, 0.0, c), point.x, point.y, 0.0, speed);
-        let (rate, turning) = (point.curvature * speed, slope * speed * speed);
-        let expected = point.heading - s * rate + (s * s - c) * turning;
+        let out = follower.evaluate(&guided(knowing(s, 0.0, c)), point.x_m, point.y_m, 0.0, speed);
+        let (rate, turning) = (point.curvature_per_m * speed, slope * speed * speed);
+        let expected = point.heading_rad - s * rate + (s * s - c) * turning;
         assert!((out.yaw_reference - expected).abs() < 1e-9, "{s} {c}: {out:?} {expected}");
     }
 }
@@ -172,12 +176,12 @@ fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {
     let point = path.at(40.0);
     let follower = PathFollower::new(Arc::new(path));
     for (c, gain) in [(0.0, -0.006), (0.0, 0.01), (0.002, -0.006), (0.002, 0.004), (0.02, 0.015)] {
-        let guided = GuidanceParameters { yaw_acceleration_gain: gain, ..knowing(s, 0.0, c) };
-        let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
-        let (rate, turning) = (point.curvature * speed, slope * speed * speed);
+        let guided = guided(Guidance { yaw_acceleration_gain_s2: gain, ..knowing(s, 0.0, c) });
+        let out = follower.evaluate(&guided, point.x_m, point.y_m, 0.0, speed);
+        let (rate, turning) = (point.curvature_per_m * speed, slope * speed * speed);
         // Not known, C is S²/2.
         let lead = if c == 0.0 { 0.5 * s * s } else { c };
-        let expected = point.heading - s * rate + (s * s - lead + gain) * turning;
+        let expected = point.heading_rad - s * rate + (s * s - lead + gain) * turning;
         assert!((out.yaw_reference - expected).abs() < 1e-9, "{c} {gain}: {out:?} {expected}");
     }
 }
@@ -189,11 +193,11 @@ fn a_growing_change_asks_for_its_jerk_exactly() {
     let (speed, bend) = (12.0, 2e-5);
     let path = PathGeometry::new(&road(80.0, 0.1, |s| bend * s * s), false).unwrap();
     let point = path.at(40.0);
-    let (distance, follower) = (point.distance, PathFollower::new(Arc::new(path)));
+    let (distance, follower) = (point.distance_m, PathFollower::new(Arc::new(path)));
     for (s, c, gain) in [(0.1, 0.001, 0.0), (0.1, 0.02, 0.0), (0.0, 0.0, 8e-4), (0.16, 1e-3, -5e-4)]
     {
-        let guided = GuidanceParameters { yaw_jerk_gain: gain, ..knowing(s, 0.0, c) };
-        let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
+        let guided = guided(Guidance { yaw_jerk_gain_s3: gain, ..knowing(s, 0.0, c) });
+        let out = follower.evaluate(&guided, point.x_m, point.y_m, 0.0, speed);
         // Heading, yaw rate, and its derivatives where the heading is read.
         let m = distance - speed * s;
         let heading = bend * m.powi(3) / 3.0;
@@ -214,10 +218,13 @@ fn the_feedforward_turns_with_the_yaw() {
     let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
     let point = path.at(40.0);
     let follower = PathFollower::new(Arc::new(path));
-    let guided =
-        GuidanceParameters { feedforward_gain: 2.5, preview_time: preview, ..knowing(s, 0.0, 0.0) };
-    let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
-    let expected = 2.5 * slope * (point.distance + speed * (preview - s));
+    let guided = guided(Guidance {
+        feedforward_gain_radm: 2.5,
+        preview_time_s: preview,
+        ..knowing(s, 0.0, 0.0)
+    });
+    let out = follower.evaluate(&guided, point.x_m, point.y_m, 0.0, speed);
+    let expected = 2.5 * slope * (point.distance_m + speed * (preview - s));
     assert!((out.steering_feedforward - expected).abs() < 1e-9, "{out:?} {expected}");
 }
 
@@ -231,8 +238,9 @@ fn the_yaw_asked_for_is_continuous() {
         let mut before: Option<f64> = None;
         for k in 1..900 {
             let p = path.at(f64::from(k) * step);
-            let yaw =
-                follower.evaluate(&knowing(s, q, c), p.x, p.y, p.heading, speed).yaw_reference;
+            let yaw = follower
+                .evaluate(&guided(knowing(s, q, c)), p.x_m, p.y_m, p.heading_rad, speed)
+                .yaw_reference;
             if let Some(before) = before {
                 // The course turns by 4 m/s² over the speed.
                 let most = 1.25 * ACCELERATION / speed * 0.01;
@@ -251,14 +259,15 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
     for k in 0..1_000 {
         let p = path.at(0.15 * f64::from(k));
         let mut follower = PathFollower::new(path.clone());
-        follower.restore(Some(p.distance), 0.0).unwrap();
-        let guided = GuidanceParameters { preview_time: 0.2, ..knowing(s, 0.0, 0.0) };
-        let out = follower.evaluate(&guided, p.x, p.y, p.heading, speed);
-        let behind = path.at(out.distance + speed * 0.2 - speed * s).heading;
+        follower.restore(Some(p.distance_m), 0.0).unwrap();
+        let law = guided(Guidance { preview_time_s: 0.2, ..knowing(s, 0.0, 0.0) });
+        let out = follower.evaluate(&law, p.x_m, p.y_m, p.heading_rad, speed);
+        let behind = path.at(out.distance + speed * 0.2 - speed * s).heading_rad;
         let expected = behind + (-out.cross_track_error).atan2(15.0);
         assert_eq!(out.yaw_reference.to_bits(), expected.to_bits());
         for (q, c) in [(1e300, 1e300), (-1e300, -1e300), (f64::MAX, f64::MIN), (-1e3, 1e6)] {
-            let out = follower.evaluate(&knowing(s, q, c), p.x, p.y, p.heading, speed);
+            let out =
+                follower.evaluate(&guided(knowing(s, q, c)), p.x_m, p.y_m, p.heading_rad, speed);
             assert!(out.check().is_err() || out.yaw_reference.abs() < 10.0, "{out:?}");
         }
     }
@@ -396,10 +405,18 @@ fn guidance_takes_the_law_at_its_speed() {
         for k in 0..200 {
             let p = path.at(0.04 * speed * f64::from(k));
             let mut follower = PathFollower::new(path.clone());
-            follower.restore(Some(p.distance), 0.0).unwrap();
+            follower.restore(Some(p.distance_m), 0.0).unwrap();
             let yaw = |sideslip: Sideslip| {
-                let guided = GuidanceParameters { sideslip, ..GuidanceParameters::default() };
-                follower.evaluate(&guided, p.x, p.y, p.heading, speed).yaw_reference
+                let guidance = Guidance {
+                    sideslip_per_yaw_rate_s: sideslip.per_yaw_rate,
+                    sideslip_growth_s5pm2: sideslip.growth,
+                    sideslip_per_yaw_acceleration_s2: sideslip.per_yaw_acceleration,
+                    distance_rear_m: sideslip.distance_rear,
+                    ..Guidance::default()
+                };
+                let guided =
+                    GuidanceParameters { guidance, reference_speed: sideslip.reference_speed };
+                follower.evaluate(&guided, p.x_m, p.y_m, p.heading_rad, speed).yaw_reference
             };
             let here = Sideslip { distance_rear: 0.0, ..law.at(speed) };
             assert_eq!(yaw(law).to_bits(), yaw(here).to_bits(), "{speed} m/s, {k}");

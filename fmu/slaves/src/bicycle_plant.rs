@@ -141,9 +141,10 @@ impl Slave for BicyclePlant {
     fn open(resources: &Resources) -> Result<Self, String> {
         let bicycle = optional::<steerwright_formats::Bicycle>(resources, "bicycle.json")?;
         let vehicle = bicycle.map(|b| b.vehicle);
-        let parameters = vehicle
-            .as_ref()
-            .map_or_else(BicycleParameters::default, steerwright_models::files::bicycle_parameters);
+        let parameters = match &vehicle {
+            Some(vehicle) => steerwright_models::files::bicycle_parameters(vehicle),
+            None => BicycleParameters::default(),
+        };
         let mut plant = steerwright_models::BicyclePlant::new(parameters)
             .map_err(|e| format!("bicycle.json: {e}; hint: {}", e.hint()))?;
         if let Some(vehicle) = vehicle {

@@ -29,19 +29,19 @@ variables! {
         .description("steering angle to command, in steering coordinates");
     Saturated = 11, boolean "saturated", Output, Discrete,
         .depends_on(Nothing).description("whether a limit acted at the last tick");
-    Kp = 20, real "kp", Parameter, Tunable, at parameters.kp,
+    Kp = 20, real "kp", Parameter, Tunable, at parameters.gains.kp,
         .unit("1").min(0.0).description("proportional gain, steering angle per yaw error");
-    Ki = 21, real "ki", Parameter, Tunable, at parameters.ki,
+    Ki = 21, real "ki", Parameter, Tunable, at parameters.gains.ki,
         .unit("1/s").min(0.0).description("integral gain");
-    Kd = 22, real "kd", Parameter, Tunable, at parameters.kd,
+    Kd = 22, real "kd", Parameter, Tunable, at parameters.gains.kd,
         .unit("s").min(0.0).description("derivative gain");
-    DerivativeFilterTime = 23, real "derivative_filter_time", Parameter, Tunable, at parameters.derivative_filter_time,
+    DerivativeFilterTime = 23, real "derivative_filter_time", Parameter, Tunable, at parameters.gains.derivative_filter_time_s,
         .unit("s").min(0.0).nominal(0.01).description("time constant of the derivative's filter");
-    SetpointWeightProportional = 24, real "setpoint_weight_proportional", Parameter, Tunable, at parameters.setpoint_weight_proportional,
+    SetpointWeightProportional = 24, real "setpoint_weight_proportional", Parameter, Tunable, at parameters.gains.setpoint_weight_proportional,
         .unit("1").description("weight of the reference in the proportional action");
-    SetpointWeightDerivative = 25, real "setpoint_weight_derivative", Parameter, Tunable, at parameters.setpoint_weight_derivative,
+    SetpointWeightDerivative = 25, real "setpoint_weight_derivative", Parameter, Tunable, at parameters.gains.setpoint_weight_derivative,
         .unit("1").description("weight of the reference in the derivative action");
-    AntiWindupTime = 26, real "anti_windup_time", Parameter, Tunable, at parameters.anti_windup_time,
+    AntiWindupTime = 26, real "anti_windup_time", Parameter, Tunable, at parameters.gains.anti_windup_time_s,
         .unit("s").min(0.0).description("time constant of the anti-windup back-calculation");
     MaxAngle = 27, real "max_angle", Parameter, Tunable, at parameters.max_angle,
         .unit("rad").display_unit("deg").min(0.0).description("largest steering angle to either side");
@@ -51,19 +51,19 @@ variables! {
         .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("largest rate of the steering angle");
     SampleTime = 30, real "sample_time", Parameter, Fixed, at parameters.sample_time,
         .unit("s").min(1e-6).nominal(0.01).description("time between ticks");
-    MaxYawError = 31, real "max_yaw_error", Parameter, Tunable, at parameters.max_yaw_error,
+    MaxYawError = 31, real "max_yaw_error", Parameter, Tunable, at parameters.large_errors.max_yaw_error_rad,
         .unit("rad").display_unit("deg").min(0.0).description("largest yaw error acted on at once, beyond the lag behind a ramp; pi for any");
-    MaxLateralAcceleration = 32, real "max_lateral_acceleration", Parameter, Tunable, at parameters.max_lateral_acceleration,
+    MaxLateralAcceleration = 32, real "max_lateral_acceleration", Parameter, Tunable, at parameters.lateral_acceleration.max_mps2,
         .unit("m/s2").min(0.0).nominal(10.0).description("lateral acceleration that the steering angle may cause in a steady turn");
-    SteeringPerCurvature = 33, real "steering_per_curvature", Parameter, Tunable, at parameters.steering_per_curvature,
+    SteeringPerCurvature = 33, real "steering_per_curvature", Parameter, Tunable, at parameters.lateral_acceleration.steering_per_curvature_radm,
         .unit("rad.m").min(0.0).description("steering angle per curvature in a slow turn, for that bound");
-    UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable, at parameters.understeer_gradient,
+    UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable, at parameters.lateral_acceleration.understeer_gradient_rads2pm,
         .unit("rad.s2/m").min(0.0).nominal(0.01).description("steering angle per lateral acceleration beyond that, for that bound");
-    SustainedRate = 35, real "sustained_rate", Parameter, Tunable, at parameters.sustained_rate,
+    SustainedRate = 35, real "sustained_rate", Parameter, Tunable, at parameters.large_errors.sustained_rate_radps,
         .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("rate of the steering angle with the slowest actuator looked for");
-    RateReserveTime = 36, real "rate_reserve_time", Parameter, Tunable, at parameters.rate_reserve_time,
+    RateReserveTime = 36, real "rate_reserve_time", Parameter, Tunable, at parameters.large_errors.rate_reserve_time_s,
         .unit("s").min(0.0).nominal(0.1).description("reserve of time at the largest rate, after which the anti-windup is quicker");
-    YawRateLag = 37, real "yaw_rate_lag", Parameter, Tunable, at parameters.yaw_rate_lag,
+    YawRateLag = 37, real "yaw_rate_lag", Parameter, Tunable, at parameters.large_errors.yaw_rate_lag_s,
         .unit("s").min(0.0).nominal(0.1).description("lag of the yaw rate behind the steering angle sent, by which a slow actuator is noticed; 0 for not");
 }
 
@@ -142,9 +142,10 @@ impl Slave for LateralPid {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<steerwright_formats::Pid>(resources, "pid.json")?;
-        let parameters = file
-            .as_ref()
-            .map_or_else(PidParameters::default, steerwright_models::files::pid_parameters);
+        let parameters = match &file {
+            Some(file) => steerwright_models::files::pid_parameters(file),
+            None => PidParameters::default(),
+        };
         let schedule = file.as_ref().and_then(steerwright_models::files::pid_schedule);
         let inputs = Inputs {
             pid: PidInput {

@@ -123,10 +123,10 @@ impl Slave for NonlinearVehicle {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<steerwright_formats::Vehicle>(resources, "vehicle.json")?;
-        let parameters = file.as_ref().map_or_else(
-            NonlinearParameters::default,
-            steerwright_models::files::nonlinear_parameters,
-        );
+        let parameters = match &file {
+            Some(file) => steerwright_models::files::nonlinear_parameters(file),
+            None => NonlinearParameters::default(),
+        };
         let mut vehicle = steerwright_models::NonlinearVehicle::new(parameters)
             .map_err(|e| format!("vehicle.json: {e}; hint: {}", e.hint()))?;
         if let Some(file) = file {

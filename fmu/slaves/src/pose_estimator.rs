@@ -40,37 +40,37 @@ variables! {
     PositionStd = 14, real "position_std", Output, Continuous,
         .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
         .description("standard deviation of the position in the direction in which it is largest");
-    GnssLatency = 20, real "gnss_latency", Parameter, Fixed, at estimator.parameters.gnss_latency,
+    GnssLatency = 20, real "gnss_latency", Parameter, Fixed, at estimator.parameters.gnss.latency_s,
         .unit("s").display_unit("ms").min(0.0).max(10.0).description("age of a fix when it arrives");
-    AntennaX = 21, real "antenna_x", Parameter, Fixed, at estimator.parameters.antenna_x,
+    AntennaX = 21, real "antenna_x", Parameter, Fixed, at estimator.parameters.gnss.antenna_x_m,
         .unit("m").min(-100.0).max(100.0).description("the antenna ahead of the centre of gravity");
-    AntennaY = 22, real "antenna_y", Parameter, Fixed, at estimator.parameters.antenna_y,
+    AntennaY = 22, real "antenna_y", Parameter, Fixed, at estimator.parameters.gnss.antenna_y_m,
         .unit("m").min(-100.0).max(100.0).description("the antenna to the left of the centre of gravity");
     SideslipPerYawRate = 23, real "sideslip_per_yaw_rate", Parameter, Fixed, at estimator.parameters.sideslip.per_yaw_rate,
         .unit("s").nominal(0.1).min(-10.0).max(10.0).description("sideslip angle per yaw rate in a steady turn");
-    YawRateNoiseDensity = 24, real "yaw_rate_noise_density", Parameter, Fixed, at estimator.parameters.yaw_rate_noise_density,
+    YawRateNoiseDensity = 24, real "yaw_rate_noise_density", Parameter, Fixed, at estimator.parameters.noise.yaw_rate_density,
         .nominal(1e-3).min(0.0).max(100.0).description("density of the gyro's white noise, rad/s per root Hz");
-    YawRateBiasDensity = 25, real "yaw_rate_bias_density", Parameter, Fixed, at estimator.parameters.yaw_rate_bias_density,
+    YawRateBiasDensity = 25, real "yaw_rate_bias_density", Parameter, Fixed, at estimator.parameters.noise.yaw_rate_bias_density,
         .nominal(1e-4).min(0.0).max(100.0).description("density of what the gyro's bias walks by, rad/s2 per root Hz");
-    SpeedNoiseDensity = 26, real "speed_noise_density", Parameter, Fixed, at estimator.parameters.speed_noise_density,
+    SpeedNoiseDensity = 26, real "speed_noise_density", Parameter, Fixed, at estimator.parameters.noise.speed_density,
         .nominal(0.1).min(0.0).max(1000.0).description("density of the speed's white noise, m/s per root Hz");
-    LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed, at estimator.parameters.lateral_velocity_noise_density,
+    LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed, at estimator.parameters.noise.lateral_velocity_density,
         .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity beyond the sideslip, m/s per root Hz");
-    GnssPeriod = 28, real "gnss_period", Parameter, Fixed, at estimator.parameters.gnss_period,
+    GnssPeriod = 28, real "gnss_period", Parameter, Fixed, at estimator.parameters.gnss.period_s,
         .unit("s").display_unit("ms").min(0.0).max(3600.0).description("time between fixes taken from the inputs without a changed count; 0 for none");
     SideslipGrowth = 29, real "sideslip_growth", Parameter, Fixed, at estimator.parameters.sideslip.growth,
         .unit("s5/m2").nominal(0.001).min(-1.0).max(1.0).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
-    InitialX = 30, real "initial_x", Parameter, Fixed, at estimator.parameters.initial_x,
+    InitialX = 30, real "initial_x", Parameter, Fixed, at estimator.parameters.initial_pose.x,
         .unit("m").description("position at the start");
-    InitialY = 31, real "initial_y", Parameter, Fixed, at estimator.parameters.initial_y,
+    InitialY = 31, real "initial_y", Parameter, Fixed, at estimator.parameters.initial_pose.y,
         .unit("m").description("position at the start");
-    InitialYaw = 32, real "initial_yaw", Parameter, Fixed, at estimator.parameters.initial_yaw,
+    InitialYaw = 32, real "initial_yaw", Parameter, Fixed, at estimator.parameters.initial_pose.yaw,
         .unit("rad").display_unit("deg").description("yaw at the start");
-    InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed, at estimator.parameters.initial_position_std,
+    InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed, at estimator.parameters.initial.position_std_m,
         .unit("m").min(0.0).max(1e6).description("standard deviation of each coordinate at the start");
-    InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed, at estimator.parameters.initial_yaw_std,
+    InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed, at estimator.parameters.initial.yaw_std_rad,
         .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is determined from the first fixes");
-    InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed, at estimator.parameters.initial_yaw_rate_bias_std,
+    InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed, at estimator.parameters.initial.yaw_rate_bias_std_radps,
         .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
     SideslipPerYawAcceleration = 36, real "sideslip_per_yaw_acceleration", Parameter, Fixed, at estimator.parameters.sideslip.per_yaw_acceleration,
         .unit("s2").nominal(0.01).min(-1.0).max(1.0).description("sideslip angle per yaw acceleration");
@@ -114,7 +114,7 @@ impl Slave for PoseEstimator {
         }
         let mut estimator = steerwright_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
-        estimator.input.gnss_std = file.as_ref().and_then(|file| file.gnss.std_m).unwrap_or(0.0);
+        estimator.input.gnss_std = parameters.gnss.std_m;
         estimator.input.speed = file.map_or(SPEED, |file| file.speed_mps);
         with_start_values(Self { estimator, started: false }, resources)
     }

@@ -36,36 +36,36 @@ variables! {
         .unit("m").nominal(100.0).depends_on(Nothing).description("distance along the path");
     Finished = 16, boolean "finished", Output, Discrete,
         .depends_on(Nothing).description("whether the path's end is reached");
-    LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at guidance.lookahead_time,
+    LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at parameters.guidance.lookahead_time_s,
         .unit("s").min(0.0).description("look-ahead distance over speed");
-    LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at guidance.lookahead_min,
+    LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at parameters.guidance.lookahead_min_m,
         .unit("m").min(0.01).nominal(10.0).description("least look-ahead distance");
-    PreviewTime = 22, real "preview_time", Parameter, Tunable, at guidance.preview_time,
+    PreviewTime = 22, real "preview_time", Parameter, Tunable, at parameters.guidance.preview_time_s,
         .unit("s").min(0.0).description("how far ahead heading and curvature are read");
-    FeedforwardGain = 23, real "feedforward_gain", Parameter, Tunable, at guidance.feedforward_gain,
+    FeedforwardGain = 23, real "feedforward_gain", Parameter, Tunable, at parameters.guidance.feedforward_gain_radm,
         .unit("rad.m").display_unit("deg.m").nominal(10.0).description("steering angle per curvature");
-    SideslipPerYawRate = 24, real "sideslip_per_yaw_rate", Parameter, Tunable, at guidance.sideslip.per_yaw_rate,
+    SideslipPerYawRate = 24, real "sideslip_per_yaw_rate", Parameter, Tunable, at parameters.guidance.sideslip_per_yaw_rate_s,
         .unit("s").nominal(0.1).description("sideslip angle per yaw rate in a steady turn");
-    CrossTrackIntegralGain = 25, real "cross_track_integral_gain", Parameter, Tunable, at guidance.cross_track_integral_gain,
+    CrossTrackIntegralGain = 25, real "cross_track_integral_gain", Parameter, Tunable, at parameters.guidance.cross_track_integral_gain_per_s,
         .unit("1/s").min(0.0).nominal(0.1).description("how fast the integral of the cross-track error grows; 0: there is none");
-    SideslipPerYawAcceleration = 26, real "sideslip_per_yaw_acceleration", Parameter, Tunable, at guidance.sideslip.per_yaw_acceleration,
+    SideslipPerYawAcceleration = 26, real "sideslip_per_yaw_acceleration", Parameter, Tunable, at parameters.guidance.sideslip_per_yaw_acceleration_s2,
         .unit("s2").nominal(0.01).description("sideslip angle per yaw acceleration; 0: not known");
-    SideslipGrowth = 27, real "sideslip_growth", Parameter, Tunable, at guidance.sideslip.growth,
+    SideslipGrowth = 27, real "sideslip_growth", Parameter, Tunable, at parameters.guidance.sideslip_growth_s5pm2,
         .unit("s5/m2").nominal(0.001).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
-    YawAccelerationGain = 28, real "yaw_acceleration_gain", Parameter, Tunable, at guidance.yaw_acceleration_gain,
+    YawAccelerationGain = 28, real "yaw_acceleration_gain", Parameter, Tunable, at parameters.guidance.yaw_acceleration_gain_s2,
         .unit("s2").nominal(0.01).description("what of the path's yaw acceleration is added to the yaw reference");
-    YawJerkGain = 29, real "yaw_jerk_gain", Parameter, Tunable, at guidance.yaw_jerk_gain,
+    YawJerkGain = 29, real "yaw_jerk_gain", Parameter, Tunable, at parameters.guidance.yaw_jerk_gain_s3,
         .unit("s3").nominal(0.001).description("what of the path's yaw jerk is added to the yaw reference");
-    SideslipReferenceSpeed = 30, real "sideslip_reference_speed", Parameter, Tunable, at guidance.sideslip.reference_speed,
+    SideslipReferenceSpeed = 30, real "sideslip_reference_speed", Parameter, Tunable, at parameters.reference_speed,
         .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed at which the sideslip parameters hold");
-    DistanceRear = 31, real "distance_rear", Parameter, Tunable, at guidance.sideslip.distance_rear,
+    DistanceRear = 31, real "distance_rear", Parameter, Tunable, at parameters.guidance.distance_rear_m,
         .unit("m").min(0.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
 }
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]
 pub struct ReferencePath {
-    guidance: GuidanceParameters,
+    parameters: GuidanceParameters,
     /// The guidance over speed, where the path states it.
     schedule: Option<GuidanceSchedule>,
     inputs: Inputs,
@@ -96,7 +96,7 @@ enum Phase {
 /// All but the path itself.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    guidance: GuidanceParameters,
+    parameters: GuidanceParameters,
     inputs: Inputs,
     progress: Option<f64>,
     integral: f64,
@@ -107,7 +107,7 @@ impl ReferencePath {
     /// The parameters that act at a speed, m/s.
     fn acting(&self, speed: f64) -> GuidanceParameters {
         let schedule = self.schedule.as_ref();
-        schedule.map_or(self.guidance, |schedule| schedule.at(&self.guidance, speed))
+        schedule.map_or(self.parameters, |schedule| schedule.at(&self.parameters, speed))
     }
 
     fn evaluate(&self, inputs: &Inputs) -> PathOutput {
@@ -152,7 +152,7 @@ impl Slave for ReferencePath {
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         let slave = Self {
-            guidance: steerwright_models::files::guidance_parameters(
+            parameters: steerwright_models::files::guidance_parameters(
                 &path.guidance,
                 path.speed_mps,
             ),
@@ -204,15 +204,15 @@ impl Slave for ReferencePath {
         let output = self.evaluate(&self.inputs);
         output.check().map_err(|e| refuse(&e))?;
         self.follower.commit(&output);
-        let guidance = self.acting(self.inputs.speed);
-        self.follower.integrate(&guidance, &output, self.inputs.speed, step);
+        let acting = self.acting(self.inputs.speed);
+        self.follower.integrate(&acting, &output, self.inputs.speed, step);
         self.phase = Phase::Running(output);
         Ok(())
     }
 
     fn save(&self) -> Vec<u8> {
         encode(&Saved {
-            guidance: self.guidance,
+            parameters: self.parameters,
             inputs: self.inputs,
             progress: self.follower.progress(),
             integral: self.follower.integral(),
@@ -232,7 +232,7 @@ impl Slave for ReferencePath {
             }
             Phase::Running(output) => output.check().map_err(|e| refuse(&e))?,
         }
-        loaded.guidance = saved.guidance;
+        loaded.parameters = saved.parameters;
         loaded.inputs = saved.inputs;
         loaded.phase = saved.phase;
         loaded.searched = None;

@@ -5,7 +5,7 @@ use crate::closed_loop::metrics::LEAVING;
 use crate::design::objective::Objective;
 use crate::design::target::Target;
 use crate::requirement::Requirement;
-use steerwright_formats::Margins;
+use steerwright_formats::{Margins, PidGains};
 use steerwright_models::PidParameters;
 
 /// Weight of the logarithm of the settling time, the longest of all plants.
@@ -134,12 +134,12 @@ impl Objective {
         integral_absolute_error: f64,
     ) -> f64 {
         let t = self.scale;
-        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
+        let PidGains { kp, ki, kd, derivative_filter_time_s, .. } = pid.gains;
+        let lag = kp * (1.0 - pid.gains.setpoint_weight_proportional) / ki;
         let slow = (lag + integral_absolute_error) / t;
         let weak = (MODULUS_ENOUGH - margins.modulus_margin).max(0.0);
-        let high_frequency =
-            1.0 + pid.kd / (pid.kp * (pid.derivative_filter_time + pid.sample_time));
-        let noise = 0.004 * high_frequency * pid.kp * self.gain;
+        let high_frequency = 1.0 + kd / (kp * (derivative_filter_time_s + pid.sample_time));
+        let noise = 0.004 * high_frequency * kp * self.gain;
         SPEED_WEIGHT * slow + MODULUS_WEIGHT * weak + noise
     }
 }

@@ -66,7 +66,7 @@ impl Objective {
         let stable = |k: &usize| margins[*k].modulus_margin > 0.0;
         let unstable_plants = (0..margins.len()).filter(|k| !stable(k)).count();
         // Less gain leads out of instability, so more of it costs more.
-        let unstable = UNSTABLE + (pid.kp * self.gain * self.scale).ln().max(0.0);
+        let unstable = UNSTABLE + (pid.gains.kp * self.gain * self.scale).ln().max(0.0);
         let base = outside + unstable_plants as f64 * unstable;
         // The violations on each plant and on its small step; at first, those of its margins.
         let mut added: Vec<[f64; 2]> = (0..margins.len())

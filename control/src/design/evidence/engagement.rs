@@ -12,8 +12,8 @@ use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::plant_model::{PlantModel, model_error};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use steerwright_formats::{Engagement, EngagementRow, Pid as PidFile};
-use steerwright_models::{PathFollower, PathGeometry, PathPoint, Pid};
+use steerwright_formats::{Engagement, EngagementRow, PathPoint, Pid as PidFile};
+use steerwright_models::{PathFollower, PathGeometry, Pid};
 
 /// Speeds as shares of the design's, where the model holds at others.
 const SPEEDS: [f64; 3] = [0.6, 1.0, 1.4];
@@ -73,7 +73,7 @@ pub(crate) fn engagement(plant: &DesignPlant, pid: &PidFile) -> Result<Option<En
 }
 
 fn straight() -> Result<Arc<PathGeometry>, steerwright_models::Error> {
-    let at = |x: f64| PathPoint { distance: x + LENGTH_M, x, y: 0.0, heading: 0.0, curvature: 0.0 };
+    let at = |x: f64| PathPoint::from([x + LENGTH_M, x, 0.0, 0.0, 0.0]);
     PathGeometry::new(&[at(-LENGTH_M), at(0.0), at(LENGTH_M)], false).map(Arc::new)
 }
 
@@ -94,7 +94,7 @@ fn returns(
 ) -> Result<bool, steerwright_models::Error> {
     let law = steerwright_models::files::guidance_parameters(&guidance_for(pid, speed), speed);
     let parameters = steerwright_models::files::pid_parameters_at(pid, speed);
-    let acceleration = parameters.max_lateral_acceleration;
+    let acceleration = parameters.lateral_acceleration.max_mps2;
     let mut follower = PathFollower::new(Arc::clone(path));
     let mut controller = Pid::default();
     let h = pid.sample_time_s;

@@ -52,9 +52,9 @@ fn at(
     Ok(FrozenSpeed {
         speed_mps: speed,
         breakpoint,
-        kp: parameters.kp,
-        ki: parameters.ki,
-        kd: parameters.kd,
+        kp: parameters.gains.kp,
+        ki: parameters.gains.ki,
+        kd: parameters.gains.kd,
         max_angle_rad: parameters.largest_angle(speed),
         step: e.step,
         step_with_offset: e.step_with_offset,
@@ -77,8 +77,9 @@ fn reason(
     breakpoint: bool,
 ) -> String {
     let largest = parameters.largest_angle(speed);
-    let PidParameters { steering_per_curvature, understeer_gradient, .. } = *parameters;
-    let per_acceleration = steering_per_curvature / (speed * speed) + understeer_gradient;
+    let bound = &parameters.lateral_acceleration;
+    let per_acceleration =
+        bound.steering_per_curvature_radm / (speed * speed) + bound.understeer_gradient_rads2pm;
     let on_curve = spec.curve_lateral_acceleration_mps2 * per_acceleration;
     let mut words = Vec::new();
     if e.step.largest_angle_rad >= ACTS * largest {

@@ -14,13 +14,13 @@ mod projection;
 mod segment;
 
 pub use projection::{Projection, WINDOW};
-pub use segment::PathPoint;
 
 use crate::Error;
 use crate::angle::wrap_angle;
 use crate::intervals::Intervals;
 use segment::{Node, Segment, extend};
 use std::f64::consts::TAU;
+use steerwright_formats::PathPoint;
 
 /// A validated path.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,11 +46,11 @@ impl PathGeometry {
         let mut points = points.to_vec();
         for (index, p) in points.iter().enumerate() {
             for (name, value) in [
-                ("the distance", p.distance),
-                ("x", p.x),
-                ("y", p.y),
-                ("the heading", p.heading),
-                ("the curvature", p.curvature),
+                ("the distance", p.distance_m),
+                ("x", p.x_m),
+                ("y", p.y_m),
+                ("the heading", p.heading_rad),
+                ("the curvature", p.curvature_per_m),
             ] {
                 if !value.is_finite() {
                     return Err(Error::Point { index, name, value });
@@ -58,19 +58,19 @@ impl PathGeometry {
             }
         }
         for i in 1..points.len() {
-            let before = points[i - 1].heading;
-            points[i].heading = before + wrap_angle(points[i].heading - before);
+            let before = points[i - 1].heading_rad;
+            points[i].heading_rad = before + wrap_angle(points[i].heading_rad - before);
         }
         let turn = if closed { close(&mut points) } else { 0.0 };
         for (i, pair) in points.windows(2).enumerate() {
             check_segment(i, &pair[0], &pair[1])?;
         }
-        let distances: Vec<f64> = points.iter().map(|p| p.distance).collect();
+        let distances: Vec<f64> = points.iter().map(|p| p.distance_m).collect();
         let intervals = Intervals::of(&distances);
         let nodes: Vec<Node> = points
             .into_iter()
             .map(|point| {
-                let (sin, cos) = point.heading.sin_cos();
+                let (sin, cos) = point.heading_rad.sin_cos();
                 Node { point, cos, sin }
             })
             .collect();
@@ -81,13 +81,13 @@ impl PathGeometry {
     /// Distance of the first point, m.
     #[must_use]
     pub fn start(&self) -> f64 {
-        self.nodes[0].point.distance
+        self.nodes[0].point.distance_m
     }
 
     /// Distance of the last point, m; of a closed path, where the second lap begins.
     #[must_use]
     pub fn end(&self) -> f64 {
-        self.nodes[self.nodes.len() - 1].point.distance
+        self.nodes[self.nodes.len() - 1].point.distance_m
     }
 
     /// Whether the path has no end.
@@ -107,8 +107,8 @@ impl PathGeometry {
         } else {
             self.within(self.segment(local), local)
         };
-        point.distance = distance;
-        point.heading += lap * self.turn;
+        point.distance_m = distance;
+        point.heading_rad += lap * self.turn;
         point
     }
 
@@ -117,9 +117,9 @@ impl PathGeometry {
     pub(crate) fn direction(&self, distance: f64) -> [f64; 2] {
         let (lap, local) = self.lap(distance);
         let [heading, curvature] = if local < self.start() {
-            [self.nodes[0].point.heading, 0.0]
+            [self.nodes[0].point.heading_rad, 0.0]
         } else if local >= self.end() {
-            [self.nodes[self.nodes.len() - 1].point.heading, 0.0]
+            [self.nodes[self.nodes.len() - 1].point.heading_rad, 0.0]
         } else {
             let segment = self.segment(local);
             self.segments[segment].direction(&self.nodes[segment].point, local)
@@ -150,34 +150,34 @@ impl PathGeometry {
 /// Makes the last point meet the first; returns the heading gained in a lap.
 fn close(points: &mut Vec<PathPoint>) -> f64 {
     let (first, last) = (points[0], points[points.len() - 1]);
-    let gap = (first.x - last.x).hypot(first.y - last.y);
-    let rest = wrap_angle(first.heading - last.heading);
-    let spacing = (last.distance - first.distance) / (points.len() - 1) as f64;
+    let gap = (first.x_m - last.x_m).hypot(first.y_m - last.y_m);
+    let rest = wrap_angle(first.heading_rad - last.heading_rad);
+    let spacing = (last.distance_m - first.distance_m) / (points.len() - 1) as f64;
     let end = if gap > 0.01 * spacing {
         // The arc over the chord, for a turn of `rest` on the way.
         let half = 0.5 * rest;
         let arc = if half.abs() < 1e-6 { gap } else { gap * half / half.sin() };
-        last.distance + arc
+        last.distance_m + arc
     } else {
         points.pop();
-        last.distance
+        last.distance_m
     };
-    let turn = TAU * ((last.heading + rest - first.heading) / TAU).round();
-    points.push(PathPoint { distance: end, heading: first.heading + turn, ..first });
+    let turn = TAU * ((last.heading_rad + rest - first.heading_rad) / TAU).round();
+    points.push(PathPoint { distance_m: end, heading_rad: first.heading_rad + turn, ..first });
     turn
 }
 
 fn check_segment(i: usize, a: &PathPoint, b: &PathPoint) -> Result<(), Error> {
-    let arc = b.distance - a.distance;
+    let arc = b.distance_m - a.distance_m;
     if arc <= 0.0 {
-        return Err(Error::Distance { index: i + 1, distance: b.distance, before: a.distance });
+        return Err(Error::Distance { index: i + 1, distance: b.distance_m, before: a.distance_m });
     }
-    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let (dx, dy) = (b.x_m - a.x_m, b.y_m - a.y_m);
     let chord = dx.hypot(dy);
     if chord > 1.05 * arc + 0.02 {
         return Err(Error::ShorterThanChord { index: i + 1, chord, arc });
     }
-    let heading = 0.5 * (a.heading + b.heading);
+    let heading = 0.5 * (a.heading_rad + b.heading_rad);
     // Points nearer than this may be out of order by measurement noise alone.
     if chord > 0.1 && dx * heading.cos() + dy * heading.sin() < 0.0 {
         return Err(Error::Heading { index: i, heading, chord: dy.atan2(dx) });

@@ -1,10 +1,10 @@
 //! The foot of a position on a path.
 
 use super::PathGeometry;
-use super::segment::PathPoint;
 use crate::angle::wrap_angle;
 use crate::trigonometry::{sin_cos, sin_cos_small};
 use std::f64::consts::FRAC_PI_2;
+use steerwright_formats::PathPoint;
 
 /// How far from the last progress the foot is sought, m.
 pub const WINDOW: f64 = 50.0;
@@ -32,20 +32,20 @@ impl PathGeometry {
     pub fn project(&self, x: f64, y: f64, from: f64) -> Projection {
         match self.seek(x, y, from) {
             // The end belongs to what is beyond it.
-            Sought::Within(lap, seen) if seen.point.distance < self.end() => {
+            Sought::Within(lap, seen) if seen.point.distance_m < self.end() => {
                 let length = self.end() - self.start();
                 let foot = PathPoint {
-                    distance: seen.point.distance + lap * length,
-                    heading: seen.point.heading + lap * self.turn,
+                    distance_m: seen.point.distance_m + lap * length,
+                    heading_rad: seen.point.heading_rad + lap * self.turn,
                     ..seen.point
                 };
                 Projection { foot, cross_track_error: seen.aside }
             }
             Sought::Within(lap, seen) => {
-                let distance = seen.point.distance + lap * (self.end() - self.start());
-                self.at(distance).projection(x, y)
+                let distance = seen.point.distance_m + lap * (self.end() - self.start());
+                Projection::from_foot(self.at(distance), x, y)
             }
-            Sought::At(distance) => self.at(distance).projection(x, y),
+            Sought::At(distance) => Projection::from_foot(self.at(distance), x, y),
         }
     }
 
@@ -72,7 +72,7 @@ impl PathGeometry {
     /// How far ahead a position lies as seen from a node.
     fn ahead_of(&self, node: usize, x: f64, y: f64) -> f64 {
         let n = &self.nodes[node];
-        (x - n.point.x) * n.cos + (y - n.point.y) * n.sin
+        (x - n.point.x_m) * n.cos + (y - n.point.y_m) * n.sin
     }
 
     /// The foot, from a distance near it.
@@ -85,7 +85,7 @@ impl PathGeometry {
             let node = if local < self.start() { 0 } else { last };
             let ahead = self.ahead_of(node, x, y);
             if (node == 0) == (ahead < 0.0) {
-                return Sought::At(self.nodes[node].point.distance + ahead);
+                return Sought::At(self.nodes[node].point.distance_m + ahead);
             }
         }
         let local = local.clamp(self.start(), self.end());
@@ -97,7 +97,7 @@ impl PathGeometry {
         let (mut low, mut high) = (local, local);
         loop {
             let node = if forward { segment + 1 } else { segment };
-            let border = self.nodes[node].point.distance;
+            let border = self.nodes[node].point.distance_m;
             let ahead = self.ahead_of(node, x, y);
             *(if forward { &mut high } else { &mut low }) = border;
             if forward == (ahead <= 0.0) || ahead == 0.0 {
@@ -166,10 +166,10 @@ impl PathGeometry {
         let (node, piece) = (&self.nodes[segment], &self.segments[segment]);
         let point = piece.at(&node.point, local);
         let ([vx, vy], turn, curving) =
-            piece.derivatives((local - node.point.distance) * piece.inverse_length);
-        let ([s], [c]) = sin_cos_small(&[point.heading - node.point.heading]);
+            piece.derivatives((local - node.point.distance_m) * piece.inverse_length);
+        let ([s], [c]) = sin_cos_small(&[point.heading_rad - node.point.heading_rad]);
         let (sin, cos) = (node.sin * c + node.cos * s, node.cos * c - node.sin * s);
-        let (dx, dy) = (x - point.x, y - point.y);
+        let (dx, dy) = (x - point.x_m, y - point.y_m);
         let (ahead, aside) = (dx * cos + dy * sin, dy * cos - dx * sin);
         let slope = turn * aside - (vx * cos + vy * sin);
         Seen { point, sin, cos, ahead, aside, slope, bend: curving * aside - turn * turn * ahead }
@@ -179,21 +179,21 @@ impl PathGeometry {
     fn chords(&self, x: f64, y: f64) -> impl Iterator<Item = ChordFoot> {
         self.nodes.windows(2).map(move |pair| {
             let (a, b) = (&pair[0].point, &pair[1].point);
-            let (cx, cy) = (b.x - a.x, b.y - a.y);
+            let (cx, cy) = (b.x_m - a.x_m, b.y_m - a.y_m);
             let square = cx * cx + cy * cy;
             let s = if square > 0.0 {
-                (((x - a.x) * cx + (y - a.y) * cy) / square).clamp(0.0, 1.0)
+                (((x - a.x_m) * cx + (y - a.y_m) * cy) / square).clamp(0.0, 1.0)
             } else {
                 0.0
             };
             ChordFoot {
                 // Not `hypot`: what it saves, overflow, is far beyond any path.
                 away: {
-                    let (dx, dy) = (a.x + s * cx - x, a.y + s * cy - y);
+                    let (dx, dy) = (a.x_m + s * cx - x, a.y_m + s * cy - y);
                     (dx * dx + dy * dy).sqrt()
                 },
-                distance: a.distance + s * (b.distance - a.distance),
-                heading: a.heading + s * (b.heading - a.heading),
+                distance: a.distance_m + s * (b.distance_m - a.distance_m),
+                heading: a.heading_rad + s * (b.heading_rad - a.heading_rad),
             }
         })
     }
@@ -207,11 +207,11 @@ enum Sought {
     At(f64),
 }
 
-impl PathPoint {
-    /// The projection of a position whose foot this is.
-    fn projection(self, x: f64, y: f64) -> Projection {
-        let (sin, cos) = sin_cos(self.heading);
-        Projection { foot: self, cross_track_error: (y - self.y) * cos - (x - self.x) * sin }
+impl Projection {
+    /// The projection of a position with this foot.
+    fn from_foot(foot: PathPoint, x: f64, y: f64) -> Self {
+        let (sin, cos) = sin_cos(foot.heading_rad);
+        Self { foot, cross_track_error: (y - foot.y_m) * cos - (x - foot.x_m) * sin }
     }
 }
 
@@ -232,11 +232,11 @@ impl Seen {
     /// The same from a point at most [`NEAR`] away, without its derivatives.
     fn moved(self, point: PathPoint, x: f64, y: f64) -> Self {
         // Of the series of sine and cosine, what is beyond is below 1e-16.
-        let turned = point.heading - self.point.heading;
+        let turned = point.heading_rad - self.point.heading_rad;
         let half = 0.5 * turned * turned;
         let sin = self.sin + turned * self.cos - half * self.sin;
         let cos = self.cos - turned * self.sin - half * self.cos;
-        let (dx, dy) = (x - point.x, y - point.y);
+        let (dx, dy) = (x - point.x_m, y - point.y_m);
         Self { point, sin, cos, ahead: 0.0, aside: dy * cos - dx * sin, ..self }
     }
 }

@@ -1,19 +1,6 @@
 //! The path between two points: polynomials of position, heading and curvature.
 
-/// A point of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PathPoint {
-    /// Arc length, m.
-    pub distance: f64,
-    /// Position, m.
-    pub x: f64,
-    /// Position, m.
-    pub y: f64,
-    /// Heading ψ, rad.
-    pub heading: f64,
-    /// Curvature κ, 1/m, positive to the left.
-    pub curvature: f64,
-}
+use steerwright_formats::PathPoint;
 
 /// A point with the tangent at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +25,7 @@ pub(super) struct Segment {
 
 impl Segment {
     pub(super) fn new(a: &Node, b: &Node) -> Self {
-        let length = b.point.distance - a.point.distance;
+        let length = b.point.distance_m - a.point.distance_m;
         // Hermite polynomial of fifth degree: end position, slopes, second derivatives.
         let position = |way: f64, slopes: [f64; 2], bends: [f64; 2]| {
             let [ta, tb] = slopes.map(|slope| slope * length);
@@ -51,11 +38,11 @@ impl Segment {
                 6.0 * way - 3.0 * (ta + tb) - na + nb,
             ]
         };
-        let (ka, kb) = (a.point.curvature, b.point.curvature);
-        let x = position(b.point.x - a.point.x, [a.cos, b.cos], [-ka * a.sin, -kb * b.sin]);
-        let y = position(b.point.y - a.point.y, [a.sin, b.sin], [ka * a.cos, kb * b.cos]);
+        let (ka, kb) = (a.point.curvature_per_m, b.point.curvature_per_m);
+        let x = position(b.point.x_m - a.point.x_m, [a.cos, b.cos], [-ka * a.sin, -kb * b.sin]);
+        let y = position(b.point.y_m - a.point.y_m, [a.sin, b.sin], [ka * a.cos, kb * b.cos]);
         // And of third degree for the heading.
-        let turn = b.point.heading - a.point.heading;
+        let turn = b.point.heading_rad - a.point.heading_rad;
         let heading =
             [length * ka, 3.0 * turn - length * (2.0 * ka + kb), -2.0 * turn + length * (ka + kb)];
         Self {
@@ -69,7 +56,7 @@ impl Segment {
     /// The path at a distance within the segment, whose start is `from`.
     #[inline]
     pub(super) fn at(&self, from: &PathPoint, local: f64) -> PathPoint {
-        let s = (local - from.distance) * self.inverse_length;
+        let s = (local - from.distance_m) * self.inverse_length;
         let (s2, p) = (s * s, &self.position);
         let moved = |i: usize| {
             let (low, high) = (p[0][i] + p[1][i] * s, p[2][i] + p[3][i] * s);
@@ -77,21 +64,21 @@ impl Segment {
         };
         let [heading, curvature] = self.direction(from, local);
         PathPoint {
-            distance: local,
-            x: from.x + moved(0),
-            y: from.y + moved(1),
-            heading,
-            curvature,
+            distance_m: local,
+            x_m: from.x_m + moved(0),
+            y_m: from.y_m + moved(1),
+            heading_rad: heading,
+            curvature_per_m: curvature,
         }
     }
 
     /// Its heading and curvature alone.
     #[inline]
     pub(super) fn direction(&self, from: &PathPoint, local: f64) -> [f64; 2] {
-        let s = (local - from.distance) * self.inverse_length;
+        let s = (local - from.distance_m) * self.inverse_length;
         let [first, second, third] = self.heading;
         let turn = s * (first + s * (second + s * third));
-        [from.heading + turn, from.curvature + s * self.curvature]
+        [from.heading_rad + turn, from.curvature_per_m + s * self.curvature]
     }
 
     /// Derivatives by the distance at a share s of the way: of position, of heading, and of curvature.
@@ -110,12 +97,12 @@ impl Segment {
 
 /// The straight line through an end.
 pub(super) fn extend(end: &Node, distance: f64) -> PathPoint {
-    let beyond = distance - end.point.distance;
+    let beyond = distance - end.point.distance_m;
     PathPoint {
-        distance,
-        x: end.point.x + beyond * end.cos,
-        y: end.point.y + beyond * end.sin,
-        heading: end.point.heading,
-        curvature: 0.0,
+        distance_m: distance,
+        x_m: end.point.x_m + beyond * end.cos,
+        y_m: end.point.y_m + beyond * end.sin,
+        heading_rad: end.point.heading_rad,
+        curvature_per_m: 0.0,
     }
 }

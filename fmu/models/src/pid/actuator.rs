@@ -53,8 +53,8 @@ impl Actuator {
     #[inline(always)]
     pub(crate) fn turned(&mut self, p: &PidParameters, speed: f64, sent: f64, change: f64) {
         let (ts, gain) = (p.sample_time, p.steady_gain(speed));
-        let increments = [self.increment(p), p.sustained_rate * ts];
-        let (lag, filter) = (ts / (p.yaw_rate_lag + ts), ts / (FILTER + ts));
+        let increments = [self.increment(p), p.large_errors.sustained_rate_radps * ts];
+        let (lag, filter) = (ts / (p.large_errors.yaw_rate_lag_s + ts), ts / (FILTER + ts));
         for (i, reach) in increments.into_iter().enumerate() {
             self.angles[i] += (sent - self.angles[i]).min(reach).max(-reach);
             self.yaw_rates[i] += lag * (gain * self.angles[i] - self.yaw_rates[i]);
@@ -66,7 +66,9 @@ impl Actuator {
         let square = difference * difference;
         let evidence = (self.measured - self.expected[0]) * difference;
         let evidence = evidence.min(LARGEST * square).max(-LARGEST * square) - UNCERTAIN * square;
-        let ramp = gain * (p.largest_increment() / ts - p.sustained_rate) * NOTICED_AFTER;
+        let ramp = gain
+            * (p.largest_increment() / ts - p.large_errors.sustained_rate_radps)
+            * NOTICED_AFTER;
         let enough = ramp * ramp * NOTICED_AFTER / 3.0;
         let noticed = if enough > 0.0 { evidence / enough } else { 0.0 };
         self.slow = (self.slow + ts * (noticed - FORGOTTEN * self.slow)).clamp(0.0, 1.0);
@@ -75,7 +77,7 @@ impl Actuator {
     /// How far the rate is reduced, from 0 to 1.
     #[inline(always)]
     pub(crate) fn reduction(&self, p: &PidParameters) -> f64 {
-        if p.yaw_rate_lag > 0.0 && self.slow > NOTICED {
+        if p.large_errors.yaw_rate_lag_s > 0.0 && self.slow > NOTICED {
             (self.slow - NOTICED) / (1.0 - NOTICED)
         } else {
             0.0
@@ -88,7 +90,9 @@ impl Actuator {
         let largest = p.largest_increment();
         let reduction = self.reduction(p);
         if reduction > 0.0 {
-            largest - reduction * (largest - p.sustained_rate * p.sample_time).max(0.0)
+            largest
+                - reduction
+                    * (largest - p.large_errors.sustained_rate_radps * p.sample_time).max(0.0)
         } else {
             largest
         }

@@ -61,7 +61,7 @@ impl Governor {
         error: f64,
         moved: Option<f64>,
     ) -> f64 {
-        if p.max_yaw_error >= PI {
+        if p.large_errors.max_yaw_error_rad >= PI {
             self.withheld = 0.0;
             return error;
         }
@@ -96,7 +96,8 @@ impl Governor {
         let ts = p.sample_time;
         let rate = RELEASE_SHARE * fastest;
         let acceleration =
-            (RATE_SHARE * p.sustained_rate * p.steady_gain(speed)).min(rate / lag.max(ts));
+            (RATE_SHARE * p.large_errors.sustained_rate_radps * p.steady_gain(speed))
+                .min(rate / lag.max(ts));
         let wanted = rate.min((2.0 * acceleration * self.withheld.abs()).sqrt());
         let wanted = wanted.copysign(self.withheld);
         let change = acceleration * ts;
@@ -114,7 +115,7 @@ impl Governor {
     /// Takes in the angle sent at the tick before and the change of the yaw since, rad.
     #[inline(always)]
     pub(crate) fn turned(&mut self, p: &PidParameters, speed: f64, sent: f64, change: f64) {
-        if p.max_yaw_error < PI && p.yaw_rate_lag > 0.0 {
+        if p.large_errors.max_yaw_error_rad < PI && p.large_errors.yaw_rate_lag_s > 0.0 {
             self.actuator.turned(p, speed, sent, change);
         }
     }
@@ -122,7 +123,7 @@ impl Governor {
     /// Counts a tick's change of the steering angle.
     #[inline(always)]
     pub(crate) fn steered(&mut self, p: &PidParameters, change: f64, largest: f64) {
-        if p.max_yaw_error >= PI {
+        if p.large_errors.max_yaw_error_rad >= PI {
             return;
         }
         let ts = p.sample_time;
@@ -139,36 +140,42 @@ impl Governor {
     #[inline(always)]
     pub(crate) fn anti_windup_time(&self, p: &PidParameters) -> f64 {
         let slow = self.slow(p);
-        if p.max_yaw_error >= PI || (self.spent <= reserve(p) && slow == 0.0) {
-            return p.anti_windup_time;
+        if p.large_errors.max_yaw_error_rad >= PI || (self.spent <= reserve(p) && slow == 0.0) {
+            return p.gains.anti_windup_time_s;
         }
         let overdrawn = (self.spent / reserve(p) - 1.0).max(slow).min(1.0);
-        p.anti_windup_time * (1.0 - (1.0 - QUICKER) * overdrawn)
+        p.gains.anti_windup_time_s * (1.0 - (1.0 - QUICKER) * overdrawn)
     }
 
     /// Largest change of the steering angle in one tick, rad.
     #[inline(always)]
     pub(crate) fn largest_increment(&self, p: &PidParameters) -> f64 {
-        if p.max_yaw_error >= PI { p.largest_increment() } else { self.actuator.increment(p) }
+        if p.large_errors.max_yaw_error_rad >= PI {
+            p.largest_increment()
+        } else {
+            self.actuator.increment(p)
+        }
     }
 
     #[inline(always)]
     fn largest_error(&self, p: &PidParameters, speed: f64) -> f64 {
-        let slow = self.slow(p);
+        let (slow, largest) = (self.slow(p), p.large_errors.max_yaw_error_rad);
         if slow > 0.0 {
-            let crossover = p.kp * p.steady_gain(speed);
-            let per_error = p.kp * p.setpoint_weight_proportional * crossover + p.ki;
-            let followed = (ROOM * p.sustained_rate / per_error).max(0.0).min(p.max_yaw_error);
-            p.max_yaw_error - slow * (p.max_yaw_error - followed)
+            let crossover = p.gains.kp * p.steady_gain(speed);
+            let per_error =
+                p.gains.kp * p.gains.setpoint_weight_proportional * crossover + p.gains.ki;
+            let followed =
+                (ROOM * p.large_errors.sustained_rate_radps / per_error).max(0.0).min(largest);
+            largest - slow * (largest - followed)
         } else {
-            p.max_yaw_error
+            largest
         }
     }
 
     /// How far the rate is reduced, from 0 to 1.
     #[inline(always)]
     fn slow(&self, p: &PidParameters) -> f64 {
-        if p.max_yaw_error >= PI { 0.0 } else { self.actuator.reduction(p) }
+        if p.large_errors.max_yaw_error_rad >= PI { 0.0 } else { self.actuator.reduction(p) }
     }
 
     /// The numbers that must be finite.
@@ -191,14 +198,16 @@ impl Governor {
 /// The reserve of time at the largest rate: none at all is a tick.
 #[inline(always)]
 fn reserve(p: &PidParameters) -> f64 {
-    p.rate_reserve_time.max(p.sample_time)
+    p.large_errors.rate_reserve_time_s.max(p.sample_time)
 }
 
 /// Largest count of the time at the largest rate for these steering angles, one per tick, s: the
 /// required reserve. `before` is the angle before the first.
 #[must_use]
 pub fn time_at_largest_rate(p: &PidParameters, before: f64, steering: &[f64]) -> f64 {
-    let p = PidParameters { max_yaw_error: 0.0, rate_reserve_time: f64::INFINITY, ..*p };
+    let mut p = *p;
+    p.large_errors.max_yaw_error_rad = 0.0;
+    p.large_errors.rate_reserve_time_s = f64::INFINITY;
     let (mut governor, mut before, mut most) = (Governor::default(), before, 0.0_f64);
     for &angle in steering {
         governor.steered(&p, angle - before, p.largest_increment());

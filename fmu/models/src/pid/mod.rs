@@ -95,11 +95,11 @@ impl Pid {
             whole
         };
         let withheld = self.governor.withheld;
-        let proportional = p.kp * error;
-        let unweighted = p.kp * (1.0 - p.setpoint_weight_proportional);
+        let proportional = p.gains.kp * error;
+        let unweighted = p.gains.kp * (1.0 - p.gains.setpoint_weight_proportional);
         let from_rest = -unweighted * error;
 
-        let filter = 1.0 / (p.derivative_filter_time + p.sample_time);
+        let filter = 1.0 / (p.gains.derivative_filter_time_s + p.sample_time);
         // Of the reference that the loop sees.
         let reference_increment = match &self.before {
             Some(b) if withheld == 0.0 && b.withheld == 0.0 => moved.unwrap_or(0.0),
@@ -107,30 +107,30 @@ impl Pid {
             None => 0.0,
         };
         let pulse = |kd: f64, c: f64| kd * (c * reference_increment - turned) * filter;
-        let new_pulse = pulse(p.kd, p.setpoint_weight_derivative);
-        self.derivative = p.derivative_filter_time * filter * self.derivative + new_pulse;
+        let new_pulse = pulse(p.gains.kd, p.gains.setpoint_weight_derivative);
+        self.derivative = p.gains.derivative_filter_time_s * filter * self.derivative + new_pulse;
 
         let without_integral = proportional + self.derivative + input.steering_feedforward;
         let unlimited = if input.enabled {
             match &self.before {
                 Some(b) if b.enabled => {
                     self.integral +=
-                        p.ki * p.sample_time * error - unweighted * reference_increment;
-                    let same = b.kp == p.kp
-                        && b.kd == p.kd
-                        && b.setpoint_weight_derivative == p.setpoint_weight_derivative;
-                    if p.ki > 0.0 && !same {
-                        self.integral += (b.kp - p.kp) * error
+                        p.gains.ki * p.sample_time * error - unweighted * reference_increment;
+                    let same = b.kp == p.gains.kp
+                        && b.kd == p.gains.kd
+                        && b.setpoint_weight_derivative == p.gains.setpoint_weight_derivative;
+                    if p.gains.ki > 0.0 && !same {
+                        self.integral += (b.kp - p.gains.kp) * error
                             + (pulse(b.kd, b.setpoint_weight_derivative) - new_pulse);
                     }
                     without_integral + self.integral
                 }
-                Some(_) if p.ki > 0.0 => {
+                Some(_) if p.gains.ki > 0.0 => {
                     self.integral = self.steering_angle - without_integral;
                     self.steering_angle
                 }
                 _ => {
-                    self.integral = p.ki * p.sample_time * error + from_rest;
+                    self.integral = p.gains.ki * p.sample_time * error + from_rest;
                     without_integral + self.integral
                 }
             }
@@ -140,7 +140,7 @@ impl Pid {
         };
 
         let output = self.limit(p, unlimited, input.speed);
-        if input.enabled && p.ki > 0.0 {
+        if input.enabled && p.gains.ki > 0.0 {
             let share = (p.sample_time / self.governor.anti_windup_time(p)).min(1.0);
             self.integral += share * (output.steering_angle - unlimited);
         }
@@ -149,9 +149,9 @@ impl Pid {
             yaw: input.yaw,
             withheld,
             enabled: input.enabled,
-            kp: p.kp,
-            kd: p.kd,
-            setpoint_weight_derivative: p.setpoint_weight_derivative,
+            kp: p.gains.kp,
+            kd: p.gains.kd,
+            setpoint_weight_derivative: p.gains.setpoint_weight_derivative,
         });
         output
     }

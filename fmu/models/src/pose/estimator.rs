@@ -91,7 +91,7 @@ impl PoseEstimator {
     /// Names the parameter that is wrong.
     pub fn start(&mut self) -> Result<(), Error> {
         let (input, parameters) = (self.input, self.parameters);
-        let unknown = parameters.initial_yaw_std > UNKNOWN;
+        let unknown = parameters.initial.yaw_std_rad > UNKNOWN;
         *self = Self {
             input,
             fix_count: input.gnss_fix_count,
@@ -119,13 +119,13 @@ impl PoseEstimator {
             yaw_acceleration: ((yaw_rate - yaw_rate_before) / step).clamp(f64::MIN, f64::MAX),
             speed: 0.5 * speed_before + 0.5 * speed,
         };
-        let latency = self.parameters.gnss_latency;
+        let latency = self.parameters.gnss.latency_s;
         self.present.predict(&self.parameters, &interval);
         self.history.push(interval, latency);
         while let Some(passed) = self.history.pop(latency) {
             self.delayed.predict(&self.parameters, &passed);
         }
-        let period = self.parameters.gnss_period;
+        let period = self.parameters.gnss.period_s;
         let due = period > 0.0 && self.clock.advance(step / period) > 0;
         if due || self.input.gnss_fix_count != self.fix_count {
             self.fix_count = self.input.gnss_fix_count;
@@ -139,7 +139,7 @@ impl PoseEstimator {
         let PoseInput { gnss_x, gnss_y, gnss_std, .. } = self.input;
         let usable = gnss_std > 0.0 && [gnss_x, gnss_y, gnss_std].iter().all(|v| v.is_finite());
         // A fix from before the start has no information on the time since.
-        if !usable || !self.history.reaches(self.parameters.gnss_latency) {
+        if !usable || !self.history.reaches(self.parameters.gnss.latency_s) {
             return;
         }
         let fix = Vector2::new(gnss_x, gnss_y);

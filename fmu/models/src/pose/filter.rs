@@ -46,13 +46,13 @@ impl Filter {
     #[must_use]
     pub fn start(p: &PoseParameters) -> Self {
         let std = Vector4::new(
-            p.initial_position_std,
-            p.initial_position_std,
-            p.initial_yaw_std,
-            p.initial_yaw_rate_bias_std,
+            p.initial.position_std_m,
+            p.initial.position_std_m,
+            p.initial.yaw_std_rad,
+            p.initial.yaw_rate_bias_std_radps,
         );
         Self {
-            mean: Vector4::new(p.initial_x, p.initial_y, p.initial_yaw, 0.0),
+            mean: Vector4::new(p.initial_pose.x, p.initial_pose.y, p.initial_pose.yaw, 0.0),
             covariance: Matrix4::from_diagonal(&std.component_mul(&std)),
         }
     }
@@ -91,7 +91,8 @@ impl Filter {
     /// Where the antenna is expected, m.
     #[must_use]
     pub fn antenna(&self, p: &PoseParameters) -> Vector2<f64> {
-        self.mean.xy() + rotation(self.mean[YAW]) * Vector2::new(p.antenna_x, p.antenna_y)
+        self.mean.xy()
+            + rotation(self.mean[YAW]) * Vector2::new(p.gnss.antenna_x_m, p.gnss.antenna_y_m)
     }
 
     /// Holds a fix against the filter.
@@ -172,8 +173,9 @@ fn process_noise(
         return Matrix4::zeros();
     }
     let square = |x: f64| x * x;
-    let (yaw_rate, bias) = (square(p.yaw_rate_noise_density), square(p.yaw_rate_bias_density));
-    let (along, across) = (square(p.speed_noise_density), square(p.lateral_velocity_noise_density));
+    let (yaw_rate, bias) =
+        (square(p.noise.yaw_rate_density), square(p.noise.yaw_rate_bias_density));
+    let (along, across) = (square(p.noise.speed_density), square(p.noise.lateral_velocity_density));
     let axes = rotation(heading);
     let (u, n) = (axes.column(0), axes.column(1));
     // e^{Aτ}·g_r = (a + c·τ, 1, 0) and e^{Aτ}·g_b = −(a·τ + c·τ²/2, τ, −1).
@@ -202,6 +204,7 @@ fn process_noise(
 mod tests {
     use super::*;
     use crate::sideslip::Sideslip;
+    use steerwright_formats::SensorNoise;
 
     fn parameters() -> PoseParameters {
         PoseParameters {
@@ -220,10 +223,12 @@ mod tests {
     #[test]
     fn jacobian_against_differences() {
         let quiet = PoseParameters {
-            yaw_rate_noise_density: 0.0,
-            yaw_rate_bias_density: 0.0,
-            speed_noise_density: 0.0,
-            lateral_velocity_noise_density: 0.0,
+            noise: SensorNoise {
+                yaw_rate_density: 0.0,
+                yaw_rate_bias_density: 0.0,
+                speed_density: 0.0,
+                lateral_velocity_density: 0.0,
+            },
             ..parameters()
         };
         for yaw_rate in [0.0, 0.4, -3.0] {
@@ -265,7 +270,10 @@ mod tests {
     /// The process noise by the definition, summed over many short pieces.
     #[test]
     fn noise_is_the_integral() {
-        let p = PoseParameters { yaw_rate_bias_density: 0.02, ..parameters() };
+        let p = PoseParameters {
+            noise: SensorNoise { yaw_rate_bias_density: 0.02, ..parameters().noise },
+            ..parameters()
+        };
         let (t, d, slip) = (0.5, Vector2::new(5.0, 3.0), 0.9);
         let heading: f64 = 0.4;
         let closed = process_noise(&p, t, &d, heading, slip);
@@ -275,10 +283,10 @@ mod tests {
         (a[(0, BIAS)], a[(1, BIAS)]) = (-slip * n.x, -slip * n.y);
         a[(YAW, BIAS)] = -1.0;
         let g = |v: Vector4<f64>, q: f64| v * v.transpose() * (q * q);
-        let density = g(Vector4::new(slip * n.x, slip * n.y, 1.0, 0.0), p.yaw_rate_noise_density)
-            + g(Vector4::new(0.0, 0.0, 0.0, 1.0), p.yaw_rate_bias_density)
-            + g(Vector4::new(n.y, -n.x, 0.0, 0.0), p.speed_noise_density)
-            + g(Vector4::new(n.x, n.y, 0.0, 0.0), p.lateral_velocity_noise_density);
+        let density = g(Vector4::new(slip * n.x, slip * n.y, 1.0, 0.0), p.noise.yaw_rate_density)
+            + g(Vector4::new(0.0, 0.0, 0.0, 1.0), p.noise.yaw_rate_bias_density)
+            + g(Vector4::new(n.y, -n.x, 0.0, 0.0), p.noise.speed_density)
+            + g(Vector4::new(n.x, n.y, 0.0, 0.0), p.noise.lateral_velocity_density);
         let pieces = 20_000;
         let h = t / f64::from(pieces);
         let mut sum = Matrix4::zeros();

@@ -1,112 +1,98 @@
 //! The parameters of the filter.
 
 use crate::Error;
+use crate::numbers::as_numbers;
+use crate::quadrature::Pose;
 use crate::sideslip::Sideslip;
-use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
+use steerwright_formats::{Estimator, Gnss, InitialUncertainty, Ranged, SensorNoise};
+
+/// Shortest period of fixes, s.
+const SHORTEST_PERIOD: f64 = 1e-6;
 
 /// Where the sensors are, how noisy they are, and where the vehicle may be at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseParameters {
-    /// Age of a fix when it arrives, s.
-    pub gnss_latency: f64,
-    /// Time between fixes that are taken from the inputs without a changed count, s; 0 for none.
-    pub gnss_period: f64,
-    /// The antenna ahead of the centre of gravity, m.
-    pub antenna_x: f64,
-    /// The antenna to the left of the centre of gravity, m.
-    pub antenna_y: f64,
+    /// The receiver and its antenna.
+    pub gnss: Gnss,
     /// The sideslip of the vehicle.
     pub sideslip: Sideslip,
-    /// Density of the gyro's white noise, (rad/s)/√Hz.
-    pub yaw_rate_noise_density: f64,
-    /// Density of the random walk of the gyro's bias, (rad/s²)/√Hz.
-    pub yaw_rate_bias_density: f64,
-    /// Density of the speed's white noise, (m/s)/√Hz.
-    pub speed_noise_density: f64,
-    /// Density of the lateral velocity beyond the sideslip, (m/s)/√Hz.
-    pub lateral_velocity_noise_density: f64,
-    /// Position at the start, m.
-    pub initial_x: f64,
-    /// Position at the start, m.
-    pub initial_y: f64,
-    /// Yaw at the start, rad.
-    pub initial_yaw: f64,
-    /// Standard deviation of each coordinate at the start, m.
-    pub initial_position_std: f64,
-    /// Standard deviation of the yaw at the start, rad.
-    pub initial_yaw_std: f64,
-    /// Standard deviation of the gyro's bias at the start, rad/s.
-    pub initial_yaw_rate_bias_std: f64,
+    /// Noise of gyro and speed.
+    pub noise: SensorNoise,
+    /// The pose at the start.
+    pub initial_pose: Pose,
+    /// Its uncertainty, and that of the gyro's bias.
+    pub initial: InitialUncertainty,
 }
+
+as_numbers!(PoseParameters: gnss.latency_s gnss.antenna_x_m gnss.antenna_y_m gnss.std_m gnss.period_s
+    sideslip.per_yaw_rate sideslip.growth sideslip.per_yaw_acceleration sideslip.reference_speed
+    sideslip.distance_rear
+    noise.yaw_rate_density noise.yaw_rate_bias_density noise.speed_density noise.lateral_velocity_density
+    initial_pose.x initial_pose.y initial_pose.yaw
+    initial.position_std_m initial.yaw_std_rad initial.yaw_rate_bias_std_radps);
 
 impl Default for PoseParameters {
     /// An automotive gyro and wheel speeds; a start known to a metre and six degrees.
     fn default() -> Self {
         Self {
-            gnss_latency: 0.0,
-            gnss_period: 0.0,
-            antenna_x: 0.0,
-            antenna_y: 0.0,
+            gnss: Gnss {
+                latency_s: 0.0,
+                antenna_x_m: 0.0,
+                antenna_y_m: 0.0,
+                std_m: 0.0,
+                period_s: 0.0,
+            },
             sideslip: Sideslip::default(),
-            yaw_rate_noise_density: 1e-3,
-            yaw_rate_bias_density: 5e-5,
-            speed_noise_density: 0.05,
-            lateral_velocity_noise_density: 0.05,
-            initial_x: 0.0,
-            initial_y: 0.0,
-            initial_yaw: 0.0,
-            initial_position_std: 1.0,
-            initial_yaw_std: 0.1,
-            initial_yaw_rate_bias_std: 0.01,
+            noise: SensorNoise {
+                yaw_rate_density: 1e-3,
+                yaw_rate_bias_density: 5e-5,
+                speed_density: 0.05,
+                lateral_velocity_density: 0.05,
+            },
+            initial_pose: Pose::default(),
+            initial: InitialUncertainty {
+                position_std_m: 1.0,
+                yaw_std_rad: 0.1,
+                yaw_rate_bias_std_radps: 0.01,
+            },
         }
     }
 }
 
 impl PoseParameters {
-    /// Largest latency, s: the length of the history.
-    pub const LONGEST_LATENCY: f64 = 10.0;
-
-    /// The shortest and the longest period of fixes, s.
-    pub const PERIODS: [f64; 2] = [1e-6, 3600.0];
-
     /// Checks the ranges of the parameters.
     ///
     /// # Errors
     /// Names the value that is wrong.
     pub fn check(&self) -> Result<(), Error> {
         // None at all, or one whose ends a step can count.
-        let [shortest, longest] = if self.gnss_period == 0.0 { [0.0; 2] } else { Self::PERIODS };
-        for (name, value, min, max) in [
-            ("the GNSS latency", self.gnss_latency, 0.0, Self::LONGEST_LATENCY),
-            ("the period of the fixes", self.gnss_period, shortest, longest),
-            ("the antenna's x", self.antenna_x, -100.0, 100.0),
-            ("the antenna's y", self.antenna_y, -100.0, 100.0),
-            ("the sideslip per yaw rate", self.sideslip.per_yaw_rate, -10.0, 10.0),
-            ("the sideslip's growth", self.sideslip.growth, -1.0, 1.0),
-            ("the sideslip per yaw acceleration", self.sideslip.per_yaw_acceleration, -1.0, 1.0),
-            ("the sideslip's reference speed", self.sideslip.reference_speed, 0.0, 1e3),
-            ("the distance to the rear axle", self.sideslip.distance_rear, 0.0, 100.0),
-            ("the density of the yaw rate's noise", self.yaw_rate_noise_density, 0.0, 100.0),
-            ("the density of the bias's walk", self.yaw_rate_bias_density, 0.0, 100.0),
-            ("the density of the speed's noise", self.speed_noise_density, 0.0, 1e3),
-            (
-                "the density of the lateral velocity's noise",
-                self.lateral_velocity_noise_density,
-                0.0,
-                1e3,
-            ),
-            ("the initial x", self.initial_x, f64::MIN, f64::MAX),
-            ("the initial y", self.initial_y, f64::MIN, f64::MAX),
-            ("the initial yaw", self.initial_yaw, f64::MIN, f64::MAX),
-            ("the position's initial deviation", self.initial_position_std, 0.0, 1e6),
-            ("the yaw's initial deviation", self.initial_yaw_std, 0.0, PI),
-            ("the bias's initial deviation", self.initial_yaw_rate_bias_std, 0.0, 10.0),
-        ] {
-            if !(min..=max).contains(&value) {
-                return Err(Error::Range { name, value, min, max });
-            }
+        let (period, longest) = (self.gnss.period_s, Gnss::LONGEST_PERIOD_S);
+        if period != 0.0 {
+            within(&[("period_s", "the period of the fixes", period, SHORTEST_PERIOD, longest)])?;
         }
-        Ok(())
+        within(&self.gnss.ranges())?;
+        let Sideslip { per_yaw_rate, growth, per_yaw_acceleration, reference_speed, distance_rear } =
+            self.sideslip;
+        let stated = [per_yaw_rate, growth, per_yaw_acceleration, distance_rear];
+        within(&Estimator::sideslip_ranges(stated))?;
+        within(&self.noise.ranges())?;
+        let Pose { x, y, yaw } = self.initial_pose;
+        within(&[
+            ("speed_mps", "the sideslip's reference speed", reference_speed, 0.0, 1e3),
+            ("x", "the initial x", x, f64::MIN, f64::MAX),
+            ("y", "the initial y", y, f64::MIN, f64::MAX),
+            ("yaw", "the initial yaw", yaw, f64::MIN, f64::MAX),
+        ])?;
+        within(&self.initial.ranges())
     }
+}
+
+/// The values must be in their ranges, which NaN is not.
+fn within(ranges: &[Ranged]) -> Result<(), Error> {
+    for &(_, name, value, min, max) in ranges {
+        if !(min..=max).contains(&value) {
+            return Err(Error::Range { name, value, min, max });
+        }
+    }
+    Ok(())
 }

@@ -61,7 +61,7 @@ impl PoseEstimator {
         finite("an input", &[input.yaw_rate, input.speed])?;
         finite("a reading of the last step", saved.last.as_ref().map_or(&[], |last| last))?;
         saved.clock.check()?;
-        saved.history.check(saved.parameters.gnss_latency)?;
+        saved.history.check(saved.parameters.gnss.latency_s)?;
         if saved.outliers >= MOST_OUTLIERS {
             let (name, value) = ("the number of outliers in a row", f64::from(saved.outliers));
             return Err(Error::SavedState { name, value, expected: "less than 10" });

@@ -3,7 +3,8 @@
 
 use nalgebra::DMatrix;
 use steerwright_formats::InputKind;
-use steerwright_models::{Continuous, IdentifiedData, PathPoint, Sideslip};
+use steerwright_formats::{Guidance, PathPoint};
+use steerwright_models::{Continuous, GuidanceParameters, IdentifiedData, Sideslip};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.
@@ -104,7 +105,13 @@ pub fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<Pa
     let mut points = Vec::new();
     for i in 0..=(length / spacing).round() as i32 {
         let s = f64::from(i) * spacing;
-        points.push(PathPoint { distance: s, x, y, heading: psi, curvature: curvature(s) });
+        points.push(PathPoint {
+            distance_m: s,
+            x_m: x,
+            y_m: y,
+            heading_rad: psi,
+            curvature_per_m: curvature(s),
+        });
         for k in 0..fine {
             let s = s + f64::from(k) * h;
             let (first, second) = (curvature(s), curvature(s + h));
@@ -115,4 +122,9 @@ pub fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<Pa
         }
     }
     points
+}
+
+/// The law of a guidance whose sideslip is that of every speed.
+pub fn guided(guidance: Guidance) -> GuidanceParameters {
+    GuidanceParameters { guidance, ..GuidanceParameters::default() }
 }

@@ -1,16 +1,20 @@
 //! Every number of `estimator.json` arrives at its place.
 #![allow(clippy::unwrap_used)]
 
-use steerwright_formats::{Document, Estimator};
+use steerwright_formats::{Document, Estimator, Gnss, InitialUncertainty, SensorNoise};
 use steerwright_models::PoseParameters;
 use steerwright_models::files::pose_parameters;
+use steerwright_models::quadrature::Pose;
 
 /// Everything but the latency is the estimator that is compiled in, which knows of none.
 #[test]
 fn the_example_is_the_default() {
     let text = include_str!("../../../../examples/drives/multibody/estimator.json");
     let estimator = Estimator::from_json(text, "estimator.json").unwrap();
-    let mut expected = PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() };
+    let mut expected = PoseParameters {
+        gnss: Gnss { latency_s: 0.1, ..PoseParameters::default().gnss },
+        ..PoseParameters::default()
+    };
     expected.sideslip.reference_speed = estimator.speed_mps;
     assert_eq!(pose_parameters(&estimator), expected);
 }
@@ -20,24 +24,24 @@ fn the_estimator() {
     let estimator = Estimator {
         schema: Estimator::SCHEMA.into(),
         name: "sensors".into(),
-        gnss: steerwright_formats::Gnss {
+        gnss: Gnss {
             latency_s: 1.0,
             antenna_x_m: 2.0,
             antenna_y_m: 3.0,
-            std_m: Some(10.0),
-            period_s: Some(11.0),
+            std_m: 10.0,
+            period_s: 11.0,
         },
         sideslip_per_yaw_rate_s: 4.0,
         sideslip_growth_s5pm2: 0.125,
         sideslip_per_yaw_acceleration_s2: 0.0625,
         distance_rear_m: 1.5,
-        noise: steerwright_formats::SensorNoise {
+        noise: SensorNoise {
             yaw_rate_density: 5.0,
             yaw_rate_bias_density: 6.0,
             speed_density: 7.0,
             lateral_velocity_density: 8.0,
         },
-        initial: steerwright_formats::InitialUncertainty {
+        initial: InitialUncertainty {
             position_std_m: 9.0,
             yaw_std_rad: 0.5,
             yaw_rate_bias_std_radps: 0.25,
@@ -45,10 +49,13 @@ fn the_estimator() {
         speed_mps: 12.0,
     };
     let expected = PoseParameters {
-        gnss_latency: 1.0,
-        gnss_period: 11.0,
-        antenna_x: 2.0,
-        antenna_y: 3.0,
+        gnss: Gnss {
+            latency_s: 1.0,
+            period_s: 11.0,
+            antenna_x_m: 2.0,
+            antenna_y_m: 3.0,
+            std_m: 10.0,
+        },
         sideslip: steerwright_models::Sideslip {
             per_yaw_rate: 4.0,
             growth: 0.125,
@@ -56,16 +63,18 @@ fn the_estimator() {
             reference_speed: 12.0,
             distance_rear: 1.5,
         },
-        yaw_rate_noise_density: 5.0,
-        yaw_rate_bias_density: 6.0,
-        speed_noise_density: 7.0,
-        lateral_velocity_noise_density: 8.0,
-        initial_x: 0.0,
-        initial_y: 0.0,
-        initial_yaw: 0.0,
-        initial_position_std: 9.0,
-        initial_yaw_std: 0.5,
-        initial_yaw_rate_bias_std: 0.25,
+        noise: SensorNoise {
+            yaw_rate_density: 5.0,
+            yaw_rate_bias_density: 6.0,
+            speed_density: 7.0,
+            lateral_velocity_density: 8.0,
+        },
+        initial_pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 },
+        initial: InitialUncertainty {
+            position_std_m: 9.0,
+            yaw_std_rad: 0.5,
+            yaw_rate_bias_std_radps: 0.25,
+        },
     };
     assert_eq!(pose_parameters(&estimator), expected);
 }

@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use steerwright_formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
+use steerwright_formats::{
+    Guidance, InputKind, LargeErrors, LateralAcceleration, Matrix, Path, PidGains, Plant,
+    VehicleData,
+};
 use steerwright_models::files::{
     bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
@@ -96,7 +99,7 @@ fn the_controller() {
         schema: "steerwright/pid/1".into(),
         name: "pid".into(),
         sample_time_s: 0.01,
-        gains: steerwright_formats::PidGains {
+        gains: PidGains {
             kp: 1.0,
             ki: 2.0,
             kd: 3.0,
@@ -152,30 +155,35 @@ fn the_controller() {
         provenance: steerwright_formats::Provenance::default(),
     };
     let expected = PidParameters {
-        kp: 1.0,
-        ki: 2.0,
-        kd: 3.0,
-        derivative_filter_time: 4.0,
-        setpoint_weight_proportional: 5.0,
-        setpoint_weight_derivative: 6.0,
-        anti_windup_time: 7.0,
+        gains: PidGains {
+            kp: 1.0,
+            ki: 2.0,
+            kd: 3.0,
+            derivative_filter_time_s: 4.0,
+            setpoint_weight_proportional: 5.0,
+            setpoint_weight_derivative: 6.0,
+            anti_windup_time_s: 7.0,
+        },
         max_angle: 8.0,
         max_increment: 9.0,
         max_rate: 10.0,
-        sustained_rate: 10.0,
+        large_errors: LargeErrors {
+            sustained_rate_radps: 10.0,
+            ..PidParameters::default().large_errors
+        },
         sample_time: 0.01,
         ..PidParameters::default()
     };
     assert_eq!(pid_parameters(&pid), expected);
 
     let limits = steerwright_formats::Limits {
-        large_errors: Some(steerwright_formats::LargeErrors {
+        large_errors: Some(LargeErrors {
             max_yaw_error_rad: 11.0,
             yaw_rate_lag_s: 17.0,
             sustained_rate_radps: 12.0,
             rate_reserve_time_s: 13.0,
         }),
-        lateral_acceleration: Some(steerwright_formats::LateralAcceleration {
+        lateral_acceleration: Some(LateralAcceleration {
             max_mps2: 14.0,
             steering_per_curvature_radm: 15.0,
             understeer_gradient_rads2pm: 16.0,
@@ -183,13 +191,17 @@ fn the_controller() {
         ..pid.limits
     };
     let expected = PidParameters {
-        max_yaw_error: 11.0,
-        yaw_rate_lag: 17.0,
-        sustained_rate: 12.0,
-        rate_reserve_time: 13.0,
-        max_lateral_acceleration: 14.0,
-        steering_per_curvature: 15.0,
-        understeer_gradient: 16.0,
+        large_errors: LargeErrors {
+            max_yaw_error_rad: 11.0,
+            yaw_rate_lag_s: 17.0,
+            sustained_rate_radps: 12.0,
+            rate_reserve_time_s: 13.0,
+        },
+        lateral_acceleration: LateralAcceleration {
+            max_mps2: 14.0,
+            steering_per_curvature_radm: 15.0,
+            understeer_gradient_rads2pm: 16.0,
+        },
         ..expected
     };
     assert_eq!(pid_parameters(&steerwright_formats::Pid { limits, ..pid }), expected);
@@ -203,7 +215,7 @@ fn the_controller_of_an_older_file() {
     let pid = steerwright_formats::Pid::from_json(text, "pid.json").unwrap();
     assert!(!pid.to_json().contains("large_errors"));
     let p = pid_parameters(&pid);
-    assert_eq!(p.max_yaw_error, std::f64::consts::PI);
+    assert_eq!(p.large_errors.max_yaw_error_rad, std::f64::consts::PI);
     for speed in [0.0, 15.0, 60.0] {
         assert_eq!(p.largest_angle(speed), pid.limits.max_angle_rad);
     }
@@ -234,23 +246,16 @@ fn the_path_and_its_guidance() {
         yaw_acceleration_gain_s2: 9.0,
         yaw_jerk_gain_s3: 10.0,
     };
-    let expected = GuidanceParameters {
-        lookahead_time: 1.0,
-        lookahead_min: 2.0,
-        preview_time: 3.0,
-        feedforward_gain: 4.0,
-        sideslip: Sideslip {
-            per_yaw_rate: 5.0,
-            growth: 8.0,
-            per_yaw_acceleration: 7.0,
-            reference_speed: 12.0,
-            distance_rear: 11.0,
-        },
-        cross_track_integral_gain: 6.0,
-        yaw_acceleration_gain: 9.0,
-        yaw_jerk_gain: 10.0,
+    let law = guidance_parameters(&guidance, 12.0);
+    assert_eq!(law, GuidanceParameters { guidance, reference_speed: 12.0 });
+    let sideslip = Sideslip {
+        per_yaw_rate: 5.0,
+        growth: 8.0,
+        per_yaw_acceleration: 7.0,
+        reference_speed: 12.0,
+        distance_rear: 11.0,
     };
-    assert_eq!(guidance_parameters(&guidance, 12.0), expected);
+    assert_eq!(law.sideslip(), sideslip);
 
     // A straight along y.
     let point = |distance_m: f64| steerwright_formats::PathPoint {
@@ -273,8 +278,8 @@ fn the_path_and_its_guidance() {
     let geometry = path_geometry(&path).unwrap();
     let middle = geometry.at(3.0);
     assert_eq!((geometry.start(), geometry.end(), geometry.is_closed()), (1.0, 5.0, false));
-    assert!((middle.x - 7.0).abs() < 1e-12 && (middle.y - 5.0).abs() < 1e-12, "{middle:?}");
-    assert_eq!((middle.heading, middle.curvature), (std::f64::consts::FRAC_PI_2, 0.0));
+    assert!((middle.x_m - 7.0).abs() < 1e-12 && (middle.y_m - 5.0).abs() < 1e-12, "{middle:?}");
+    assert_eq!((middle.heading_rad, middle.curvature_per_m), (std::f64::consts::FRAC_PI_2, 0.0));
     let error = path_geometry(&Path { points: vec![point(1.0)], ..path }).unwrap_err();
     assert_eq!(error, Error::TooFewPoints { got: 1 });
 }

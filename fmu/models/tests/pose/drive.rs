@@ -1,6 +1,8 @@
 //! A drive with its true pose, and the readings of its sensors.
 
+use steerwright_formats::{Gnss, InitialUncertainty, SensorNoise};
 use steerwright_models::noise::gaussian;
+use steerwright_models::quadrature::Pose;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 pub(crate) const H: f64 = 0.01;
@@ -33,10 +35,13 @@ pub(crate) struct Moment {
 pub(crate) const DRIVE: Drive = Drive {
     seed: 1,
     parameters: PoseParameters {
-        gnss_latency: 0.1,
-        gnss_period: 0.0,
-        antenna_x: 0.7,
-        antenna_y: 0.3,
+        gnss: Gnss {
+            latency_s: 0.1,
+            period_s: 0.0,
+            antenna_x_m: 0.7,
+            antenna_y_m: 0.3,
+            std_m: 0.0,
+        },
         sideslip: Sideslip {
             per_yaw_rate: -0.06,
             growth: -0.001,
@@ -44,16 +49,18 @@ pub(crate) const DRIVE: Drive = Drive {
             reference_speed: 0.0,
             distance_rear: 0.0,
         },
-        yaw_rate_noise_density: 1e-3,
-        yaw_rate_bias_density: 5e-5,
-        speed_noise_density: 0.05,
-        lateral_velocity_noise_density: 0.05,
-        initial_x: 0.0,
-        initial_y: 0.0,
-        initial_yaw: 0.0,
-        initial_position_std: 1.0,
-        initial_yaw_std: 0.1,
-        initial_yaw_rate_bias_std: 0.01,
+        noise: SensorNoise {
+            yaw_rate_density: 1e-3,
+            yaw_rate_bias_density: 5e-5,
+            speed_density: 0.05,
+            lateral_velocity_density: 0.05,
+        },
+        initial_pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 },
+        initial: InitialUncertainty {
+            position_std_m: 1.0,
+            yaw_std_rad: 0.1,
+            yaw_rate_bias_std_radps: 0.01,
+        },
     },
     gnss_std: 0.02,
     noise: true,
@@ -70,10 +77,10 @@ impl Drive {
             if self.noise { std * gaussian(self.seed, drawn) } else { 0.0 }
         };
         let mut truth = Truth {
-            x: p.initial_x + draw(p.initial_position_std),
-            y: p.initial_y + draw(p.initial_position_std),
-            yaw: p.initial_yaw + draw(p.initial_yaw_std),
-            bias: draw(p.initial_yaw_rate_bias_std),
+            x: p.initial_pose.x + draw(p.initial.position_std_m),
+            y: p.initial_pose.y + draw(p.initial.position_std_m),
+            yaw: p.initial_pose.yaw + draw(p.initial.yaw_std_rad),
+            bias: draw(p.initial.yaw_rate_bias_std_radps),
         };
         let white = 1.0 / H.sqrt();
         let rate_at = |t: f64| 0.25 * (0.6 * t).sin() + 0.1 * (1.7 * t).cos();
@@ -89,20 +96,22 @@ impl Drive {
             let Sideslip { per_yaw_rate: s, growth: q, per_yaw_acceleration: c, .. } = p.sideslip;
             let turning = (rate_at(end) - rate_at(end - H)) / H;
             let slip = (s + q * (speed * rate).powi(2)) * rate + c * turning;
-            let across = slip * speed + draw(p.lateral_velocity_noise_density * white);
+            let across = slip * speed + draw(p.noise.lateral_velocity_density * white);
             let middle = truth.yaw + 0.5 * rate * H;
             truth.x += H * (speed * middle.cos() - across * middle.sin());
             truth.y += H * (speed * middle.sin() + across * middle.cos());
             truth.yaw += rate * H;
-            truth.bias += draw(p.yaw_rate_bias_density * H.sqrt());
+            truth.bias += draw(p.noise.yaw_rate_bias_density * H.sqrt());
             truths.push(truth);
-            input.yaw_rate = rate_at(end) + truth.bias + draw(p.yaw_rate_noise_density * white);
-            input.speed = speed_at(end) + draw(p.speed_noise_density * white);
+            input.yaw_rate = rate_at(end) + truth.bias + draw(p.noise.yaw_rate_density * white);
+            input.speed = speed_at(end) + draw(p.noise.speed_density * white);
             if k % 10 == 0 && k >= lag {
                 let Truth { x, y, yaw, .. } = truths[k - lag];
                 let (sin, cos) = yaw.sin_cos();
-                input.gnss_x = x + p.antenna_x * cos - p.antenna_y * sin + draw(self.gnss_std);
-                input.gnss_y = y + p.antenna_x * sin + p.antenna_y * cos + draw(self.gnss_std);
+                input.gnss_x =
+                    x + p.gnss.antenna_x_m * cos - p.gnss.antenna_y_m * sin + draw(self.gnss_std);
+                input.gnss_y =
+                    y + p.gnss.antenna_x_m * sin + p.gnss.antenna_y_m * cos + draw(self.gnss_std);
                 input.gnss_fix_count += 1;
             }
             moments.push(Moment { input, truth });

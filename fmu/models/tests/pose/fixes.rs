@@ -2,6 +2,8 @@
 
 use super::drive::{DRIVE, Drive, H, Truth};
 use super::{away, error, step};
+use steerwright_formats::{Gnss, InitialUncertainty};
+use steerwright_models::quadrature::Pose;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
 #[test]
@@ -37,12 +39,18 @@ fn a_fix_is_fused_once() {
 /// Without a count, a period takes the fixes that a count would report, whatever the steps.
 #[test]
 fn a_period_stands_for_the_count() {
-    let p = PoseParameters { gnss_latency: 0.0, ..DRIVE.parameters };
+    let p = PoseParameters {
+        gnss: Gnss { latency_s: 0.0, ..DRIVE.parameters.gnss },
+        ..DRIVE.parameters
+    };
     let drive = Drive { parameters: p, ..DRIVE };
     let moments = drive.moments(300, 0);
     let mut counted = drive.estimator();
-    let mut timed =
-        PoseEstimator::new(PoseParameters { gnss_period: 10.0 * H, ..drive.parameters }).unwrap();
+    let mut timed = PoseEstimator::new(PoseParameters {
+        gnss: Gnss { period_s: 10.0 * H, ..drive.parameters.gnss },
+        ..drive.parameters
+    })
+    .unwrap();
     timed.start().unwrap();
     let mut dead = drive.estimator();
     for moment in &moments {
@@ -169,11 +177,14 @@ fn outliers_are_left_out_and_a_filter_that_is_wrong_starts_again() {
 fn a_cold_start_finds_its_yaw() {
     for gnss_std in [0.02, 1.0] {
         for seed in 0..20 {
-            let p = PoseParameters { initial_position_std: 500.0, ..DRIVE.parameters };
+            let p = PoseParameters {
+                initial: InitialUncertainty { position_std_m: 500.0, ..DRIVE.parameters.initial },
+                ..DRIVE.parameters
+            };
             let drive = Drive { seed, parameters: p, gnss_std, ..DRIVE };
             let unknown = PoseParameters {
-                initial_yaw: 2.0 - 0.2 * f64::from(seed),
-                initial_yaw_std: 3.0,
+                initial_pose: Pose { yaw: 2.0 - 0.2 * f64::from(seed), ..p.initial_pose },
+                initial: InitialUncertainty { yaw_std_rad: 3.0, ..p.initial },
                 ..p
             };
             let mut estimator = PoseEstimator::new(unknown).unwrap();

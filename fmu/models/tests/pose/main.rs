@@ -6,6 +6,8 @@ mod fixes;
 
 use drive::{DRIVE, Drive, H, Moment, Truth};
 use proptest::prelude::*;
+use steerwright_formats::{Gnss, InitialUncertainty, SensorNoise};
+use steerwright_models::quadrature::Pose;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
@@ -80,11 +82,19 @@ fn errors_are_as_large_as_the_filter_says() {
 fn latency_is_made_up_for_exactly() {
     let lag = 13;
     let late = Drive {
-        parameters: PoseParameters { gnss_latency: lag as f64 * H, ..DRIVE.parameters },
+        parameters: PoseParameters {
+            gnss: Gnss { latency_s: lag as f64 * H, ..DRIVE.parameters.gnss },
+            ..DRIVE.parameters
+        },
         ..DRIVE
     };
-    let prompt =
-        Drive { parameters: PoseParameters { gnss_latency: 0.0, ..DRIVE.parameters }, ..DRIVE };
+    let prompt = Drive {
+        parameters: PoseParameters {
+            gnss: Gnss { latency_s: 0.0, ..DRIVE.parameters.gnss },
+            ..DRIVE.parameters
+        },
+        ..DRIVE
+    };
     let mut moments = late.moments(600, lag);
     // Fixes come in the first half of each second alone.
     for k in 0..moments.len() {
@@ -114,12 +124,20 @@ fn latency_is_made_up_for_exactly() {
 /// The estimate is of the centre of gravity; an antenna taken for it would be off by its arm.
 #[test]
 fn the_antenna_is_not_the_centre_of_gravity() {
-    let arm = PoseParameters { antenna_x: -1.5, antenna_y: 0.8, ..DRIVE.parameters };
+    let arm = PoseParameters {
+        gnss: Gnss { antenna_x_m: -1.5, antenna_y_m: 0.8, ..DRIVE.parameters.gnss },
+        ..DRIVE.parameters
+    };
     let drive = Drive { parameters: arm, noise: false, ..DRIVE };
     let moments = drive.moments(1500, 10);
     let mut estimator = drive.estimator();
-    let ignorant =
-        Drive { parameters: PoseParameters { antenna_x: 0.0, antenna_y: 0.0, ..arm }, ..drive };
+    let ignorant = Drive {
+        parameters: PoseParameters {
+            gnss: Gnss { antenna_x_m: 0.0, antenna_y_m: 0.0, ..arm.gnss },
+            ..arm
+        },
+        ..drive
+    };
     let mut other = ignorant.estimator();
     for moment in &moments {
         step(&mut estimator, moment.input);
@@ -210,7 +228,10 @@ fn in_another_frame(turn: f64, dx: f64, dy: f64) -> f64 {
     let (sin, cos) = turn.sin_cos();
     let there = |x: f64, y: f64| (dx + x * cos - y * sin, dy + x * sin + y * cos);
     let (initial_x, initial_y) = there(0.0, 0.0);
-    let moved = PoseParameters { initial_x, initial_y, initial_yaw: turn, ..DRIVE.parameters };
+    let moved = PoseParameters {
+        initial_pose: Pose { x: initial_x, y: initial_y, yaw: turn },
+        ..DRIVE.parameters
+    };
     let mut estimator = drive.estimator();
     let mut other = PoseEstimator::new(moved).unwrap();
     other.start().unwrap();
@@ -233,9 +254,11 @@ fn in_another_frame(turn: f64, dx: f64, dy: f64) -> f64 {
 #[test]
 fn readings_near_the_largest_numbers_can_be_saved() {
     for (first, second, step) in [(-1e308, 1e308, 1e-3), (0.0, 1.0, 1e-309), (0.0, 0.0, 0.01)] {
-        let mut estimator =
-            PoseEstimator::new(PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() })
-                .unwrap();
+        let mut estimator = PoseEstimator::new(PoseParameters {
+            gnss: Gnss { latency_s: 0.1, ..PoseParameters::default().gnss },
+            ..PoseParameters::default()
+        })
+        .unwrap();
         for reading in [first, second] {
             estimator.input.yaw_rate = reading;
             if estimator.step(step).is_err() {
@@ -258,7 +281,7 @@ proptest! {
     #[test]
     fn saved_estimators_go_on(at in 0_usize..250, cold in any::<bool>()) {
         let mut p = DRIVE.parameters;
-        if cold { p.initial_yaw_std = 2.0 }
+        if cold { p.initial.yaw_std_rad = 2.0 }
         let drive = Drive { parameters: p, ..DRIVE };
         let moments = drive.moments(300, 10);
         let mut one = drive.estimator();
@@ -280,7 +303,8 @@ proptest! {
             (prop::array::uniform5(any::<f64>()), any::<i32>(), 1e-9..20.0_f64), 1..60),
         latency in 0.0..10.0_f64,
     ) {
-        let p = PoseParameters { gnss_latency: latency, ..DRIVE.parameters };
+        let gnss = Gnss { latency_s: latency, ..DRIVE.parameters.gnss };
+        let p = PoseParameters { gnss, ..DRIVE.parameters };
         let mut estimator = PoseEstimator::new(p).unwrap();
         estimator.start().unwrap();
         for ([gnss_x, gnss_y, gnss_std, yaw_rate, speed], gnss_fix_count, h) in inputs {
@@ -304,7 +328,10 @@ proptest! {
 /// However small the steps, the past that is kept is bounded; long steps are taken whole.
 #[test]
 fn any_step_size() {
-    let p = PoseParameters { gnss_latency: 1.0, ..DRIVE.parameters };
+    let p = PoseParameters {
+        gnss: Gnss { latency_s: 1.0, ..DRIVE.parameters.gnss },
+        ..DRIVE.parameters
+    };
     let mut estimator = PoseEstimator::new(p).unwrap();
     estimator.start().unwrap();
     for k in 0..30_000 {
@@ -328,11 +355,29 @@ fn any_step_size() {
 fn parameters_that_cannot_be_are_refused() {
     let refused = |p: PoseParameters| PoseEstimator::new(p).unwrap_err().to_string();
     let p = DRIVE.parameters;
-    assert!(refused(PoseParameters { gnss_latency: -0.1, ..p }).contains("latency is -0.1"));
-    assert!(refused(PoseParameters { gnss_latency: 11.0, ..p }).contains("0 to 10"));
-    assert!(refused(PoseParameters { speed_noise_density: f64::NAN, ..p }).contains("NaN"));
-    assert!(refused(PoseParameters { initial_yaw_std: 4.0, ..p }).contains("yaw"));
-    assert!(refused(PoseParameters { initial_x: f64::INFINITY, ..p }).contains("initial x"));
+    assert!(
+        refused(PoseParameters { gnss: Gnss { latency_s: -0.1, ..p.gnss }, ..p })
+            .contains("latency is -0.1")
+    );
+    assert!(
+        refused(PoseParameters { gnss: Gnss { latency_s: 11.0, ..p.gnss }, ..p })
+            .contains("0 to 10")
+    );
+    assert!(
+        refused(PoseParameters { noise: SensorNoise { speed_density: f64::NAN, ..p.noise }, ..p })
+            .contains("NaN")
+    );
+    assert!(
+        refused(PoseParameters {
+            initial: InitialUncertainty { yaw_std_rad: 4.0, ..p.initial },
+            ..p
+        })
+        .contains("yaw")
+    );
+    assert!(
+        refused(PoseParameters { initial_pose: Pose { x: f64::INFINITY, ..p.initial_pose }, ..p })
+            .contains("initial x")
+    );
     let sideslip = Sideslip { distance_rear: -1.0, ..p.sideslip };
     assert!(refused(PoseParameters { sideslip, ..p }).contains("rear axle is -1"));
 }

@@ -109,18 +109,7 @@ fn estimated(e: &BicycleEvidence, name: &str) -> (f64, f64) {
 }
 
 fn parameters(bicycle: &Bicycle) -> BicycleParameters {
-    let v = &bicycle.vehicle;
-    BicycleParameters {
-        mass: v.mass_kg,
-        yaw_inertia: v.yaw_inertia_kgm2,
-        distance_front: v.distance_front_m,
-        distance_rear: v.distance_rear_m,
-        cornering_stiffness_front: v.cornering_stiffness_front_npr,
-        cornering_stiffness_rear: v.cornering_stiffness_rear_npr,
-        actuator_time_constant: v.actuator_time_constant_s,
-        actuator_delay: v.actuator_delay_s,
-        steering_ratio: v.steering_ratio,
-    }
+    steerwright_models::files::bicycle_parameters(&bicycle.vehicle)
 }
 
 fn values(p: &BicycleParameters) -> [f64; 8] {
