@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = AccumulateOptions::default().horizon)]
     horizon: usize,
     /// Input of the model: the steering angle, or its product with the speed
-    #[arg(long, value_name = "steering|steering*speed", default_value = "steering")]
+    #[arg(long, value_name = InputKind::WORDS, default_value = "steering")]
     model_input: InputKind,
     #[command(flatten)]
     log: LogArguments,

@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "MODEL.json")]
     model: PathBuf,
     /// The driving stack
-    #[arg(long = "for", value_name = "autoware|openpilot|ardupilot|px4")]
+    #[arg(long = "for", value_name = Stack::WORDS)]
     stack: Stack,
     /// Write the parameters here; by default they are printed
     #[arg(long = "output", short = 'o', value_name = "FILE")]

@@ -35,7 +35,7 @@ pub(crate) struct SourceArguments {
     #[arg(long, value_name = "NAME", requires = "mapping")]
     pub(crate) mapping_vehicle: Option<String>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
-    #[arg(long, value_name = "point|comma")]
+    #[arg(long, value_name = DecimalMark::WORDS)]
     pub(crate) decimal: Option<DecimalMark>,
     /// Time between rows of files without a clock
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
@@ -75,7 +75,7 @@ pub(crate) struct LogArguments {
     pub(crate) steering_ratio: Option<f64>,
     /// Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default they must
     /// be those of one of the classes
-    #[arg(long, value_name = "car|truck|bus|scale")]
+    #[arg(long, value_name = VehicleClass::WORDS)]
     pub(crate) vehicle_class: Option<VehicleClass>,
     /// Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     /// drive, and all other files are channels of one drive
@@ -93,7 +93,7 @@ pub(crate) struct LogArguments {
     pub(crate) sample_time: Option<f64>,
     /// Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
     /// angle) or along straight lines (foh); auto decides by name, unit and values
-    #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto")]
+    #[arg(long, value_name = or_auto(Intersample::WORDS), default_value = "auto")]
     pub(crate) intersample: Auto<Intersample>,
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
@@ -115,7 +115,7 @@ pub(crate) struct LogArguments {
 pub(crate) struct IdentifyArguments {
     /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data; auto
     /// decides by a test for feedback
-    #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto")]
+    #[arg(long, value_name = or_auto(Method::WORDS), default_value = "auto")]
     pub(crate) method: Auto<Method>,
     /// Order of the model
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
@@ -127,18 +127,18 @@ pub(crate) struct IdentifyArguments {
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) horizon: Auto<usize>,
     /// Input of the model: the steering angle, or its product with the speed
-    #[arg(long, value_name = "steering|steering*speed", default_value = "steering")]
+    #[arg(long, value_name = InputKind::WORDS, default_value = "steering")]
     pub(crate) model_input: InputKind,
     /// Pure delay of the steering; auto estimates it, and uses none if the data do not support one
     #[arg(long, value_name = "TIME|auto", allow_hyphen_values = true, default_value = "auto", value_parser = delay)]
     pub(crate) delay: Auto<f64>,
     /// Offsets and trends to remove: the means of the estimation data, a straight line over time for each
     /// drive, or none
-    #[arg(long, value_name = "mean|linear|none", default_value = "mean")]
+    #[arg(long, value_name = Detrend::WORDS, default_value = "mean")]
     pub(crate) detrend: Detrend,
     /// Feedthrough: the yaw rate depends on the steering of the same sample
-    #[arg(long, value_name = "auto|on|off", default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true, value_parser = switch)]
-    pub(crate) feedthrough: Auto<bool>,
+    #[arg(long, value_name = or_auto(Switch::WORDS), default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true)]
+    pub(crate) feedthrough: Auto<Switch>,
     /// Largest number of estimation samples, in blocks spread over a long log
     #[arg(long, value_name = "N|all", default_value = "60000", value_parser = samples)]
     pub(crate) max_samples: Auto<usize>,
@@ -161,6 +161,20 @@ impl<T: FromStr<Err = UnknownWord>> FromStr for Auto<T> {
         }
     }
 }
+
+/// The words of an option that may also be `auto`.
+pub(crate) fn or_auto(words: &str) -> String {
+    format!("auto|{words}")
+}
+
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Switch {
+    On,
+    Off,
+}
+
+steerwright_formats::words!(Switch { On = "on", Off = "off" });
 
 /// Files that belong together.
 #[derive(Debug, Clone)]
@@ -247,7 +261,7 @@ impl IdentifyArguments {
             horizon: self.horizon.0,
             delay_s: self.delay.0,
             detrend: self.detrend,
-            feedthrough: self.feedthrough.0,
+            feedthrough: self.feedthrough.0.map(|switch| switch == Switch::On),
             input_kind: self.model_input,
             max_samples: self.max_samples.0,
             validation_fraction: self.validation_fraction / 100.0,
@@ -329,20 +343,10 @@ fn delay(text: &str) -> Result<Auto<f64>, String> {
     if text == "auto" { Ok(Auto(None)) } else { Ok(Auto(Some(quantity::time(text)?))) }
 }
 
-fn auto<T>(text: &str, named: Option<T>, expected: &str) -> Result<Auto<T>, String> {
-    let known = text == "auto" || named.is_some();
-    known.then_some(Auto(named)).ok_or_else(|| format!("expected {expected}"))
-}
-
 fn number(text: &str) -> Result<Auto<usize>, String> {
-    auto(text, text.parse().ok(), "a number or auto")
-}
-
-fn switch(text: &str) -> Result<Auto<bool>, String> {
-    let named = match text {
-        "on" => Some(true),
-        "off" => Some(false),
-        _ => None,
-    };
-    auto(text, named, "auto, on or off")
+    match (text, text.parse()) {
+        ("auto", _) => Ok(Auto(None)),
+        (_, Ok(number)) => Ok(Auto(Some(number))),
+        _ => Err("expected a number or auto".into()),
+    }
 }

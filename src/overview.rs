@@ -5,7 +5,7 @@ use crate::pipeline::{Basis, Built, Controller, PAGE, RECORDED_ROAD, STANDARD_RO
 use serde::Serialize;
 use std::fmt::Write;
 use steerwright_formats::{
-    DesignEvidence, Model, PidGains, Quality, SourceFile, Specification, StepMetrics,
+    DesignEvidence, Model, PidGains, Plant, Quality, SourceFile, Specification, StepMetrics,
 };
 use steerwright_report::Table;
 
@@ -51,10 +51,7 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
     Overview {
         name: model.name(),
         structure: model.structure().name(),
-        order: match model {
-            Model::StateSpace(plant) => Some(plant.order()),
-            _ => None,
-        },
+        order: model.plant().map(Plant::order),
         speed_mps: model.speed_mps().unwrap_or_default(),
         held_out_fit_percent: validation_fit(model),
         bicycle_held_out_fit_percent: built.bicycle_fit,
@@ -96,9 +93,9 @@ pub(crate) fn table(all: &[Built]) -> String {
         push(&mut table, name.to_owned(), all.iter().map(cell).collect());
     };
     row("speed", &|b| b.model.speed_mps().map_or_else(none, |speed| format!("{speed:.2} m/s")));
-    row("model", &|b| match &b.model {
-        Model::StateSpace(plant) => format!("order {}", plant.order()),
-        other => other.structure().to_string(),
+    row("model", &|b| match b.model.plant() {
+        Some(plant) => format!("order {}", plant.order()),
+        None => b.model.structure().to_string(),
     });
     row("quality", &|b| b.model.quality().grade.to_string());
     row("validation fit, identified", &|b| {

@@ -120,7 +120,7 @@ struct ReadArguments {
     /// What responds: the yaw rate to the steering angle; for the structure single-track also accelerations and
     /// sideslip (motion); or, for the structure torque, the lateral acceleration to a steering torque or its
     /// normalised command
-    #[arg(long, value_name = "yaw-rate|lateral-acceleration|motion", default_value = "yaw-rate")]
+    #[arg(long, value_name = Response::WORDS, default_value = "yaw-rate")]
     response: Response,
     #[command(flatten)]
     log: crate::log_options::LogArguments,

@@ -2,10 +2,10 @@
 //! data.
 
 use crate::Error;
+use crate::model::validate_model;
 use crate::models::ComparedModel;
-use crate::vehicle::validate_vehicle;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Model, SourceFile};
+use steerwright_formats::SourceFile;
 use steerwright_sysid::sideslip::unused_fixes;
 use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
@@ -113,17 +113,7 @@ fn on_log(
             log: log.steering_ratio,
         });
     }
-    Ok(match &model.document {
-        Model::StateSpace(plant) => steerwright_sysid::validate_plant(log, options, plant)?,
-        Model::Bicycle(bicycle) => {
-            steerwright_sysid::bicycle::validate_bicycle(log, options, bicycle)?
-        }
-        Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation_fraction, vehicle)?,
-        // Which `models` makes none of.
-        Model::Torque(_) => {
-            return Err(steerwright_control::Error::SteeredByTorque.into());
-        }
-    })
+    validate_model(&model.document, log, options)
 }
 
 /// A warning, if the model was estimated on the validation data.

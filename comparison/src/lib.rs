@@ -12,6 +12,7 @@ mod drive;
 mod error;
 mod figures;
 mod json;
+mod model;
 mod models;
 mod outcome;
 mod packed;

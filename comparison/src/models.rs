@@ -56,10 +56,11 @@ impl ComparedModel {
 
     /// For people.
     pub(crate) fn kind(&self) -> String {
-        match &self.document {
-            Model::StateSpace(plant) => format!("identified, order {}", plant.order()),
-            other if other.channels().is_empty() => format!("{}, vehicle data", other.structure()),
-            other => format!("{}, identified", other.structure()),
+        let structure = self.document.structure();
+        match self.document.plant() {
+            Some(plant) => format!("identified, order {}", plant.order()),
+            None if self.document.channels().is_empty() => format!("{structure}, vehicle data"),
+            None => format!("{structure}, identified"),
         }
     }
 }

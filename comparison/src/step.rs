@@ -47,7 +47,7 @@ pub fn yaw_step_with_offset(
     pid: &Pid,
     master: Coupling,
 ) -> Result<Option<LoopStep>, Error> {
-    let Model::StateSpace(plant) = model else { return Ok(None) };
+    let Some(plant) = model.plant() else { return Ok(None) };
     let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
     step(&with_offset(plant, offset)?, controller, pid, 0, master).map(Some)
 }

@@ -130,6 +130,15 @@ impl Model {
         }
     }
 
+    /// The plant in state space; `None` of another structure.
+    #[must_use]
+    pub fn plant(&self) -> Option<&Plant> {
+        match self {
+            Self::StateSpace(plant) => Some(plant),
+            Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) => None,
+        }
+    }
+
     /// The name of the vehicle or of the log.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -2,19 +2,23 @@
 
 use std::fmt;
 
-/// Gives an enumeration its words: `ALL`, `name`, `Display`, and `FromStr` with [`UnknownWord`].
+/// Gives an enumeration its words: `ALL`, `WORDS`, `name`, `Display`, and `FromStr` with [`UnknownWord`]. A value that
+/// holds another is written with it, as in `OpenLoop(Weighting::Cva) = "cva"`.
 #[macro_export]
 macro_rules! words {
-    ($name:ident { $($value:ident = $word:literal),+ $(,)? }) => {
+    ($name:ident { $($value:ident $(($inner:path))? = $word:literal),+ $(,)? }) => {
         impl $name {
             /// All of them.
-            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$value),+];
+            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$value $(($inner))?),+];
+
+            /// Their words with `|` between them.
+            pub const WORDS: &'static str = $crate::words!(@joined $($word),+);
 
             /// The word in options, files and messages.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
-                    $(Self::$value => $word,)+
+                    $(Self::$value $(($inner))? => $word,)+
                 }
             }
         }
@@ -33,6 +37,9 @@ macro_rules! words {
                 Self::ALL.into_iter().find(|value| value.name() == text).ok_or_else(unknown)
             }
         }
+    };
+    (@joined $first:literal $(, $word:literal)*) => {
+        concat!($first $(, "|", $word)*)
     };
 }
 
@@ -84,6 +91,7 @@ mod tests {
         for behaviour in Intersample::ALL {
             assert_eq!(behaviour.to_string().parse(), Ok(behaviour));
         }
+        assert_eq!(Intersample::WORDS, "zoh|foh|bl");
         let unknown = "Zoh".parse::<Intersample>().unwrap_err();
         assert_eq!(unknown.to_string(), "expected zoh, foh or bl");
         assert_eq!(unknown.or("auto").expected(), "auto, zoh, foh or bl");

@@ -2,22 +2,19 @@
 
 pub(crate) mod accumulated;
 mod auto;
-mod bicycle;
+mod present;
 mod structure;
-mod torque;
-mod vehicle;
 
-use crate::evidence::{evidence, plots, traces_csv};
 use crate::failure::{Failure, Outcome};
+use crate::identify::present::{Shown, present};
 use crate::log_options::{IdentifyArguments, LogArguments};
-use crate::output::{Files, Kind, Output, Outputs};
+use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, console};
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
-use steerwright_formats::{Model, Structure};
-use steerwright_sysid::structures::IdentifiedModel;
+use std::path::PathBuf;
+use steerwright_formats::Structure;
 
+pub(crate) use present::evidence_text;
 pub(crate) use structure::{StructureArguments, Wanted};
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
@@ -73,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let named = arguments.out.clone().or(named);
     let out = outputs.optional(named.as_ref(), structure.map_or(Kind::Model, Kind::of_model))?;
     let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
-    let shown = Shown::decide(arguments, &mut outputs)?;
+    let shown = Shown::decide(arguments.plots.as_deref(), arguments.report.as_ref(), &mut outputs)?;
     let of_signals = [
         ("--traces", traces.is_some()),
         ("--plots", arguments.plots.is_some()),
@@ -109,87 +106,4 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => outputs.file(structure.file_name(), Kind::of_model(structure))?,
     };
     present(&identified, &out, traces.as_ref(), &shown)
-}
-
-/// Writes, draws and prints a model.
-fn present(
-    identified: &IdentifiedModel,
-    out: &Output,
-    traces: Option<&Output>,
-    shown: &Shown<'_>,
-) -> Result<Outcome, Failure> {
-    let model = &identified.model;
-    out.model(model)?;
-    let mut drawn = String::new();
-    if let Some(signals) = &identified.traces
-        && (traces.is_some() || shown.is_wanted())
-    {
-        // The signals as text are several times the log in memory.
-        let csv = traces_csv(signals, None);
-        if let Some(traces) = traces {
-            traces.write(csv.as_bytes())?;
-        }
-        drawn = shown.write(model, &csv)?;
-    }
-    console::result(&evidence_text(model), model)?;
-    console::note(format!("written to {out}{drawn}"));
-    Ok(Outcome::of(model.quality()))
-}
-
-/// The evidence behind a model, for people.
-pub(crate) fn evidence_text(model: &Model) -> String {
-    let tables = steerwright_report::parameter_tables(model);
-    let tables: String = tables.iter().map(|table| console::table(table) + "\n").collect();
-    match model {
-        Model::StateSpace(plant) => evidence(plant),
-        Model::Bicycle(bicycle) => bicycle::text(bicycle, &tables),
-        Model::SingleTrack(vehicle) => vehicle::text(vehicle, &tables),
-        Model::Torque(torque) => torque::text(torque, &tables),
-    }
-}
-
-/// The outputs that the evidence is drawn into.
-struct Shown<'a> {
-    plots: Option<(&'a Path, Files)>,
-    report: Option<Output>,
-}
-
-impl<'a> Shown<'a> {
-    fn decide(arguments: &'a Arguments, outputs: &mut Outputs) -> Result<Self, Failure> {
-        let plots = arguments.plots.as_deref().map(|folder| {
-            let names =
-                steerwright_report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
-            Ok::<_, Failure>((folder, outputs.files(folder, names, Kind::Svg)?))
-        });
-        let plots = plots.transpose()?;
-        Ok(Self { plots, report: outputs.optional(arguments.report.as_ref(), Kind::Html)? })
-    }
-
-    fn is_wanted(&self) -> bool {
-        self.plots.is_some() || self.report.is_some()
-    }
-
-    /// Draws the requested evidence; returns the places that it was written to, for people.
-    fn write(&self, model: &Model, csv: &str) -> Result<String, Failure> {
-        let mut text = String::new();
-        if !self.is_wanted() {
-            return Ok(text);
-        }
-        let traces = steerwright_report::Traces::from_csv(csv.as_bytes(), "traces")?;
-        if let Some((folder, files)) = &self.plots {
-            plots(model, &traces, files)?;
-            let _ = write!(text, "\nfigures in {}", folder.display());
-        }
-        if let Some(out) = &self.report {
-            let page = steerwright_report::Report {
-                title: format!("{}: the identified model", model.name()),
-                model: Some(model),
-                traces: Some(&traces),
-                ..steerwright_report::Report::default()
-            };
-            out.write(page.to_html().as_bytes())?;
-            let _ = write!(text, "\nreport in {out}");
-        }
-        Ok(text)
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::identify::auto;
-use crate::log_options::{Auto, IdentifyArguments};
+use crate::log_options::{Auto, IdentifyArguments, or_auto};
 use crate::quantity;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::Structure;
@@ -21,11 +21,7 @@ pub(crate) struct StructureArguments {
     /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
     /// validation data reject it, then the bicycle; single-track is compared only. With an option of state-space
     /// (all under Identification but --max-samples and --validation-fraction) and from R factors, auto is state-space
-    #[arg(
-        long,
-        value_name = "auto|state-space|bicycle|single-track|torque",
-        default_value = "auto"
-    )]
+    #[arg(long, value_name = or_auto(Structure::WORDS), default_value = "auto")]
     structure: Auto<Structure>,
     /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
@@ -47,8 +43,8 @@ pub(crate) struct StructureArguments {
     priors: Vec<(String, [f64; 2])>,
     /// Whether the structure single-track fits the logged sideslip or lateral velocity too, or only compares it. By
     /// default fit
-    #[arg(long, value_name = "fit|compare", value_parser = is_fitted)]
-    sideslip: Option<bool>,
+    #[arg(long, value_name = SideslipUse::WORDS)]
+    sideslip: Option<SideslipUse>,
     /// Lowest speed that is used. By default 15 m/s for the structure torque, otherwise 3 m/s times the root of the
     /// wheelbase over 2.6 m
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
@@ -58,6 +54,15 @@ pub(crate) struct StructureArguments {
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     friction_rate: Option<f64>,
 }
+
+/// Use of the logged sideslip by the structure single-track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SideslipUse {
+    Fit,
+    Compare,
+}
+
+steerwright_formats::words!(SideslipUse { Fit = "fit", Compare = "compare" });
 
 /// The wanted structure with its options.
 #[derive(Debug)]
@@ -191,7 +196,10 @@ impl StructureArguments {
             wheelbase_m: self.wheelbase,
             track_width_m: self.track_width,
             priors: self.priors.clone(),
-            fit_lateral_velocity: self.sideslip.unwrap_or(default.fit_lateral_velocity),
+            fit_lateral_velocity: match self.sideslip {
+                Some(sideslip) => sideslip == SideslipUse::Fit,
+                None => default.fit_lateral_velocity,
+            },
             least_speed_mps: self.min_speed,
             max_samples,
             validation_fraction,
@@ -207,12 +215,4 @@ fn prior(text: &str) -> Result<(String, [f64; 2]), String> {
     let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let numbers = number(mean).zip(number(deviation)).ok_or_else(expected)?;
     Ok((name.trim().into(), numbers.into()))
-}
-
-fn is_fitted(text: &str) -> Result<bool, String> {
-    match text {
-        "fit" => Ok(true),
-        "compare" => Ok(false),
-        _ => Err("expected fit or compare".into()),
-    }
 }

@@ -15,7 +15,7 @@ use steerwright_control::paths::{self, PointOptions};
 use steerwright_control::{DesignOptions, DesignPlant};
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
-    Bicycle, Document, Model, Path as PathFile, Pid, SourceFile, StepMetrics,
+    Bicycle, Document, Model, Path as PathFile, Pid, SourceFile, StepMetrics, Structure,
 };
 use steerwright_host::{Archive, Coupling};
 use steerwright_report::{StepResponse, Traces, Track, TrackErrors};
@@ -190,9 +190,10 @@ fn controllers(
     let mut bases = vec![(Basis::Identified, DesignPlant::from_model(model), source, document)];
     if let Some(bicycle) = bicycle {
         // Next to an identified one its files have other names.
-        let (name, folder) = match model {
-            Model::Bicycle(_) => ("bicycle-from-data.json", "fmu-from-bicycle"),
-            _ => ("bicycle.json", "fmu"),
+        let (name, folder) = if model.structure() == Structure::Bicycle {
+            ("bicycle-from-data.json", "fmu-from-bicycle")
+        } else {
+            ("bicycle.json", "fmu")
         };
         let source = out.document(name, bicycle)?;
         let document = bicycle.to_json();

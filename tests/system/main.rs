@@ -22,11 +22,13 @@ mod fmus;
 mod folders;
 mod foreign_fmus;
 mod gate;
+mod generated;
 mod identify_bicycle;
 mod identify_vehicle;
 mod inspect;
 mod installed;
 mod jacobi_loop;
+mod model_matches;
 mod nonlinear_vehicle;
 #[cfg(unix)]
 mod outputs;

@@ -1,6 +1,5 @@
 //! The book's page on the JSON files, from the types of the crate `formats`: keys, types, descriptions.
 
-use crate::run::root;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 use std::fs;
@@ -21,9 +20,9 @@ const DOCUMENTS: [(&str, &str); 9] = [
 ];
 
 const INTRODUCTION: &str = "\
-# File formats
-
 <!-- Generated from the crate `formats` by `cargo xtask docs --update`. -->
+
+# File formats
 
 Every file is one JSON object with its schema and version in `schema`. Unknown versions, unknown keys, wrong
 shapes and numbers that are not finite are refused with the JSON path of the fault. Units are in the names of
@@ -39,10 +38,11 @@ pub(crate) struct Described {
     pub(crate) is_struct: bool,
 }
 
-/// The types of the documents and of their parts by name, each after those that refer to it.
-pub(crate) fn types() -> Result<Vec<(String, Described)>, String> {
+/// The types of the documents and of their parts by name, each after those that refer to it; `sources` is the folder of
+/// the crate `formats`.
+pub(crate) fn types(sources: &Path) -> Result<Vec<(String, Described)>, String> {
     let mut types = BTreeMap::new();
-    read(&root().join("formats/src"), &mut types)?;
+    read(sources, &mut types)?;
     let mut next: VecDeque<String> = DOCUMENTS.map(|(name, _)| name.to_owned()).into();
     let mut found = Vec::new();
     while let Some(name) = next.pop_front() {
@@ -55,9 +55,9 @@ pub(crate) fn types() -> Result<Vec<(String, Described)>, String> {
 }
 
 /// The page as Markdown.
-pub(crate) fn page() -> Result<String, String> {
+pub(crate) fn page(sources: &Path) -> Result<String, String> {
     let mut types = BTreeMap::new();
-    read(&root().join("formats/src"), &mut types)?;
+    read(sources, &mut types)?;
     let mut page = INTRODUCTION.to_owned();
     let mut written = BTreeSet::new();
     for (name, file) in DOCUMENTS {

@@ -1,8 +1,9 @@
 //! The documents as typed classes of the Python package, from the types of the crate `formats`.
 
-use crate::formats::{self, Described};
+use super::formats::{self, Described};
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::path::Path;
 
 const HEAD: &str = "\
 \"\"\"The JSON documents, typed. Generated from the crate `formats` by `cargo xtask docs --update`.
@@ -19,9 +20,9 @@ from ._record import Array, Record
 
 const KEYWORDS: [&str; 4] = ["pass", "from", "in", "is"];
 
-/// The Python module.
-pub(crate) fn module() -> Result<String, String> {
-    let types = formats::types()?;
+/// The Python module; `sources` is the folder of the crate `formats`.
+pub(crate) fn module(sources: &Path) -> Result<String, String> {
+    let types = formats::types(sources)?;
     let known: BTreeSet<&str> = types.iter().map(|(name, _)| name.as_str()).collect();
     let mut text = HEAD.to_owned();
     for (name, described) in types.iter().filter(|(_, of)| !of.is_struct) {

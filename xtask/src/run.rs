@@ -1,7 +1,8 @@
 //! Running other programs.
 
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// The workspace's folder.
 pub(crate) fn root() -> &'static Path {
@@ -55,6 +56,23 @@ pub(crate) fn run(command: &mut Command) -> Result<(), String> {
     let line = shown(command);
     let status = command.status().map_err(|e| format!("{line}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
+}
+
+/// Runs to the end, as [`run`]; returns what the program prints on its standard output, which is shown.
+pub(crate) fn run_and_read(command: &mut Command) -> Result<String, String> {
+    let line = shown(command);
+    let problem = |e: std::io::Error| format!("{line}: {e}");
+    let mut child = command.stdout(Stdio::piped()).spawn().map_err(problem)?;
+    let mut text = String::new();
+    if let Some(output) = child.stdout.take() {
+        for line in BufReader::new(output).lines() {
+            let line = line.map_err(problem)?;
+            println!("{line}");
+            text += &(line + "\n");
+        }
+    }
+    let status = child.wait().map_err(problem)?;
+    if status.success() { Ok(text) } else { Err(format!("{line}: {status}")) }
 }
 
 /// What a program prints, if it succeeds.

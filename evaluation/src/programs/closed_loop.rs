@@ -14,7 +14,7 @@ use steerwright_evaluation::measure::cell;
 use steerwright_evaluation::{on_all_cores, parsim};
 use steerwright_sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
 use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use steerwright_sysid::{Error, StateSpace};
+use steerwright_sysid::{Error, Method, StateSpace};
 
 /// Bias with a driver in the loop
 #[derive(Parser)]
@@ -105,7 +105,7 @@ fn heading(what: &str, drive: &Drive) {
 
 fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
     for method in steerwright_sysid::Weighting::ALL {
-        row(method.name(), past, truth, data, |d| {
+        row(Method::from(method).name(), past, truth, data, |d| {
             let factor = d.with_horizon(past)?;
             let found = subspace(&factor, method)?;
             let (a, c) = shift_realization(&found, ORDER, 1)?;
@@ -116,7 +116,7 @@ fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
 
 fn closed_loop_rows(data: &[Factor], past: usize, future: usize, truth: &StateSpace) {
     for method in ClosedLoopMethod::ALL {
-        row(method.name(), past, truth, data, |d| {
+        row(Method::from(method).name(), past, truth, data, |d| {
             Ok(closed_loop::decompose(d, method, past, future, false)?.model(ORDER)?.model)
         });
     }

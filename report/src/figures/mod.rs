@@ -47,7 +47,7 @@ pub fn of_identification(
         (driven, 600, drive(traces)),
         (compared, 720, comparison(traces, model.fits(), bicycle_fit)),
     ];
-    if let Model::StateSpace(plant) = model {
+    if let Some(plant) = model.plant() {
         all.extend(of_plant(plant));
     }
     all

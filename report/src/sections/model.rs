@@ -16,7 +16,7 @@ pub(crate) fn sections(
     bicycle_fit: Option<f64>,
 ) -> Vec<Section> {
     let mut log = identification::log(model, traces);
-    if let Model::StateSpace(plant) = model {
+    if let Some(plant) = model.plant() {
         log.blocks.extend(identification::information(&plant.evidence.excitation));
         let mut all = vec![log, identification::model(plant, traces, bicycle_fit)];
         all.extend(evidence::evidence(plant));

@@ -5,8 +5,7 @@ use crate::data::scaled::{Detrend, Preparation};
 use crate::subspace::closed_loop::ClosedLoopMethod;
 use crate::subspace::{Realization, Weighting};
 use std::collections::BTreeMap;
-use std::str::FromStr;
-use steerwright_formats::{InputKind, UnknownWord};
+use steerwright_formats::InputKind;
 
 /// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
 /// validation data choose nothing.
@@ -149,34 +148,13 @@ pub enum Method {
     ClosedLoop(ClosedLoopMethod),
 }
 
-impl Method {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::OpenLoop(Weighting::N4sid),
-        Self::OpenLoop(Weighting::Moesp),
-        Self::OpenLoop(Weighting::Cva),
-        Self::ClosedLoop(ClosedLoopMethod::Ssarx),
-        Self::ClosedLoop(ClosedLoopMethod::Pbsid),
-    ];
-
-    /// The name in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OpenLoop(method) => method.name(),
-            Self::ClosedLoop(method) => method.name(),
-        }
-    }
-}
-
-impl FromStr for Method {
-    type Err = UnknownWord;
-
-    fn from_str(text: &str) -> Result<Self, UnknownWord> {
-        let unknown = || UnknownWord::new(&Self::ALL.map(Self::name));
-        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(unknown)
-    }
-}
+steerwright_formats::words!(Method {
+    OpenLoop(Weighting::N4sid) = "n4sid",
+    OpenLoop(Weighting::Moesp) = "moesp",
+    OpenLoop(Weighting::Cva) = "cva",
+    ClosedLoop(ClosedLoopMethod::Ssarx) = "ssarx",
+    ClosedLoop(ClosedLoopMethod::Pbsid) = "pbsid",
+});
 
 impl From<Weighting> for Method {
     fn from(method: Weighting) -> Self {

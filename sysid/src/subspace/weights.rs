@@ -18,8 +18,10 @@ pub enum Weighting {
     Cva,
 }
 
-// In the order in which they are compared.
-steerwright_formats::words!(Weighting { Moesp = "moesp", Cva = "cva", N4sid = "n4sid" });
+impl Weighting {
+    /// All of them, in the order in which they are compared.
+    pub const ALL: [Self; 3] = [Self::Moesp, Self::Cva, Self::N4sid];
+}
 
 /// Singular values and the basis W1⁻¹·U·S^{1/2} of the extended observability matrix Γ.
 #[derive(Debug, Clone)]

@@ -8,7 +8,7 @@ use faer::linalg::solvers::Solve;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
 use steerwright_formats::{Document, Plant};
 use steerwright_sysid::subspace::Realization;
-use steerwright_sysid::{Error, IdentifyOptions, InputKind, Weighting, identify};
+use steerwright_sysid::{Error, IdentifyOptions, InputKind, Method, Weighting, identify};
 
 /// One order, weighting and horizon, where a test is not about their choice.
 pub(crate) fn quick(order: usize) -> IdentifyOptions {
@@ -73,7 +73,10 @@ fn every_method_order_and_feedthrough_leads_to_a_valid_stable_plant() {
                 ..IdentifyOptions::default()
             };
             let plant = identify(&log, &options).unwrap().plant;
-            assert_eq!((plant.order(), plant.evidence.method.as_str()), (order, method.name()));
+            assert_eq!(
+                (plant.order(), plant.evidence.method.as_str()),
+                (order, Method::from(method).name())
+            );
             assert!(plant.evidence.fit.validation > 85.0, "{method:?} {order}");
             assert_eq!(plant.discrete.d.at(0, 0) == 0.0, !feedthrough);
         }

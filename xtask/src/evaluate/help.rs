@@ -17,9 +17,10 @@ pub(crate) fn text(program: Option<&Program>) -> Result<String, String> {
 
 fn list() -> String {
     let mut text = "How well the identification does, compared with its peers\n\n\
-                    Usage: cargo xtask evaluate [--short] [PROGRAM [OPTIONS]]\n\n\
+                    Usage: cargo xtask evaluate [--short] [--record] [PROGRAM [OPTIONS]]\n\n\
                     --short runs with little data, to see that it works; all programs if none is \
-                    named.\n`cargo xtask evaluate PROGRAM --help` prints a program's options.\n\n\
+                    named.\n\
+                    --record writes the figures into evaluation/README.md.\n`cargo xtask evaluate PROGRAM --help` prints a program's options.\n\n\
                     Programs:\n"
         .to_owned();
     for program in PROGRAMS {

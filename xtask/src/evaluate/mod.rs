@@ -3,9 +3,10 @@
 
 mod help;
 mod programs;
+mod record;
 
 use crate::python;
-use crate::run::{cargo, released, root, run, target};
+use crate::run::{cargo, released, root, run, run_and_read, target};
 use programs::{PROGRAMS, Program};
 use std::path::PathBuf;
 use std::process::Command;
@@ -18,6 +19,9 @@ pub(crate) struct Options {
     /// Run with little data, to see that it works; all programs if none is named
     #[arg(long)]
     short: bool,
+    /// Write the figures that the programs print into evaluation/README.md
+    #[arg(long)]
+    record: bool,
     /// Print help, also of a program
     #[arg(long, short)]
     help: bool,
@@ -35,13 +39,14 @@ pub(crate) fn evaluate(options: &Options) -> Result<(), String> {
         print!("{}", help::text(program)?);
         return Ok(());
     }
+    let record = options.record;
     match (program, options.short) {
-        (Some(program), false) => run_all(&[(program, &options.arguments)]),
-        (Some(program), true) => run_all(&[(program, &short(program, &options.arguments))]),
+        (Some(program), false) => run_all(&[(program, &options.arguments)], record),
+        (Some(program), true) => run_all(&[(program, &short(program, &options.arguments))], record),
         (None, true) => {
             let all: Vec<_> = PROGRAMS.iter().map(|p| (p, short(p, &[]))).collect();
             let all: Vec<_> = all.iter().map(|(p, arguments)| (*p, &arguments[..])).collect();
-            run_all(&all)
+            run_all(&all, record)
         }
         (None, false) => Err(format!("which program?\n\n{}", help::text(None)?)),
     }
@@ -49,13 +54,13 @@ pub(crate) fn evaluate(options: &Options) -> Result<(), String> {
 
 /// All programs, at full length.
 pub(crate) fn evaluate_all() -> Result<(), String> {
-    run_all(&PROGRAMS.iter().map(|program| (program, &[][..])).collect::<Vec<_>>())
+    run_all(&PROGRAMS.iter().map(|program| (program, &[][..])).collect::<Vec<_>>(), false)
 }
 
 /// A program by its name, with these arguments.
 pub(crate) fn evaluate_named(name: &str, is_short: bool) -> Result<(), String> {
     let program = find(name)?;
-    run_all(&[(program, &if is_short { short(program, &[]) } else { Vec::new() })])
+    run_all(&[(program, &if is_short { short(program, &[]) } else { Vec::new() })], false)
 }
 
 fn find(name: &str) -> Result<&'static Program, String> {
@@ -69,8 +74,9 @@ fn short(program: &Program, given: &[String]) -> Vec<String> {
     program.short.iter().map(|word| (*word).to_owned()).chain(given.iter().cloned()).collect()
 }
 
-/// Builds once, and runs one after the other. Where the peers cannot be had, without them.
-fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
+/// Builds once, and runs one after the other. Where the peers cannot be had, without them. `record` writes the figures
+/// into evaluation/README.md.
+fn run_all(programs: &[(&Program, &[String])], record: bool) -> Result<(), String> {
     // As `cargo test --release` builds it, see `program`.
     run(&mut cargo(&["test", "--release", "--quiet", "--no-run", "--test", "programs"]))?;
     // `command_line` measures the program that users run.
@@ -83,7 +89,11 @@ fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
         command.arg(program.name).args(*arguments).current_dir(root());
         command.envs(peers.iter().map(|python| ("STEERWRIGHT_PEERS_PYTHON", python)));
         let start = Instant::now();
-        run(&mut command)?;
+        if record {
+            record::record(program, arguments, &run_and_read(&mut command)?)?;
+        } else {
+            run(&mut command)?;
+        }
         if programs.len() > 1 {
             eprintln!("{}: {:.1} s\n", program.name, start.elapsed().as_secs_f64());
         }

@@ -8,22 +8,32 @@ pub(crate) struct Program {
     pub(crate) shows: &'static str,
     /// Its arguments for a run of a few seconds, which shows that it works.
     pub(crate) short: &'static [&'static str],
+    /// What `--record` writes into evaluation/README.md: the first line of its output that begins with this text, without
+    /// its layout; the last line where the text is empty.
+    pub(crate) recorded: &'static str,
 }
 
 const fn program(
     name: &'static str,
     shows: &'static str,
     short: &'static [&'static str],
+    recorded: &'static str,
 ) -> Program {
-    Program { name, shows, short }
+    Program { name, shows, short, recorded }
 }
 
 pub(crate) const PROGRAMS: &[Program] = &[
-    program("orders", "how often the order of random systems is found", &["--systems", "6"]),
+    program(
+        "orders",
+        "how often the order of random systems is found",
+        &["--systems", "6"],
+        "right orders",
+    ),
     program(
         "factor",
         "models from an R factor compared with models from the samples in memory",
         &["--systems", "6", "--drives", "2", "--drive-samples", "8000"],
+        "fit to the output without noise",
     ),
     program(
         "closed_loop",
@@ -44,49 +54,63 @@ pub(crate) const PROGRAMS: &[Program] = &[
             "--peer-seeds",
             "2",
         ],
+        "10 ssarx",
     ),
     program(
         "coverage",
         "how often stated 95 % bands hold the truth of known cars",
         &["--drives", "6"],
+        "response error",
     ),
     program(
         "response",
         "the identified response of known cars at 100 to 10 Hz, and SciPy's",
         &["--short"],
+        "realistic 100",
     ),
-    program("focus", "small simulation errors or small prediction errors", &["--drives", "4"]),
+    program(
+        "focus",
+        "small simulation errors or small prediction errors",
+        &["--drives", "4"],
+        "dryer2 3",
+    ),
     program(
         "refinement",
         "the refinement compared with SciPy's on the same criterion",
         &["--longest", "13750"],
+        "mean square",
     ),
-    program("records", "fits on recorded data compared with other packages", &[]),
-    program("bicycle", "the bicycle structure compared with black-box models", &[]),
+    program("records", "fits on recorded data compared with other packages", &[], "δ·v 0.05 s"),
+    program("bicycle", "the bicycle structure compared with black-box models", &[], "bicycle"),
     program(
         "single_track",
         "the single-track model on known cars and on a race car's recording",
         &["--drives", "1"],
+        "0: estimation",
     ),
     program(
         "command_line",
         "seconds from a CSV file to plant.json, and where they go",
         &["--rows", "12000", "--runs", "1"],
+        "steerwright identify",
     ),
     program(
         "large",
         "time and memory of an identification from a million samples",
         &["--samples", "20000"],
+        "",
     ),
     program(
         "long_log",
         "time and memory of a log of hundreds of megabytes",
         &["--megabytes", "12"],
+        "peak memory",
     ),
     program(
         "speed",
         "time, memory and accuracy of the subspace methods compared with SLICOT",
         &["--longest", "1000", "--draws", "3"],
+        "1000,",
     ),
 ];
 

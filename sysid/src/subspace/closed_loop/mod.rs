@@ -41,7 +41,10 @@ pub enum ClosedLoopMethod {
     Pbsid,
 }
 
-steerwright_formats::words!(ClosedLoopMethod { Ssarx = "ssarx", Pbsid = "pbsid" });
+impl ClosedLoopMethod {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Ssarx, Self::Pbsid];
+}
 
 /// The model of one order.
 ///

@@ -1,0 +1,23 @@
+//! What the comparison needs of each structure of a model.
+
+use crate::Error;
+use crate::vehicle::validate_vehicle;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::Model;
+use steerwright_sysid::bicycle::validate_bicycle;
+use steerwright_sysid::{IdentifyOptions, Validated, validate_plant};
+
+/// The simulation of a log by a model.
+pub(crate) fn validate_model(
+    model: &Model,
+    log: &DriveLog,
+    options: &IdentifyOptions,
+) -> Result<Validated, Error> {
+    Ok(match model {
+        Model::StateSpace(plant) => validate_plant(log, options, plant)?,
+        Model::Bicycle(bicycle) => validate_bicycle(log, options, bicycle)?,
+        Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation_fraction, vehicle)?,
+        // Which `models` makes none of.
+        Model::Torque(_) => return Err(steerwright_control::Error::SteeredByTorque.into()),
+    })
+}

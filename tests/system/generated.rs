@@ -1,0 +1,35 @@
+//! Files that are generated as a whole state the command in their first line, and are what it writes.
+//!
+//! The figures and tables that commands write into other files have tests where they are made: those of the FMUs'
+//! READMEs, the icons and the licences in `packaging/tests`.
+
+#[path = "../../xtask/src/formats.rs"]
+mod formats;
+#[path = "../../xtask/src/python_types.rs"]
+mod python_types;
+
+use std::path::Path;
+
+const DOCS: &str = "cargo xtask docs --update";
+
+#[test]
+fn generated_files_are_current_and_state_their_command() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let sources = root.join("formats/src");
+    for (file, command, generated) in [
+        ("docs/formats.md", DOCS, Some(formats::page(&sources).unwrap())),
+        ("python/steerwright/documents.py", DOCS, Some(python_types::module(&sources).unwrap())),
+        // It needs the wheel: `test_options_are_those_of_the_command_line` compares it there.
+        ("python/steerwright/options.py", "cargo xtask wheel --update", None),
+    ] {
+        let text = std::fs::read_to_string(root.join(file)).unwrap().replace("\r\n", "\n");
+        let first = text.lines().next().unwrap_or_default();
+        assert!(
+            first.contains("Generated") && first.contains(&format!("by `{command}`")),
+            "{file}: the first line does not state that `{command}` generates it: {first}"
+        );
+        if let Some(generated) = generated {
+            assert!(text == generated, "{file} is out of date: run `{command}`");
+        }
+    }
+}
