@@ -82,6 +82,9 @@ pub struct BicycleCoefficients {
     pub tn: f64,
 }
 
+/// Numbers in a file may be rounded: largest difference, of the largest number of the row.
+const ROUNDED: f64 = 1e-3;
+
 impl BicycleCoefficients {
     /// Of mass and yaw inertia, distances and cornering stiffnesses of front and rear, steering ratio and time constant
     /// of the actuator, all SI.
@@ -232,6 +235,46 @@ impl Bicycle {
     }
 }
 
+impl Bicycle {
+    /// The FMU and the design compute eq 13 of the vehicle: a file whose coefficients or matrices are those of another one
+    /// would mislead whoever reads them.
+    fn check_eq_13(&self, c: &mut Checker) {
+        let mut compare = |at: &str, found: f64, expected: f64, scale: f64| {
+            c.require((found - expected).abs() <= ROUNDED * scale.abs(), at, || {
+                format!(
+                    "{found}, but {expected} by eq 13 of `vehicle`; `steerwright bicycle` computes it"
+                )
+            });
+        };
+        let (f, e) = (&self.coefficients, self.vehicle.coefficients());
+        for (name, found, expected, scale) in [
+            ("A1", f.a1, e.a1, e.a1),
+            // A2 and A3 are differences, of a neutral vehicle 0.
+            ("A2", f.a2, e.a2, e.a1.abs().max(e.a2.abs())),
+            ("A3", f.a3, e.a3, e.a3.abs().max(e.a4.abs())),
+            ("A4", f.a4, e.a4, e.a4),
+            ("B1", f.b1, e.b1, e.b1),
+            ("B2", f.b2, e.b2, e.b2),
+            ("n", f.n, e.n, e.n),
+            ("Tn", f.tn, e.tn, e.tn),
+        ] {
+            compare(&format!("coefficients.{name}"), found, expected, scale);
+        }
+        let (state_matrix, input_matrix) = e.matrices(self.vehicle.speed_mps);
+        for (name, found, expected) in [
+            ("state_matrix", &self.state_matrix, state_matrix),
+            ("input_matrix", &self.input_matrix, input_matrix),
+        ] {
+            for (i, (found, expected)) in found.0.iter().zip(&expected.0).enumerate() {
+                let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
+                    compare(&format!("{name}[{i}][{j}]"), *found, *expected, largest);
+                }
+            }
+        }
+    }
+}
+
 impl Document for Bicycle {
     const SCHEMA: &'static str = "steerwright/bicycle/1";
 
@@ -239,6 +282,7 @@ impl Document for Bicycle {
         self.vehicle.check(c, "vehicle.");
         c.shape(&self.state_matrix, 5, 5, "state_matrix");
         c.shape(&self.input_matrix, 5, 1, "input_matrix");
+        self.check_eq_13(c);
         if let Some(evidence) = &self.evidence {
             evidence.check(c, "evidence.");
         }

@@ -62,3 +62,32 @@ fn a_fault_in_the_data_of_a_vehicle_has_its_key_and_line() {
         }
     }
 }
+
+#[test]
+fn eq_13_of_another_vehicle_is_refused_and_rounded_numbers_are_not() {
+    let vehicle = Vehicle::from_json(EXAMPLE, "vehicle.json").unwrap();
+    let bicycle = Bicycle::new(vehicle.in_gentle_driving());
+    let fault = |bicycle: &Bicycle| match bicycle.checked("bicycle.json") {
+        Err(Error::Value { path, problem, .. }) => {
+            assert!(problem.contains("by eq 13 of `vehicle`"), "{problem}");
+            path
+        }
+        other => panic!("{other:?}"),
+    };
+    let mut heavier = bicycle.clone();
+    heavier.vehicle.mass_kg *= 1.01;
+    assert_eq!(fault(&heavier), "coefficients.A1");
+    let mut faster = bicycle.clone();
+    faster.vehicle.speed_mps *= 1.01;
+    assert_eq!(fault(&faster), "state_matrix[1][1]");
+    let mut slower = bicycle.clone();
+    slower.input_matrix.0[4][0] *= 1.01;
+    assert_eq!(fault(&slower), "input_matrix[4][0]");
+    let mut rounded = bicycle;
+    for row in &mut rounded.state_matrix.0 {
+        for value in row {
+            *value = format!("{value:.3e}").parse().unwrap();
+        }
+    }
+    rounded.checked("bicycle.json").unwrap();
+}

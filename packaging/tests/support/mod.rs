@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use steerwright_formats::{
-    Continuous, Discrete, Document, Evidence, Guidance, InputKind, Matrix, Noise, OperatingPoint,
-    Path, PathPoint, Pid, Plant, Provenance, SourceFile,
+    Bicycle, Continuous, Discrete, Document, Evidence, Guidance, InputKind, Matrix, Noise,
+    OperatingPoint, Path, PathPoint, Pid, Plant, Provenance, SourceFile, VehicleData,
 };
 use steerwright_packaging::{Binary, Fmu, Packed};
 
@@ -66,17 +66,20 @@ pub(crate) fn plant() -> String {
 }
 
 pub(crate) fn bicycle() -> String {
-    r#"{"schema": "steerwright/bicycle/1", "vehicle": {"name": "car", "mass_kg": 1093.2952,
-    "yaw_inertia_kgm2": 1791.5995, "distance_front_m": 1.1561957, "distance_rear_m": 1.4227171,
-    "cornering_stiffness_front_npr": 129696.69, "cornering_stiffness_rear_npr": 105400.27,
-    "actuator_time_constant_s": 0.05, "steering_ratio": 1.0, "speed_mps": 15.0},
-    "coefficients": {"A1": -215.0, "A2": 1e-05, "A3": 6e-06, "A4": -215.8, "B1": 118.6,
-    "B2": 83.6, "n": 1.0, "Tn": 0.05},
-    "state_matrix": [[0, 1, 0, 0, 0], [0, -14.3, 215, 7e-07, 118.6], [0, 0, 0, 1, 0],
-    [0, 4e-07, -6e-06, -14.4, 83.7], [0, 0, 0, 0, -20]],
-    "input_matrix": [[0], [0], [0], [0], [20]],
-    "provenance": {"version": "0.1.0", "sources": [], "options": {}}}"#
-        .into()
+    let vehicle = VehicleData {
+        name: "car".into(),
+        mass_kg: 1093.2952,
+        yaw_inertia_kgm2: 1791.5995,
+        distance_front_m: 1.1561957,
+        distance_rear_m: 1.4227171,
+        cornering_stiffness_front_npr: 129_696.69,
+        cornering_stiffness_rear_npr: 105_400.27,
+        actuator_time_constant_s: 0.05,
+        actuator_delay_s: 0.0,
+        steering_ratio: 1.0,
+        speed_mps: 15.0,
+    };
+    Bicycle::new(vehicle).to_json()
 }
 
 pub(crate) fn pid() -> String {

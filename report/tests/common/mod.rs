@@ -85,35 +85,18 @@ pub fn plant() -> Plant {
 }
 
 pub fn bicycle() -> Bicycle {
-    Bicycle {
-        schema: Bicycle::SCHEMA.into(),
-        vehicle: VehicleData {
-            name: "sedan".into(),
-            mass_kg: 1573.0,
-            yaw_inertia_kgm2: 2873.0,
-            distance_front_m: 1.1,
-            distance_rear_m: 1.58,
-            cornering_stiffness_front_npr: 160_000.0,
-            cornering_stiffness_rear_npr: 160_000.0,
-            actuator_time_constant_s: 0.1,
-            actuator_delay_s: 0.0,
-            steering_ratio: 15.0,
-            speed_mps: 20.0,
-        },
-        coefficients: BicycleCoefficients {
-            a1: -203.4,
-            a2: 48.8,
-            a3: 26.7,
-            a4: -206.4,
-            b1: 101.7,
-            b2: 61.3,
-            n: 0.0667,
-            tn: 0.1,
-        },
-        state_matrix: Matrix::from_fn(5, 5, |_, _| 0.0),
-        input_matrix: Matrix::from_fn(5, 1, |_, _| 0.0),
-        evidence: None,
-        quality: steerwright_formats::Quality::not_validated(),
-        provenance: provenance(),
-    }
+    let vehicle = VehicleData {
+        name: "sedan".into(),
+        mass_kg: 1573.0,
+        yaw_inertia_kgm2: 2873.0,
+        distance_front_m: 1.1,
+        distance_rear_m: 1.58,
+        cornering_stiffness_front_npr: 160_000.0,
+        cornering_stiffness_rear_npr: 160_000.0,
+        actuator_time_constant_s: 0.1,
+        actuator_delay_s: 0.0,
+        steering_ratio: 15.0,
+        speed_mps: 20.0,
+    };
+    Bicycle { provenance: provenance(), ..Bicycle::new(vehicle) }
 }

@@ -12,7 +12,6 @@ use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_sta
 use crate::pem::{Neighbours, Stop, refine_gain, uncertain_simulation, without_blocks};
 use crate::selection::candidate::{Candidate, Choice, output};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::order::parameters;
 use crate::subspace::{Factor, noise_model};
 use faer::{Mat, MatRef};
 
@@ -95,7 +94,7 @@ pub(crate) fn uncertainty(
     let x0 = InitialConditions::new(&chosen.model, fitted, false)?.x0;
     let omegas = omegas(data.sample_time);
     let replicas = if refined { replicas(chosen, fitted) } else { Vec::new() };
-    let rivals = rivals(choice, actual.samples());
+    let rivals = rivals(choice);
     let estimate = uncertain_simulation(
         &innovation,
         (&x0, fitted),
@@ -128,40 +127,19 @@ fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
     without_blocks(fitted, BLOCKS, LEAST_PIECE).into_iter().filter_map(refined).collect()
 }
 
-/// Models of other orders with their weights, and the one of the same order that predicts best, by one half, since
-/// nothing determines which is nearer.
-fn rivals(choice: &Choice, samples: usize) -> Vec<(f64, StateSpace)> {
+/// Models of other orders, weighted by `exp(−Δ/2)` over the sum of all, and the one of the same
+/// order that predicts best, by one half, since nothing determines which is nearer.
+fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
     /// Less than that counts for nothing.
     const LEAST_WEIGHT: f64 = 1e-3;
     let all = &choice.candidates;
-    let counted = |c: &Candidate| {
-        let model = &c.model;
-        (c.criterion, parameters(model.order(), model.inputs(), model.outputs(), c.feedthrough))
-    };
-    let weights = weights(&all.iter().map(counted).collect::<Vec<_>>(), samples);
-    let mut rivals = Vec::new();
-    for (k, (candidate, weight)) in all.iter().zip(weights).enumerate() {
-        if k != choice.chosen && weight > LEAST_WEIGHT {
-            rivals.push((weight, candidate.model.clone()));
-        }
-    }
-    if let Some(model) = &all[choice.chosen].direct {
-        rivals.push((0.5, model.clone()));
-    }
-    rivals
-}
-
-/// Weights of models by BIC and number of parameters: `exp(−Δ/2)` over the sum of all, Δ the difference of Akaike's
-/// criterion (Burnham and Anderson 2002). BIC, by which the order is chosen, prefers the lesser order also where
-/// the response of the larger one is the likelier.
-fn weights(models: &[(f64, usize)], samples: usize) -> Vec<f64> {
-    let more = (samples as f64).max(2.0).ln() - 2.0;
-    let akaike = |&(bic, parameters): &(f64, usize)| bic - more * parameters as f64;
-    let least = models.iter().map(akaike).fold(f64::INFINITY, f64::min);
-    let likelihoods: Vec<f64> =
-        models.iter().map(|model| (-0.5 * (akaike(model) - least)).exp()).collect();
-    let sum: f64 = likelihoods.iter().filter(|w| w.is_finite()).sum();
-    likelihoods.iter().map(|w| w / sum).collect()
+    let least = all.iter().map(|c| c.criterion).fold(f64::INFINITY, f64::min);
+    let likelihood = |c: &Candidate| (-0.5 * (c.criterion - least)).exp();
+    let sum: f64 = all.iter().map(likelihood).filter(|w| w.is_finite()).sum();
+    let others = all.iter().enumerate().filter(|(k, _)| *k != choice.chosen);
+    let others = others.map(|(_, c)| (likelihood(c) / sum, c.model.clone()));
+    let direct = all[choice.chosen].direct.clone().map(|model| (0.5, model));
+    others.filter(|(weight, _)| *weight > LEAST_WEIGHT).chain(direct).collect()
 }
 
 /// One-step predictions of a part, the initial states estimated.
@@ -178,20 +156,4 @@ fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Ve
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(x, y)| x - y).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::weights;
-
-    /// Of 1,000 samples two more parameters cost 9.8 by BIC and 5.8 less by Akaike's criterion.
-    #[test]
-    fn a_larger_order_that_bic_refuses_keeps_its_weight() {
-        let of = weights(&[(0.0, 2), (2.0 * 1000_f64.ln() - 4.0, 4), (60.0, 6)], 1000);
-        assert!((of[0] - 0.5).abs() < 1e-9 && (of[1] - 0.5).abs() < 1e-9, "{of:?}");
-        assert!(of[2] < 1e-9);
-        // One without a finite criterion counts for nothing.
-        let of = weights(&[(0.0, 2), (f64::INFINITY, 4)], 1000);
-        assert_eq!(of, [1.0, 0.0]);
-    }
 }

@@ -22,7 +22,7 @@ pub(super) fn record(program: &Program, arguments: &[String], output: &str) -> R
 fn recorded(program: &Program, output: &str) -> Result<String, String> {
     let mut lines = output.lines().map(plain).filter(|line| !line.is_empty());
     let found = if program.recorded.is_empty() {
-        lines.last()
+        lines.next_back()
     } else {
         lines.find(|line| line.starts_with(program.recorded))
     };

@@ -3,8 +3,8 @@
 pub(crate) mod accumulated;
 mod automatic;
 mod evidence;
+mod open_response;
 pub(crate) mod plant;
-mod uncertain_delay;
 
 use crate::Error;
 use crate::data::held_input::ContinuousResponse;
@@ -21,8 +21,8 @@ use crate::sideslip::sideslip;
 use crate::structures::held::{Read, Steering};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::evidence::Found;
+use crate::structures::state_space::open_response::{with_other_orders, with_uncertain_delay};
 use crate::structures::state_space::plant::{Identified, Outcome, traces};
-use crate::structures::state_space::uncertain_delay::with_uncertain_delay;
 use crate::validation::open_hold::widened;
 use std::borrow::Cow;
 use steerwright_drivelog::signal::{mean, standard_deviation};
@@ -109,10 +109,11 @@ pub(crate) fn identify_judged(
         warnings.push(format!("the model's uncertainty cannot be computed: {error}"));
     }
     let mut uncertainty = uncertainty.ok();
-    if let (Some(stated), Some(estimated), None) =
-        (&mut uncertainty, &held.estimated, options.delay_s)
-    {
-        with_uncertain_delay(stated, &held.log, &estimated.delay, chosen, options);
+    if let Some(stated) = &mut uncertainty {
+        with_other_orders(stated, &data, &choice);
+        if let (Some(estimated), None) = (&held.estimated, options.delay_s) {
+            with_uncertain_delay(stated, &held.log, &estimated.delay, chosen, options);
+        }
     }
     let uncertainty = uncertainty.map(|stated| match open_hold_s {
         Some(period_s) => widened(stated, *period_s, continuous.as_ref(), &model),
