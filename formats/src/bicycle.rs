@@ -5,6 +5,7 @@ use crate::document::{Checker, Document};
 use crate::matrix::Matrix;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
+use crate::vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 use serde::{Deserialize, Serialize};
 
 /// Vehicle data (also the TOML that `steerwright bicycle` reads).
@@ -34,6 +35,25 @@ pub struct VehicleData {
     pub steering_ratio: f64,
     /// Longitudinal velocity V, m/s.
     pub speed_mps: f64,
+}
+
+impl Default for VehicleData {
+    /// A mid-size car with its steering at the road wheel, mildly understeering.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            mass_kg: 1500.0,
+            yaw_inertia_kgm2: 2500.0,
+            distance_front_m: 1.2,
+            distance_rear_m: 1.5,
+            cornering_stiffness_front_npr: 100_000.0,
+            cornering_stiffness_rear_npr: 110_000.0,
+            actuator_time_constant_s: 0.05,
+            actuator_delay_s: 0.0,
+            steering_ratio: 1.0,
+            speed_mps: 15.0,
+        }
+    }
 }
 
 /// The five-state model of eq 13 at constant speed, with the vehicle data.
@@ -148,7 +168,36 @@ fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
+impl Vehicle {
+    /// The data of the bicycle that the vehicle is in gentle driving.
+    #[must_use]
+    pub fn in_gentle_driving(&self) -> VehicleData {
+        VehicleData {
+            name: self.name.clone(),
+            speed_mps: self.speed_mps,
+            ..VehicleData::in_gentle_driving(&self.body, &self.tyres, &self.actuator)
+        }
+    }
+}
+
 impl VehicleData {
+    /// The data of the bicycle that a vehicle is in gentle driving, without its name and speed.
+    #[must_use]
+    pub fn in_gentle_driving(body: &Body, tyres: &Tyres, actuator: &SteeringActuator) -> Self {
+        Self {
+            mass_kg: body.mass_kg,
+            yaw_inertia_kgm2: body.yaw_inertia_kgm2,
+            distance_front_m: body.distance_front_m,
+            distance_rear_m: body.distance_rear_m,
+            cornering_stiffness_front_npr: tyres.cornering_stiffness_front_npr,
+            cornering_stiffness_rear_npr: tyres.cornering_stiffness_rear_npr,
+            actuator_time_constant_s: actuator.time_constant_s,
+            actuator_delay_s: actuator.delay_s,
+            steering_ratio: actuator.steering_ratio,
+            ..Self::default()
+        }
+    }
+
     /// The coefficients of eq 13.
     #[must_use]
     pub fn coefficients(&self) -> BicycleCoefficients {

@@ -3,7 +3,6 @@
 //! Identified in a log, or written by hand as the example in this repository, `examples/drives/multibody/vehicle.json`.
 //! The README of `NonlinearVehicle` documents the numbers.
 
-use crate::bicycle::VehicleData;
 use crate::document::{Checker, Document};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -97,27 +96,6 @@ pub struct SteeringActuator {
     pub road_wheel_rate_max_radps: f64,
     /// Largest road-wheel angle to either side, rad.
     pub road_wheel_angle_max_rad: f64,
-}
-
-impl Vehicle {
-    /// The data of the bicycle that the vehicle is in gentle driving.
-    #[must_use]
-    pub fn in_gentle_driving(&self) -> VehicleData {
-        let (body, tyres, actuator) = (&self.body, &self.tyres, &self.actuator);
-        VehicleData {
-            name: self.name.clone(),
-            mass_kg: body.mass_kg,
-            yaw_inertia_kgm2: body.yaw_inertia_kgm2,
-            distance_front_m: body.distance_front_m,
-            distance_rear_m: body.distance_rear_m,
-            cornering_stiffness_front_npr: tyres.cornering_stiffness_front_npr,
-            cornering_stiffness_rear_npr: tyres.cornering_stiffness_rear_npr,
-            actuator_time_constant_s: actuator.time_constant_s,
-            actuator_delay_s: actuator.delay_s,
-            steering_ratio: actuator.steering_ratio,
-            speed_mps: self.speed_mps,
-        }
-    }
 }
 
 impl Document for Vehicle {

@@ -28,14 +28,10 @@ fn holds(file: &Path, variables: &str) {
 
 #[test]
 fn each_fmu_lists_its_variables() {
-    for (fmu, folder) in [
-        (Fmu::IdentifiedPlant, "identified-plant"),
-        (Fmu::BicyclePlant, "bicycle-plant"),
-        (Fmu::NonlinearVehicle, "nonlinear-vehicle"),
-        (Fmu::LateralPid, "lateral-pid"),
-        (Fmu::ReferencePath, "reference-path"),
-        (Fmu::PoseEstimator, "pose-estimator"),
-    ] {
-        holds(&root().join("fmu").join(folder).join("README.md"), &table_markdown(fmu.table()));
+    for fmu in Fmu::ALL {
+        holds(
+            &root().join("fmu").join(fmu.folder()).join("README.md"),
+            &table_markdown(fmu.table()),
+        );
     }
 }

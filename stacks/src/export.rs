@@ -5,26 +5,10 @@ use crate::lateral::Quantity;
 use serde::Serialize;
 use steerwright_formats::{Grade, Quality};
 
-/// A driving stack.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stack {
-    /// `simple_planning_simulator` and `mpc_lateral_controller` of Autoware.
-    Autoware,
-    /// openpilot's `CarParams`.
-    Openpilot,
-    /// Rover of ArduPilot, with Ackermann steering.
-    Ardupilot,
-    /// The Ackermann rover of PX4.
-    Px4,
-}
-
-steerwright_formats::words!(Stack {
-    Autoware = "autoware",
-    Openpilot = "openpilot",
-    Ardupilot = "ardupilot",
-    Px4 = "px4",
-});
+/// The form of a stack's file: YAML of ROS 2, TOML, `NAME,VALUE`, or the table of QGroundControl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[rustfmt::skip]
+pub(crate) enum Form { Ros2, Toml, Csv, QGroundControl }
 
 /// Numbers that the model does not hold, at the road wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -83,8 +67,10 @@ pub struct Missing {
 /// The parameters of a stack.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Export {
-    /// The stack.
-    pub stack: Stack,
+    /// The stack's name.
+    pub stack: &'static str,
+    #[serde(skip)]
+    pub(crate) form: Form,
     /// The model's name.
     pub model: String,
     /// The model's quality.
@@ -100,9 +86,10 @@ pub struct Export {
 }
 
 impl Export {
-    pub(crate) fn new(stack: Stack, model: &str, quality: &Quality) -> Self {
+    pub(crate) fn new(stack: &'static str, form: Form, model: &str, quality: &Quality) -> Self {
         Self {
             stack,
+            form,
             model: model.into(),
             quality: quality.grade,
             reasons: quality.codes(),

@@ -359,9 +359,9 @@ mod tests {
             cornering_stiffness_front_npr: 80e3,
             cornering_stiffness_rear_npr: 90e3,
             actuator_time_constant_s: 0.1,
-            actuator_delay_s: 0.0,
             steering_ratio: 15.0,
             speed_mps: 15.0,
+            ..VehicleData::default()
         };
         let [effective, mean, variance] = turn(&v);
         let gradient = 1500.0 / 2.7 * (1.5 / 80e3 - 1.2 / 90e3);

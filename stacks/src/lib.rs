@@ -16,10 +16,32 @@ mod text;
 mod torque;
 
 pub use error::Error;
-pub use export::{Export, Missing, Parameter, Stack, Stated};
+pub use export::{Export, Missing, Parameter, Stated};
 pub use lateral::{Lateral, Quantity, Timing};
 pub use text::MARK;
-pub use torque::export_torque;
+
+use export::Form;
+use steerwright_formats::Torque;
+
+/// A driving stack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stack {
+    /// `simple_planning_simulator` and `mpc_lateral_controller` of Autoware.
+    Autoware,
+    /// openpilot's `CarParams`.
+    Openpilot,
+    /// Rover of ArduPilot, with Ackermann steering.
+    Ardupilot,
+    /// The Ackermann rover of PX4.
+    Px4,
+}
+
+steerwright_formats::words!(Stack {
+    Autoware = "autoware",
+    Openpilot = "openpilot",
+    Ardupilot = "ardupilot",
+    Px4 = "px4",
+});
 
 /// The parameters of a stack.
 ///
@@ -27,12 +49,24 @@ pub use torque::export_torque;
 /// Limits or a wheelbase that are not greater than 0.
 pub fn export(stack: Stack, lateral: &Lateral, stated: &Stated) -> Result<Export, Error> {
     stated.check()?;
-    let mut export = Export::new(stack, &lateral.name, &lateral.quality);
-    match stack {
-        Stack::Autoware => autoware::fill(&mut export, lateral, stated),
-        Stack::Openpilot => openpilot::fill(&mut export, lateral),
-        Stack::Ardupilot => ardupilot::fill(&mut export, lateral, stated),
-        Stack::Px4 => px4::fill(&mut export, lateral, stated),
-    }
+    let (form, fill): (Form, fn(&mut Export, &Lateral, &Stated)) = match stack {
+        Stack::Autoware => (Form::Ros2, autoware::fill),
+        Stack::Openpilot => (Form::Toml, openpilot::fill),
+        Stack::Ardupilot => (Form::Csv, ardupilot::fill),
+        Stack::Px4 => (Form::QGroundControl, px4::fill),
+    };
+    let mut export = Export::new(stack.name(), form, &lateral.name, &lateral.quality);
+    fill(&mut export, lateral, stated);
     Ok(export)
+}
+
+/// The parameters of a stack that steers by torque.
+///
+/// # Errors
+/// [`Error::NotByTorque`] for other stacks, [`Error::NotNormalised`] if the command is not from −1 to 1.
+pub fn export_torque(stack: Stack, torque: &Torque) -> Result<Export, Error> {
+    match stack {
+        Stack::Openpilot => torque::export(stack.name(), torque),
+        _ => Err(Error::NotByTorque { stack: stack.name() }),
+    }
 }

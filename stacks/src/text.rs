@@ -1,6 +1,6 @@
 //! The file of each stack's own tools, with standard errors and conventions as comments.
 
-use crate::export::{Export, Parameter, Stack};
+use crate::export::{Export, Form, Parameter};
 use std::fmt::Write;
 use steerwright_formats::Grade;
 
@@ -8,11 +8,10 @@ use steerwright_formats::Grade;
 pub const MARK: &str = "# steerwright: parameters for ";
 
 impl Export {
-    /// The file: YAML of ROS 2 for Autoware, TOML for openpilot, `NAME,VALUE` for ArduPilot, and the table of
-    /// QGroundControl for PX4.
+    /// The file.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = format!("{MARK}{}\n# model: {}\n", self.stack.name(), one_line(&self.model));
+        let mut text = format!("{MARK}{}\n# model: {}\n", self.stack, one_line(&self.model));
         let grade = match self.quality {
             Grade::Pass => "pass",
             Grade::Warn => "warn",
@@ -24,16 +23,16 @@ impl Export {
         for line in &self.convention {
             let _ = writeln!(text, "# {line}");
         }
-        if self.stack == Stack::Autoware {
+        if self.form == Form::Ros2 {
             text += "/**:\n  ros__parameters:\n";
         }
         let mut group = "";
         for parameter in &self.parameters {
             if parameter.group != group {
                 group = parameter.group;
-                text += &heading(self.stack, group);
+                text += &heading(self.form, group);
             }
-            text += &line(self.stack, parameter);
+            text += &line(self.form, parameter);
         }
         if !self.missing.is_empty() {
             text += "\n# not determined by this model:\n";
@@ -49,27 +48,27 @@ fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-fn heading(stack: Stack, group: &str) -> String {
-    match stack {
-        Stack::Autoware => format!("    # {group}\n"),
-        Stack::Openpilot => format!("[{group}]\n"),
-        Stack::Ardupilot | Stack::Px4 => format!("# {group}\n"),
+fn heading(form: Form, group: &str) -> String {
+    match form {
+        Form::Ros2 => format!("    # {group}\n"),
+        Form::Toml => format!("[{group}]\n"),
+        Form::Csv | Form::QGroundControl => format!("# {group}\n"),
     }
 }
 
-fn line(stack: Stack, p: &Parameter) -> String {
+fn line(form: Form, p: &Parameter) -> String {
     let (key, value) = (p.key, number(p.quantity.value));
     let error = match p.quantity.standard_error {
         Some(error) => format!("standard error {}", number(error)),
         None => "no standard error".into(),
     };
     let comment = format!("{}, {error}: {}", p.unit, one_line(&p.note));
-    match stack {
-        Stack::Autoware => format!("    {key}: {value}  # {comment}\n"),
-        Stack::Openpilot => format!("{key} = {value}  # {comment}\n"),
-        Stack::Ardupilot => format!("# {key}: {comment}\n{key},{value}\n"),
+    match form {
+        Form::Ros2 => format!("    {key}: {value}  # {comment}\n"),
+        Form::Toml => format!("{key} = {value}  # {comment}\n"),
+        Form::Csv => format!("# {key}: {comment}\n{key},{value}\n"),
         // Vehicle, component, and 9: the type of a 32-bit float in MAVLink.
-        Stack::Px4 => format!("# {key}: {comment}\n1\t1\t{key}\t{value}\t9\n"),
+        Form::QGroundControl => format!("# {key}: {comment}\n1\t1\t{key}\t{value}\t9\n"),
     }
 }
 

@@ -4,25 +4,18 @@
 //! error of the acceleration, and compensates the roll of the road with 9.81 m/s²·sin(roll).
 
 use crate::Error;
-use crate::export::{Export, Stack};
+use crate::export::{Export, Form};
 use crate::lateral::Quantity;
 use crate::openpilot::{ADDED, GROUP};
 use steerwright_formats::{Estimate, Torque};
 
 const TUNING: &str = "CarParams.lateralTuning.torque";
 
-/// The parameters of a stack that steers by torque.
-///
-/// # Errors
-/// [`Error::NotByTorque`] for other stacks, [`Error::NotNormalised`] if the command is not from −1 to 1.
-pub fn export_torque(stack: Stack, torque: &Torque) -> Result<Export, Error> {
-    if stack != Stack::Openpilot {
-        return Err(Error::NotByTorque { stack: stack.name() });
-    }
+pub(crate) fn export(stack: &'static str, torque: &Torque) -> Result<Export, Error> {
     if torque.command_unit != "1" {
         return Err(Error::NotNormalised { unit: torque.command_unit.clone() });
     }
-    let mut export = Export::new(stack, &torque.name, &torque.quality);
+    let mut export = Export::new(stack, Form::Toml, &torque.name, &torque.quality);
     export.convention("the command is from -1 to 1, positive to the left");
     export.convention(
         "formula: lateral acceleration = latAccelFactor*(command - friction*sign(steering rate)) + 9.81*sin(roll) + latAccelOffset",

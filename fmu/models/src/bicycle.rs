@@ -8,16 +8,16 @@
 
 use crate::Error;
 use crate::limits::{BLEND_SPEED, FASTEST_RATE};
+use crate::numbers::as_numbers;
 use crate::sideslip::Sideslip;
 use nalgebra::{SMatrix, SVector};
-use serde::{Deserialize, Serialize};
-use steerwright_formats::BicycleCoefficients;
+use steerwright_formats::{BicycleCoefficients, VehicleData};
 
 /// Longest delay of the steering actuator, s.
 pub const LONGEST_DELAY: f64 = 10.0;
 
 /// A vehicle as the bicycle model sees it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BicycleParameters {
     /// Mass m, kg.
     pub mass: f64,
@@ -39,19 +39,29 @@ pub struct BicycleParameters {
     pub steering_ratio: f64,
 }
 
+as_numbers!(BicycleParameters: mass yaw_inertia distance_front distance_rear cornering_stiffness_front
+    cornering_stiffness_rear actuator_time_constant actuator_delay steering_ratio);
+
 impl Default for BicycleParameters {
-    /// A mid-size car with its steering at the road wheel, mildly understeering.
+    /// The parameters of [`VehicleData::default`].
     fn default() -> Self {
+        Self::from(&VehicleData::default())
+    }
+}
+
+impl From<&VehicleData> for BicycleParameters {
+    /// The vehicle of `bicycle.json`. Its speed is no parameter but an input of the plant.
+    fn from(vehicle: &VehicleData) -> Self {
         Self {
-            mass: 1500.0,
-            yaw_inertia: 2500.0,
-            distance_front: 1.2,
-            distance_rear: 1.5,
-            cornering_stiffness_front: 100_000.0,
-            cornering_stiffness_rear: 110_000.0,
-            actuator_time_constant: 0.05,
-            actuator_delay: 0.0,
-            steering_ratio: 1.0,
+            mass: vehicle.mass_kg,
+            yaw_inertia: vehicle.yaw_inertia_kgm2,
+            distance_front: vehicle.distance_front_m,
+            distance_rear: vehicle.distance_rear_m,
+            cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
+            cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
+            actuator_time_constant: vehicle.actuator_time_constant_s,
+            actuator_delay: vehicle.actuator_delay_s,
+            steering_ratio: vehicle.steering_ratio,
         }
     }
 }

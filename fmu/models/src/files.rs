@@ -64,17 +64,7 @@ pub fn sideslip(plant: &Plant) -> Option<Sideslip> {
 /// The vehicle of `bicycle.json`. Its speed is no parameter but an input of the plant.
 #[must_use]
 pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
-    BicycleParameters {
-        mass: vehicle.mass_kg,
-        yaw_inertia: vehicle.yaw_inertia_kgm2,
-        distance_front: vehicle.distance_front_m,
-        distance_rear: vehicle.distance_rear_m,
-        cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
-        cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
-        actuator_time_constant: vehicle.actuator_time_constant_s,
-        actuator_delay: vehicle.actuator_delay_s,
-        steering_ratio: vehicle.steering_ratio,
-    }
+    vehicle.into()
 }
 
 /// The vehicle of `vehicle.json`. Its speed is no parameter but an input.

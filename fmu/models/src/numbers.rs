@@ -7,6 +7,11 @@ macro_rules! as_numbers {
     ($name:ident: $($($field:ident).+)+) => {
         impl $name {
             const NUMBERS: usize = [$(stringify!($($field).+)),+].len();
+
+            /// All parameters.
+            pub(crate) fn numbers(&self) -> [f64; Self::NUMBERS] {
+                [$(self.$($field).+),+]
+            }
         }
 
         // Every number of the parameters has its place.
@@ -14,7 +19,7 @@ macro_rules! as_numbers {
 
         impl serde::Serialize for $name {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serde::Serialize::serialize(&[$(self.$($field).+),+], serializer)
+                serde::Serialize::serialize(&self.numbers(), serializer)
             }
         }
 

@@ -6,6 +6,7 @@ use crate::common;
 use common::{runge_kutta, sample};
 use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
 use proptest::prelude::*;
+use steerwright_formats::VehicleData;
 use steerwright_models::{BicycleParameters, BicyclePlant, Error, Sideslip, bicycle_body_frame};
 
 fn car() -> BicycleParameters {
@@ -17,9 +18,38 @@ fn car() -> BicycleParameters {
         cornering_stiffness_front: 105_000.0,
         cornering_stiffness_rear: 131_000.0,
         actuator_time_constant: 0.08,
-        actuator_delay: 0.0,
         steering_ratio: 14.3,
+        ..BicycleParameters::default()
     }
+}
+
+#[test]
+fn every_number_of_the_file_arrives() {
+    let vehicle = VehicleData {
+        name: "car".into(),
+        mass_kg: 1.0,
+        yaw_inertia_kgm2: 2.0,
+        distance_front_m: 3.0,
+        distance_rear_m: 4.0,
+        cornering_stiffness_front_npr: 5.0,
+        cornering_stiffness_rear_npr: 6.0,
+        actuator_time_constant_s: 7.0,
+        actuator_delay_s: 10.0,
+        steering_ratio: 8.0,
+        speed_mps: 9.0,
+    };
+    let expected = BicycleParameters {
+        mass: 1.0,
+        yaw_inertia: 2.0,
+        distance_front: 3.0,
+        distance_rear: 4.0,
+        cornering_stiffness_front: 5.0,
+        cornering_stiffness_rear: 6.0,
+        actuator_time_constant: 7.0,
+        actuator_delay: 10.0,
+        steering_ratio: 8.0,
+    };
+    assert_eq!(BicycleParameters::from(&vehicle), expected);
 }
 
 /// Tyre forces by their definition, not by the coefficients A1…B2: (v̇_y, ṙ, δ̇, ψ̇, Ẋ, Ẏ).

@@ -36,6 +36,12 @@ macro_rules! fmus {
                 match self { $(Self::$name => $resource),* }
             }
 
+            /// The name of its folder in `fmu/`.
+            #[must_use]
+            pub fn folder(self) -> &'static str {
+                match self { $(Self::$name => $folder),* }
+            }
+
             /// The FMU's README: its equations and its variables, in Markdown.
             #[must_use]
             pub fn readme(self) -> &'static str {

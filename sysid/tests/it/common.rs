@@ -64,7 +64,7 @@ pub(crate) fn car() -> BicycleParameters {
         cornering_stiffness_front: 98_000.0,
         cornering_stiffness_rear: 105_000.0,
         actuator_time_constant: 0.06,
-        actuator_delay: 0.0,
         steering_ratio: 1.0,
+        ..BicycleParameters::default()
     }
 }

@@ -47,21 +47,7 @@ impl BicyclePlant {
     /// Where no plant can be in that state.
     pub fn restore(saved: &SavedBicyclePlant) -> Result<Self, Error> {
         // Parameters that were set but not started with may be any numbers.
-        let p = &saved.parameters;
-        finite(
-            "a parameter",
-            &[
-                p.mass,
-                p.yaw_inertia,
-                p.distance_front,
-                p.distance_rear,
-                p.cornering_stiffness_front,
-                p.cornering_stiffness_rear,
-                p.actuator_time_constant,
-                p.actuator_delay,
-                p.steering_ratio,
-            ],
-        )?;
+        finite("a parameter", &saved.parameters.numbers())?;
         saved.started.check()?;
         finite("an input", &[saved.steering_angle, saved.steering_rate, saved.speed])?;
         finite("a state", &saved.w)?;

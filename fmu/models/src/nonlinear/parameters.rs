@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::bicycle::BicycleParameters;
 use serde::{Deserialize, Serialize};
-use steerwright_formats::{Body, SteeringActuator, Tyres};
+use steerwright_formats::{Body, SteeringActuator, Tyres, VehicleData};
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,17 +59,8 @@ impl NonlinearParameters {
     /// The bicycle that this vehicle is at small slip.
     #[must_use]
     pub fn bicycle(&self) -> BicycleParameters {
-        BicycleParameters {
-            mass: self.body.mass_kg,
-            yaw_inertia: self.body.yaw_inertia_kgm2,
-            distance_front: self.body.distance_front_m,
-            distance_rear: self.body.distance_rear_m,
-            cornering_stiffness_front: self.tyres.cornering_stiffness_front_npr,
-            cornering_stiffness_rear: self.tyres.cornering_stiffness_rear_npr,
-            actuator_time_constant: self.actuator.time_constant_s,
-            actuator_delay: self.actuator.delay_s,
-            steering_ratio: self.actuator.steering_ratio,
-        }
+        let Self { body, tyres, actuator } = self;
+        (&VehicleData::in_gentle_driving(body, tyres, actuator)).into()
     }
 
     /// Checks that this can be a vehicle.

@@ -4,12 +4,11 @@
 
 use steerwright_formats::{
     Guidance, InputKind, LargeErrors, LateralAcceleration, Matrix, Path, PidGains, Plant,
-    VehicleData,
 };
 use steerwright_models::files::{
-    bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
+    guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
-use steerwright_models::{BicycleParameters, Error, GuidanceParameters, PidParameters, Sideslip};
+use steerwright_models::{Error, GuidanceParameters, PidParameters, Sideslip};
 
 fn plant() -> Plant {
     Plant {
@@ -62,35 +61,6 @@ fn the_identified_model() {
     };
     let error = identified_model(&Plant { continuous: Some(continuous), ..plant() }).unwrap_err();
     assert!(matches!(error, Error::Inconsistent { name: "A", .. }), "{error}");
-}
-
-#[test]
-fn the_vehicle() {
-    let vehicle = VehicleData {
-        name: "car".into(),
-        mass_kg: 1.0,
-        yaw_inertia_kgm2: 2.0,
-        distance_front_m: 3.0,
-        distance_rear_m: 4.0,
-        cornering_stiffness_front_npr: 5.0,
-        cornering_stiffness_rear_npr: 6.0,
-        actuator_time_constant_s: 7.0,
-        actuator_delay_s: 10.0,
-        steering_ratio: 8.0,
-        speed_mps: 9.0,
-    };
-    let expected = BicycleParameters {
-        mass: 1.0,
-        yaw_inertia: 2.0,
-        distance_front: 3.0,
-        distance_rear: 4.0,
-        cornering_stiffness_front: 5.0,
-        cornering_stiffness_rear: 6.0,
-        actuator_time_constant: 7.0,
-        actuator_delay: 10.0,
-        steering_ratio: 8.0,
-    };
-    assert_eq!(bicycle_parameters(&vehicle), expected);
 }
 
 #[test]

@@ -33,7 +33,9 @@ use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::plant::Traces;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response};
-use steerwright_formats::{Bicycle, Document, Model, Provenance, Structure, WithDelay};
+use steerwright_formats::{
+    Bicycle, Document, Model, Provenance, Structure, VehicleData, WithDelay,
+};
 
 pub use crate::structures::bicycle::options::BicycleOptions;
 pub(crate) use crate::structures::bicycle::response::{
@@ -163,13 +165,11 @@ pub(crate) fn identify_moving(
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
-    let vehicle = parameters::vehicle(
-        &found.parameters,
-        options,
-        &log.name,
-        log.steering_ratio,
-        evidence.speed.mean_mps,
-    );
+    let vehicle = VehicleData {
+        name: log.name.clone(),
+        speed_mps: evidence.speed.mean_mps,
+        ..parameters::vehicle(&found.parameters, options, log.steering_ratio)
+    };
     let quality = known.quality(&evidence, &vehicle);
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").into(),

@@ -197,16 +197,13 @@ pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAM
 pub(super) fn vehicle(
     p: &[f64; PARAMETERS],
     options: &BicycleOptions,
-    name: &str,
     steering_ratio: f64,
-    speed_mps: f64,
 ) -> VehicleData {
     let c = Coefficients::new(p, options.front_share());
     let mass = options.mass();
     let wheelbase = p[WHEELBASE].exp();
     let (a, b) = (wheelbase * (1.0 - options.front_share()), wheelbase * options.front_share());
     VehicleData {
-        name: name.to_owned(),
         mass_kg: mass,
         yaw_inertia_kgm2: mass * p[INDEX].exp() * a * b,
         distance_front_m: a,
@@ -216,6 +213,6 @@ pub(super) fn vehicle(
         actuator_time_constant_s: p[LAG].exp(),
         actuator_delay_s: p[DELAY].max(0.0),
         steering_ratio: steering_ratio / c.steering_factor,
-        speed_mps,
+        ..VehicleData::default()
     }
 }

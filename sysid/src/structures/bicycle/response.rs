@@ -95,9 +95,9 @@ mod tests {
             cornering_stiffness_front_npr: 80e3,
             cornering_stiffness_rear_npr: 100e3,
             actuator_time_constant_s: 0.05,
-            actuator_delay_s: 0.0,
             steering_ratio: 15.0,
             speed_mps: 20.0,
+            ..VehicleData::default()
         }
     }
 

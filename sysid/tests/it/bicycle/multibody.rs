@@ -19,8 +19,8 @@ fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
         cornering_stiffness_front: 129_696.69,
         cornering_stiffness_rear: 105_400.27,
         actuator_time_constant: 0.05,
-        actuator_delay: 0.0,
         steering_ratio: 1.0,
+        ..BicycleParameters::default()
     };
     let sheet = validate(&log, &IdentifyOptions::default(), &at_speed(&sheet, 15.0)).unwrap();
     let e = evidence(&found);
