@@ -102,7 +102,7 @@ pub struct BicycleCoefficients {
     pub tn: f64,
 }
 
-/// Numbers in a file may be rounded: largest difference, of the largest number of the row.
+/// Numbers in a file may be rounded: largest difference, as a share of the number.
 const ROUNDED: f64 = 1e-3;
 
 impl BicycleCoefficients {
@@ -127,6 +127,21 @@ impl BicycleCoefficients {
             n: 1.0 / steering_ratio,
             tn: time_constant,
         }
+    }
+
+    /// With their names.
+    fn named(&self) -> [(&'static str, f64); 8] {
+        let Self { a1, a2, a3, a4, b1, b2, n, tn } = *self;
+        [
+            ("A1", a1),
+            ("A2", a2),
+            ("A3", a3),
+            ("A4", a4),
+            ("B1", b1),
+            ("B2", b2),
+            ("n", n),
+            ("Tn", tn),
+        ]
     }
 
     /// The part (v_y, r) of the body-frame form at a speed, m/s: `[[a, b], [c, d]]`, row by row.
@@ -288,36 +303,30 @@ impl Bicycle {
     /// The FMU and the design compute eq 13 of the vehicle: a file whose coefficients or matrices are those of another one
     /// would mislead whoever reads them.
     fn check_eq_13(&self, c: &mut Checker) {
-        let mut compare = |at: &str, found: f64, expected: f64, scale: f64| {
-            c.require((found - expected).abs() <= ROUNDED * scale.abs(), at, || {
+        let expected = self.vehicle.coefficients();
+        // A difference of large numbers may be 0 but for their rounding.
+        let negligible = 1e-9 * expected.a1.abs().max(expected.a4.abs());
+        let mut compare = |at: &str, found: f64, expected: f64| {
+            let apart = (found - expected).abs();
+            c.require(apart <= ROUNDED * expected.abs() + negligible, at, || {
                 format!(
                     "{found}, but {expected} by eq 13 of `vehicle`; `steerwright bicycle` computes it"
                 )
             });
         };
-        let (f, e) = (&self.coefficients, self.vehicle.coefficients());
-        for (name, found, expected, scale) in [
-            ("A1", f.a1, e.a1, e.a1),
-            // A2 and A3 are differences, of a neutral vehicle 0.
-            ("A2", f.a2, e.a2, e.a1.abs().max(e.a2.abs())),
-            ("A3", f.a3, e.a3, e.a3.abs().max(e.a4.abs())),
-            ("A4", f.a4, e.a4, e.a4),
-            ("B1", f.b1, e.b1, e.b1),
-            ("B2", f.b2, e.b2, e.b2),
-            ("n", f.n, e.n, e.n),
-            ("Tn", f.tn, e.tn, e.tn),
-        ] {
-            compare(&format!("coefficients.{name}"), found, expected, scale);
+        for ((name, found), (_, expected)) in
+            self.coefficients.named().into_iter().zip(expected.named())
+        {
+            compare(&format!("coefficients.{name}"), found, expected);
         }
-        let (state_matrix, input_matrix) = e.matrices(self.vehicle.speed_mps);
+        let (state_matrix, input_matrix) = expected.matrices(self.vehicle.speed_mps);
         for (name, found, expected) in [
             ("state_matrix", &self.state_matrix, state_matrix),
             ("input_matrix", &self.input_matrix, input_matrix),
         ] {
             for (i, (found, expected)) in found.0.iter().zip(&expected.0).enumerate() {
-                let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
                 for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
-                    compare(&format!("{name}[{i}][{j}]"), *found, *expected, largest);
+                    compare(&format!("{name}[{i}][{j}]"), *found, *expected);
                 }
             }
         }
