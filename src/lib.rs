@@ -42,6 +42,7 @@ use clap::{Parser, Subcommand};
 use failure::{Failure, Outcome};
 use guard::Interruption;
 use std::ffi::OsString;
+use std::time::SystemTime;
 
 /// From a recorded drive to steering FMUs that can be trusted.
 ///
@@ -156,7 +157,8 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
                     })
                 }
                 Command::Sweep(sweep) if sweep.calls_fmus() => {
-                    guard::run(&arguments, Interruption::IsPassedOn, |_| Ok(sweep.kept()))
+                    let began = SystemTime::now();
+                    guard::run(&arguments, Interruption::IsPassedOn, |_| Ok(sweep.kept(began)))
                 }
                 command if command.calls_fmus() => {
                     guard::run(&arguments, Interruption::IsPassedOn, |_| Ok(None))

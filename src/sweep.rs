@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 use steerwright_host::process::{lines_of_parent, on_interruption};
 use steerwright_sweep::{
     Cause, FailureSummary, Finished, MetricSummary, Options, Piece, Requirement, Study, Summary,
@@ -124,14 +124,19 @@ impl Arguments {
         self.merge.is_none() && !self.isolate && !self.serve
     }
 
-    /// What is left of a sweep whose process did not come to its end.
-    pub(crate) fn kept(&self) -> Option<String> {
+    /// What is left of a sweep that began then and whose process did not come to its end.
+    pub(crate) fn kept(&self, began: SystemTime) -> Option<String> {
         if self.shard.is_some() {
             return Some("the piece is not kept; with --isolate such a run is a row".into());
         }
-        let out = self.out().display();
+        let out = self.out();
+        let written = std::fs::metadata(out).and_then(|file| file.modified()).ok()?;
+        if written < began {
+            return None;
+        }
         Some(format!(
-            "{out} has the runs that were done: continue with --resume --isolate, where such a run is a row"
+            "{} has the runs that were done: continue with --resume --isolate, where such a run is a row",
+            out.display()
         ))
     }
 }

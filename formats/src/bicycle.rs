@@ -297,9 +297,7 @@ impl Bicycle {
         drawn.check(&mut checker, "");
         checker.into_first().is_none().then_some(drawn)
     }
-}
 
-impl Bicycle {
     /// The FMU and the design compute eq 13 of the vehicle: a file whose coefficients or matrices are those of another one
     /// would mislead whoever reads them.
     fn check_eq_13(&self, c: &mut Checker) {

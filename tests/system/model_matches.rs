@@ -20,7 +20,7 @@ struct Search {
 }
 
 impl Search {
-    fn of(code: &str) -> bool {
+    fn finds(code: &str) -> bool {
         // Files of one module are joined: their pages and inner attributes stand in the middle.
         let is_code = |line: &&str| !line.starts_with("//!") && !line.starts_with("#![");
         let code: Vec<&str> = code.lines().filter(is_code).collect();
@@ -64,7 +64,7 @@ fn is_variant(path: &Path) -> bool {
 fn a_crate_matches_on_the_structures_of_a_model_in_one_file() {
     let mut found = BTreeSet::new();
     for (package, texts) in sources() {
-        let is_matching = |text: &str| text.contains("Model::") && Search::of(text);
+        let is_matching = |text: &str| text.contains("Model::") && Search::finds(text);
         let own: Vec<&Module> =
             texts.iter().filter(|(_, text)| is_matching(text)).map(|(module, _)| module).collect();
         found.extend(own.iter().map(|module| (package.clone(), module.join("::"))));
@@ -96,13 +96,13 @@ fn a_match_is_found_in_every_form_and_a_constructor_is_none() {
         "fn f() { let Model::StateSpace(p) = m else { return }; }",
         "fn f() -> bool { matches!(m, Model::SingleTrack(_)) }",
     ] {
-        assert!(Search::of(code), "{code}");
+        assert!(Search::finds(code), "{code}");
     }
     for code in [
         "fn f() { Model::Bicycle(Box::new(b)) }",
         "fn f() { match m { PlantModel::Bicycle(_) => 1, _ => 2 } }",
         "mod tests { fn f() { if let Model::Torque(t) = m {} } }",
     ] {
-        assert!(!Search::of(code), "{code}");
+        assert!(!Search::finds(code), "{code}");
     }
 }

@@ -309,6 +309,15 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     let table = fs::read_to_string(folder.path().join("exited.csv")).unwrap();
     // The row of the run before may not be written yet.
     assert!((1..=2).contains(&table.lines().count()), "{table}");
+    // In the first step there are no results yet, and none of before are taken for them.
+    fs::write(&exiting, HANGING.replace("[0, 10, 0]", "[14, 14, 14]")).unwrap();
+    for _ in 0..2 {
+        let output = sweep(folder.path(), &exiting, &["-o", "none.csv", "--force"]);
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("before the command was done\n"), "{text}");
+    }
+    fs::write(&exiting, HANGING.replace("[0, 10, 0]", "[0, 14, 0]")).unwrap();
     let more = ["--resume", "--isolate", "-o", "exited.csv"];
     assert_eq!(sweep(folder.path(), &exiting, &more).status.code(), Some(1));
     let table = fs::read_to_string(folder.path().join("exited.csv")).unwrap();

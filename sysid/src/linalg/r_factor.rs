@@ -5,6 +5,7 @@
 
 use faer::{Mat, MatRef};
 use pulp::{Arch, Simd, WithSimd};
+use steerwright_formats::interruption::check;
 
 /// Rows gathered before they are reduced; few enough to stay in the cache.
 const BLOCK: usize = 256;
@@ -50,6 +51,7 @@ impl RFactor {
     }
 
     fn reduce(&mut self) {
+        check();
         let height = self.gathered.next_multiple_of(WIDEST);
         for column in self.block.chunks_exact_mut(STRIDE) {
             column[self.gathered..height].fill(0.0);

@@ -12,6 +12,7 @@ use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_sta
 use crate::pem::{Neighbours, Stop, refine_gain, uncertain_simulation, without_blocks};
 use crate::selection::candidate::{Candidate, Choice, output};
 use crate::selection::initial_conditions::InitialConditions;
+use crate::selection::order::weights;
 use crate::subspace::{Factor, noise_model};
 use faer::{Mat, MatRef};
 
@@ -133,11 +134,10 @@ fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
     /// Less than that counts for nothing.
     const LEAST_WEIGHT: f64 = 1e-3;
     let all = &choice.candidates;
-    let least = all.iter().map(|c| c.criterion).fold(f64::INFINITY, f64::min);
-    let likelihood = |c: &Candidate| (-0.5 * (c.criterion - least)).exp();
-    let sum: f64 = all.iter().map(likelihood).filter(|w| w.is_finite()).sum();
-    let others = all.iter().enumerate().filter(|(k, _)| *k != choice.chosen);
-    let others = others.map(|(_, c)| (likelihood(c) / sum, c.model.clone()));
+    let criteria: Vec<_> = all.iter().map(|c| (c.criterion, 0)).collect();
+    let weighted = weights(&criteria, 0.0).into_iter().zip(all).enumerate();
+    let others = weighted.filter(|(k, _)| *k != choice.chosen);
+    let others = others.map(|(_, (weight, c))| (weight, c.model.clone()));
     let direct = all[choice.chosen].direct.clone().map(|model| (0.5, model));
     others.filter(|(weight, _)| *weight > LEAST_WEIGHT).chain(direct).collect()
 }

@@ -17,6 +17,7 @@ use crate::subspace::{
     stable_eq12, subspace,
 };
 use faer::Mat;
+use steerwright_formats::interruption::check;
 
 /// Horizons that are tried where none is given.
 const HORIZONS: [usize; 4] = [10, 15, 20, 30];
@@ -145,6 +146,7 @@ impl<'a> InitialEstimates<'a> {
         order: usize,
         feedthrough: bool,
     ) -> Result<Candidate, Error> {
+        check();
         let Fitted { data, samples, output_scale, offset } = self.fitted;
         let factor = &horizon.factor;
         let (a, c) = match realization {

@@ -125,15 +125,7 @@ fn the_controller() {
         provenance: steerwright_formats::Provenance::default(),
     };
     let expected = PidParameters {
-        gains: PidGains {
-            kp: 1.0,
-            ki: 2.0,
-            kd: 3.0,
-            derivative_filter_time_s: 4.0,
-            setpoint_weight_proportional: 5.0,
-            setpoint_weight_derivative: 6.0,
-            anti_windup_time_s: 7.0,
-        },
+        gains: pid.gains,
         max_angle: 8.0,
         max_increment: 9.0,
         max_rate: 10.0,

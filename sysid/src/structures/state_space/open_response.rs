@@ -13,7 +13,7 @@ use crate::model::StateSpace;
 use crate::selection::candidate::{Candidate, Choice, FINE, refine};
 use crate::selection::delay::Delay;
 use crate::selection::options::IdentifyOptions;
-use crate::selection::order::parameters;
+use crate::selection::order::{parameters, weights};
 use faer::c64;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
@@ -43,17 +43,6 @@ pub(super) fn with_other_orders(stated: &mut Uncertainty, data: &Data, choice: &
     }
 }
 
-/// Weights of models by BIC and number of parameters: `exp(−Δ/2)` over the sum of all, Δ the difference of a criterion in
-/// which a parameter costs so much less.
-fn weights(models: &[(f64, usize)], less: f64) -> Vec<f64> {
-    let criterion = |&(bic, parameters): &(f64, usize)| bic - less * parameters as f64;
-    let least = models.iter().map(criterion).fold(f64::INFINITY, f64::min);
-    let likelihood = |model| (-0.5 * (criterion(model) - least)).exp();
-    let likelihoods: Vec<f64> = models.iter().map(likelihood).collect();
-    let sum: f64 = likelihoods.iter().filter(|w| w.is_finite()).sum();
-    likelihoods.iter().map(|w| w / sum).collect()
-}
-
 /// Adds the uncertainty of its delay to that of a model of `log`, whose input is not delayed yet. Where no model can be
 /// refined, the whole difference of the phase counts.
 pub(super) fn with_uncertain_delay(
@@ -74,6 +63,7 @@ pub(super) fn with_uncertain_delay(
             None
         }
     };
+    // The first is one step: the chosen model is refined with that delay already, unless its data were two-stage.
     let models = model(delay.seconds).zip(model(delay.seconds + longer_s));
     for band in &mut stated.frequency_response {
         let omega = TAU * band.frequency_hz;
@@ -123,23 +113,5 @@ impl Sampled {
     fn response(&self, omega: f64) -> c64 {
         let (re, im) = self.model.frequency_response(0, 0, omega * self.sample_time_s);
         c64::new(re, im)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::weights;
-
-    /// Of 1,000 samples two more parameters cost 13.8 by BIC, and 4 by Akaike's criterion.
-    #[test]
-    fn a_larger_order_that_bic_refuses_keeps_its_weight() {
-        let less = 1000_f64.ln() - 2.0;
-        let models = [(0.0, 2), (2.0 * less, 4), (60.0, 6)];
-        let akaike = weights(&models, less);
-        assert!((akaike[0] - 0.5).abs() < 1e-9 && (akaike[1] - 0.5).abs() < 1e-9, "{akaike:?}");
-        assert!(akaike[2] < 1e-9);
-        assert!(weights(&models, 0.0)[1] < 0.01);
-        // One without a finite criterion counts for nothing.
-        assert_eq!(weights(&[(0.0, 2), (f64::INFINITY, 4)], less), [1.0, 0.0]);
     }
 }
