@@ -1,11 +1,12 @@
 //! Which part of a log validates the model (docs/methods/validation.md). By default the end does.
-//! Where either part is hardly excited, the excited parts are shared instead: of each run of
-//! [`PAIR_S`] excited seconds the first part is estimation data and the rest validation data, and
-//! what is not excited stays with the estimation data. Excited are windows of [`WINDOW_S`] whose
-//! input has a share of the log's mean power about its mean.
+//! Where either part is hardly excited, or the two differ in speed or lateral acceleration, the excited
+//! parts are shared instead: of each run of [`PAIR_S`] excited seconds the first part is estimation data
+//! and the rest validation data, and what is not excited stays with the estimation data. Excited are
+//! windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
 
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
 pub(crate) const CRUMB: usize = 60;
@@ -17,6 +18,11 @@ const EXCITED: f64 = 0.15;
 const FAIR_SHARE: f64 = 0.5;
 /// … or that share of their windows is excited, as in a drive that is steered less strongly than another.
 const EXCITED_SHARE: f64 = 0.5;
+/// Largest difference of the distributions of speed and of lateral acceleration in both parts of a split at the end
+/// (Kolmogorov and Smirnov's): a part that is nearly all slow does not judge a model of a drive that is fast too.
+const MOST_APART: f64 = 0.5;
+/// Speed that varies by less, standard deviation over mean, is one speed.
+const ONE_SPEED: f64 = 0.05;
 /// Length of the blocks that estimate where the log holds more than is used, s.
 const BLOCK_S: f64 = 60.0;
 /// Excited time of which one part estimates and the other validates, s.
@@ -68,10 +74,11 @@ impl Split {
         }
     }
 
-    /// The end of the log where both parts are excited by the input, else blocks that are.
+    /// The end of the log where both parts are excited by the input and alike in speed and lateral acceleration, else
+    /// blocks that are.
     pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
         let end = Self::end(log, input.len(), fraction);
-        let mean = steerwright_drivelog::signal::mean(input);
+        let mean = mean(input);
         let power = |ranges: &[Range<usize>]| -> f64 {
             ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - mean).powi(2)).sum()
         };
@@ -87,7 +94,7 @@ impl Split {
             windows as f64 >= EXCITED_SHARE * count(part)
                 || power(part) / all >= FAIR_SHARE * count(part) / samples
         };
-        if fair(&end.estimation) && fair(&end.validation) {
+        if fair(&end.estimation) && fair(&end.validation) && are_alike(log, &end) {
             return end;
         }
         Self::blocks(log, &excited, fraction).unwrap_or(end)
@@ -172,6 +179,29 @@ impl Split {
     }
 }
 
+/// Whether both parts of a split hold the speeds and the lateral accelerations of the drive.
+fn are_alike(log: &DriveLog, split: &Split) -> bool {
+    let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len()) else { return true };
+    let apart = |signal: &[f64]| {
+        let of = |part: &[Range<usize>]| -> Vec<f64> {
+            part.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+        };
+        distance(of(&split.estimation), of(&split.validation))
+    };
+    let lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
+    standard_deviation(speed) < ONE_SPEED * mean(speed)
+        || (apart(speed) <= MOST_APART && apart(&lateral) <= MOST_APART)
+}
+
+/// Largest difference of two distributions.
+fn distance(mut a: Vec<f64>, mut b: Vec<f64>) -> f64 {
+    a.sort_by(f64::total_cmp);
+    b.sort_by(f64::total_cmp);
+    let share =
+        |of: &[f64], x: f64| of.partition_point(|y| *y <= x) as f64 / of.len().max(1) as f64;
+    a.iter().map(|x| (share(&a, *x) - share(&b, *x)).abs()).fold(0.0, f64::max)
+}
+
 fn excited(log: &DriveLog, input: &[f64], mean: f64, mean_power: f64) -> Vec<bool> {
     let window = ((WINDOW_S / log.sample_time_s).round() as usize).max(1);
     let mut excited = vec![false; input.len()];
@@ -225,6 +255,25 @@ mod tests {
         let split = Split::new(&log, &log.input, 0.5);
         assert_eq!(split, Split::end(&log, log.len(), 0.5));
         assert_eq!((split.estimation, split.validation), (vec![0..750], vec![750..1500]));
+    }
+
+    #[test]
+    fn both_parts_hold_the_speeds_of_the_drive() {
+        let mut log = slalom(0.0..160.0, 160.0);
+        let n = log.len();
+        let rising: Vec<f64> = (0..n).map(|k| 5.0 + 25.0 * k as f64 / n as f64).collect();
+        log.speed = Some(rising.clone());
+        let split = Split::new(&log, &log.input, 0.5);
+        assert_eq!(split.selection, Selection::ExcitedBlocks);
+        for part in [&split.estimation, &split.validation] {
+            let speeds: Vec<f64> = part.iter().flat_map(|r| &rising[r.clone()]).copied().collect();
+            assert!(distance(speeds, rising.clone()) < 0.2, "{part:?}");
+        }
+        // Faster and slower again and again, and one speed.
+        log.speed = Some((0..n).map(|k| 15.0 + 5.0 * (0.005 * k as f64).sin()).collect());
+        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
+        log.speed = Some(rising.iter().map(|v| 15.0 + 0.01 * v).collect());
+        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
     }
 
     #[test]
