@@ -123,6 +123,17 @@ pub struct SpeedSummary {
     pub standard_deviation_mps: f64,
 }
 
+impl SpeedSummary {
+    /// Whether the speed hardly varies, so that nothing is known of other speeds.
+    #[must_use]
+    pub fn is_one_speed(&self) -> bool {
+        self.standard_deviation_mps < LEAST_SPREAD * self.mean_mps
+    }
+}
+
+/// Standard deviation of a speed over its mean, below which it is one speed.
+pub const LEAST_SPREAD: f64 = 0.05;
+
 /// The bicycle with a delay of the steering.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -47,7 +47,7 @@ mod words;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{
-    BicycleEvidence, Estimated, SpeedSummary, Stated, VehicleDirection, WithDelay,
+    BicycleEvidence, Estimated, LEAST_SPREAD, SpeedSummary, Stated, VehicleDirection, WithDelay,
 };
 pub use design::{
     Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, OverEnsemble,

@@ -1195,7 +1195,7 @@ class HeldOut(Record):
     """Number of blocks of time behind it."""
     selection: Union[str, None]
     """How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not excited,
-    `windows` of accumulated drives."""
+    `speed-blocks` where it differs in speed or lateral acceleration, `windows` of accumulated drives."""
     segments_s: Union[Array, None]
     """First and last instants of each segment of validation data, s."""
     fit_bound: Union[float, None]

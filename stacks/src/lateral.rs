@@ -12,9 +12,6 @@ use steerwright_formats::{
     Bicycle, Discrete, Estimated, InputKind, Matrix, Plant, Quality, VehicleData,
 };
 
-/// Standard deviation of the speed over its mean, below which a drive is of one speed.
-const LEAST_SPREAD: f64 = 0.05;
-
 /// A number with its standard error, if there is one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quantity {
@@ -193,9 +190,7 @@ impl Lateral {
         let [effective_error, wheelbase_error, ratio_error] =
             errors.map_or([None; 3], |[e, w, r, ..]| [e, w, r].map(|e| (e > 0.0).then_some(e)));
         let (one_speed, stated) = evidence.map_or((false, false), |e| {
-            let speed = e.speed;
-            let one = speed.standard_deviation_mps < LEAST_SPREAD * speed.mean_mps;
-            (one, e.stated.iter().any(|s| s.name == "wheelbase_m"))
+            (e.speed.is_one_speed(), e.stated.iter().any(|s| s.name == "wheelbase_m"))
         });
         let offset = evidence.map(|e| Quantity {
             value: e.steering_offset_rad / vehicle.steering_ratio,

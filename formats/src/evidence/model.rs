@@ -27,7 +27,8 @@ pub struct HeldOut {
     /// Number of blocks of time behind it.
     pub blocks: usize,
     /// How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not
-    /// excited, `windows` of accumulated drives.
+    /// excited, `speed-blocks` where it differs in speed or lateral acceleration, `windows` of accumulated
+    /// drives.
     #[serde(default)]
     pub selection: String,
     /// First and last instants of each segment of validation data, s.

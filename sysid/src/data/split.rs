@@ -7,6 +7,7 @@
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_formats::LEAST_SPREAD;
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
 pub(crate) const CRUMB: usize = 60;
@@ -21,8 +22,6 @@ const EXCITED_SHARE: f64 = 0.5;
 /// Largest difference of the distributions of speed and of lateral acceleration in both parts of a split at the end
 /// (Kolmogorov and Smirnov's): a part that is nearly all slow does not judge a model of a drive that is fast too.
 const MOST_APART: f64 = 0.5;
-/// Speed that varies by less, standard deviation over mean, is one speed.
-const ONE_SPEED: f64 = 0.05;
 /// Length of the blocks that estimate where the log holds more than is used, s.
 const BLOCK_S: f64 = 60.0;
 /// Excited time of which one part estimates and the other validates, s.
@@ -31,7 +30,10 @@ const PAIR_S: f64 = 40.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Selection {
     End,
+    /// Blocks, since a part of a split at the end is hardly excited.
     ExcitedBlocks,
+    /// Blocks, since the parts of a split at the end differ in speed or lateral acceleration.
+    SpeedBlocks,
 }
 
 impl Selection {
@@ -39,6 +41,7 @@ impl Selection {
         match self {
             Self::End => "end",
             Self::ExcitedBlocks => "excited-blocks",
+            Self::SpeedBlocks => "speed-blocks",
         }
     }
 }
@@ -94,10 +97,14 @@ impl Split {
             windows as f64 >= EXCITED_SHARE * count(part)
                 || power(part) / all >= FAIR_SHARE * count(part) / samples
         };
-        if fair(&end.estimation) && fair(&end.validation) && are_alike(log, &end) {
+        let selection = if !fair(&end.estimation) || !fair(&end.validation) {
+            Selection::ExcitedBlocks
+        } else if !are_alike(log, &end) {
+            Selection::SpeedBlocks
+        } else {
             return end;
-        }
-        Self::blocks(log, &excited, fraction).unwrap_or(end)
+        };
+        Self::blocks(log, &excited, fraction, selection).unwrap_or(end)
     }
 
     /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly; `None`: all.
@@ -144,7 +151,12 @@ impl Split {
         unused
     }
 
-    fn blocks(log: &DriveLog, excited: &[bool], fraction: f64) -> Option<Self> {
+    fn blocks(
+        log: &DriveLog,
+        excited: &[bool],
+        fraction: f64,
+        selection: Selection,
+    ) -> Option<Self> {
         let total = excited.iter().filter(|e| **e).count();
         let pairs = ((total as f64 * log.sample_time_s / PAIR_S).floor() as usize).max(1);
         let pair = total as f64 / pairs as f64;
@@ -154,11 +166,7 @@ impl Split {
             *validates = (seen % pair) >= (1.0 - fraction) * pair;
             seen += 1.0;
         }
-        let mut out = Self {
-            estimation: Vec::new(),
-            validation: Vec::new(),
-            selection: Selection::ExcitedBlocks,
-        };
+        let mut out = Self { estimation: Vec::new(), validation: Vec::new(), selection };
         for s in &log.segments {
             let range = s.range.start..s.range.end.min(excited.len());
             let mut from = range.start;
@@ -189,7 +197,7 @@ fn are_alike(log: &DriveLog, split: &Split) -> bool {
         distance(of(&split.estimation), of(&split.validation))
     };
     let lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
-    standard_deviation(speed) < ONE_SPEED * mean(speed)
+    standard_deviation(speed) < LEAST_SPREAD * mean(speed)
         || (apart(speed) <= MOST_APART && apart(&lateral) <= MOST_APART)
 }
 
@@ -264,7 +272,7 @@ mod tests {
         let rising: Vec<f64> = (0..n).map(|k| 5.0 + 25.0 * k as f64 / n as f64).collect();
         log.speed = Some(rising.clone());
         let split = Split::new(&log, &log.input, 0.5);
-        assert_eq!(split.selection, Selection::ExcitedBlocks);
+        assert_eq!(split.selection, Selection::SpeedBlocks);
         for part in [&split.estimation, &split.validation] {
             let speeds: Vec<f64> = part.iter().flat_map(|r| &rising[r.clone()]).copied().collect();
             assert!(distance(speeds, rising.clone()) < 0.2, "{part:?}");

@@ -21,10 +21,8 @@ use crate::validation::fit::{FitWithError, fit_with_error};
 use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
-use steerwright_formats::{BLOCK_S, Structure};
+use steerwright_formats::{BLOCK_S, LEAST_SPREAD, Structure};
 
-/// Speed that varies by less (standard deviation over mean) schedules nothing.
-const LEAST_SPREAD: f64 = 0.05;
 /// Lateral acceleration to which tyres are linear, m/s²: its 99th percentile.
 const LINEAR_MPS2: f64 = 4.0;
 /// Growth of the errors from which a structure is rejected, if it is beyond two standard errors.

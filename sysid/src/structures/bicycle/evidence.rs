@@ -17,8 +17,6 @@ use crate::validation::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 
-/// Speed that varies by less (standard deviation over mean) schedules nothing.
-pub(super) const LEAST_SPREAD: f64 = 0.05;
 /// A delay is part of the model where it is beyond this, s, and beyond two of its standard deviations.
 const LEAST_DELAY: f64 = 0.01;
 
@@ -154,7 +152,7 @@ impl Known<'_> {
                 "yaw rate comes {milliseconds:.0} ms (± {error:.0} ms) before its steering: check the channels' clocks and filters"
             ));
         }
-        if e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps {
+        if e.speed.is_one_speed() {
             e.warnings.push(format!(
                 "the speed hardly varies ({:.1} m/s ± {:.1}): the parameters that depend on it follow from the prior of road vehicles, not from this drive",
                 e.speed.mean_mps, e.speed.standard_deviation_mps

@@ -2,7 +2,7 @@
 //! wheelbase can be a road vehicle's, the recording was sound, and the model simulates the validation
 //! data.
 
-use crate::structures::bicycle::evidence::{Known, LEAST_SPREAD};
+use crate::structures::bicycle::evidence::Known;
 use crate::structures::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::structures::bicycle::response::{response, response_errors};
 use crate::structures::held::with_open_hold;
@@ -71,7 +71,7 @@ impl Known<'_> {
                 advice.push(hint.to_owned());
             }
         }
-        let one_speed = e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps;
+        let one_speed = e.speed.is_one_speed();
         if one_speed {
             let hint = "for other speeds than this one, use logs at several speeds, or one whose speed varies";
             advice.push(hint.to_owned());
