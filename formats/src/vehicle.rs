@@ -36,6 +36,10 @@ pub struct Vehicle {
     pub provenance: Option<Provenance>,
 }
 
+fn one() -> f64 {
+    1.0
+}
+
 fn is_default(quality: &Quality) -> bool {
     *quality == Quality::default()
 }
@@ -70,8 +74,11 @@ pub struct Tyres {
     pub cornering_stiffness_front_npr: f64,
     /// Cornering stiffness of the rear axle at the static load, N/rad.
     pub cornering_stiffness_rear_npr: f64,
-    /// Peak lateral force over load at the static wheel load.
+    /// Peak lateral force over load at the static wheel load, of the front axle.
     pub friction_coefficient: f64,
+    /// That of the rear axle over that of the front axle; 1 where it is not stated.
+    #[serde(default = "one")]
+    pub friction_balance_rear: f64,
     /// C of the magic formula, 1 to 1.99.
     pub shape_factor: f64,
     /// E of the magic formula, −1.5 to 1.
@@ -110,7 +117,8 @@ impl Document for Vehicle {
         c.within(b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
         c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
         check_fields!(c.positive(t, "tyres."):
-            cornering_stiffness_front_npr cornering_stiffness_rear_npr friction_coefficient);
+            cornering_stiffness_front_npr cornering_stiffness_rear_npr friction_coefficient
+            friction_balance_rear);
         c.within(t.shape_factor, 1.0, 1.99, "tyres.shape_factor");
         c.within(t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
         c.within(t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");

@@ -40,14 +40,14 @@ pub struct VehicleEvidence {
     /// Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`.
     pub largest_steering_rate_radps: f64,
     /// How much less friction the rear axle can have, relative, before the free simulation of the estimation
-    /// data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2.
+    /// data spins: at most 0.2, in steps of 0.005 near 0.
     pub spin_margin: f64,
     /// Warnings of the log reader and of the identification.
     pub warnings: Vec<String>,
 }
 
-/// A free simulation compared with the measured signals: from steering, speed and longitudinal acceleration
-/// alone, each segment from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y − ŷ‖/‖y − mean y‖)` in
+/// A free simulation compared with the measured signals: from steering and speed alone,
+/// each segment from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y − ŷ‖/‖y − mean y‖)` in
 /// percent over all segments, −100 where the simulation is worse or leaves all bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -665,7 +665,9 @@ class Tyres(Record):
     cornering_stiffness_rear_npr: float
     """Cornering stiffness of the rear axle at the static load, N/rad."""
     friction_coefficient: float
-    """Peak lateral force over load at the static wheel load."""
+    """Peak lateral force over load at the static wheel load, of the front axle."""
+    friction_balance_rear: Union[float, None]
+    """That of the rear axle over that of the front axle; 1 where it is not stated."""
     shape_factor: float
     """C of the magic formula, 1 to 1.99."""
     curvature_factor: float
@@ -725,7 +727,7 @@ class VehicleEvidence(Record):
     """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
     spin_margin: float
     """How much less friction the rear axle can have, relative, before the free simulation of the estimation
-    data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2."""
+    data spins: at most 0.2, in steps of 0.005 near 0."""
     warnings: tuple[str, ...]
     """Warnings of the log reader and of the identification."""
 
@@ -1371,10 +1373,9 @@ class WithDelay(Record):
 
 
 class SimulationFit(Record):
-    """A free simulation compared with the measured signals: from steering, speed and longitudinal
-    acceleration alone, each segment from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y −
-    ŷ‖/‖y − mean y‖)` in percent over all segments, −100 where the simulation is worse or leaves all
-    bounds."""
+    """A free simulation compared with the measured signals: from steering and speed alone, each segment
+    from the steady turn at its first yaw rate. Fits are `100·(1 − ‖y − ŷ‖/‖y − mean y‖)` in percent over
+    all segments, −100 where the simulation is worse or leaves all bounds."""
 
     yaw_rate: float
     """Fit of yaw rate, %."""

@@ -44,9 +44,9 @@ def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | 
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
-    By default the model is a :class:`Plant`, or a :class:`Bicycle` where the validation data reject the plant;
-    ``structure="state-space"`` and ``"bicycle"`` name one of them, ``"single-track"`` a :class:`Vehicle` and
-    ``"torque"`` a :class:`Torque`. A :class:`Log` is read with ``response="motion"`` for the single track, and with
+    By default the model is a :class:`Plant`, a :class:`Bicycle` or a :class:`Vehicle`, whichever has
+    the smallest error on the validation data; ``structure="state-space"``, ``"bicycle"`` and ``"single-track"`` name one
+    of them, and ``"torque"`` a :class:`Torque`. A :class:`Log` is read with ``response="motion"`` for the single track, and with
     ``response="lateral-acceleration"`` for the torque. The document is that which ``steerwright identify`` writes, byte
     for byte. Whether it can be trusted is in ``quality``.
 

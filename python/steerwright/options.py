@@ -201,10 +201,10 @@ class IdentifyOptions(ModelOptions, total=False):
     structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
     """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
-    the lateral acceleration that a steering torque or its normalised command causes. auto is state-space
-    unless the validation data reject it, then the bicycle; single-track is compared only. With an option
-    of state-space (all under Identification but max_samples and validation_fraction) and from R factors,
-    auto is state-space (default auto)."""
+    the lateral acceleration that a steering torque or its normalised command causes. auto is the one of
+    the first three with the smallest error on the validation data. With an option of state-space (all
+    under Identification but max_samples and validation_fraction) and from R factors, auto is state-space
+    (default auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):

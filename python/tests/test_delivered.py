@@ -10,8 +10,7 @@ import pytest
 import steerwright
 from test_vehicle import drive
 
-# Not the single-track model, of which vehicle.json leaves out a part.
-PACKED = {"state-space": "IdentifiedPlant", "bicycle": "BicyclePlant"}
+PACKED = {"state-space": "IdentifiedPlant", "bicycle": "BicyclePlant", "single-track": "NonlinearVehicle"}
 # From the start of each part, in which initial states die out.
 LEFT_OUT_S = 3.0
 SAMPLE_TIME_S = 0.02

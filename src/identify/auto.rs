@@ -1,4 +1,4 @@
-//! `steerwright identify --structure auto`: the simplest structure that the validation data do not reject.
+//! `steerwright identify --structure auto`: the structure with the smallest error on the validation data.
 
 use crate::console;
 use crate::failure::Failure;
@@ -21,7 +21,7 @@ pub(super) fn identify(
 }
 
 fn table(rows: &[StructureRow], chosen: Structure) -> String {
-    let mut table = Table::new(["structure", "fit on validation data", "errors over the least"]);
+    let mut table = Table::new(["structure", "fit on validation data", "errors over the chosen"]);
     let mut reasons = Vec::new();
     for row in rows {
         let structure = row.structure;
@@ -31,12 +31,13 @@ fn table(rows: &[StructureRow], chosen: Structure) -> String {
             Err(reason) => reason.clone(),
         };
         let errors = row.errors.map_or_else(String::new, |(ratio, error)| {
-            let rejected = if row.is_rejected { ", rejected" } else { "" };
-            let excluded = if row.excluded.is_some() { ", not chosen" } else { rejected };
-            // The least is compared with itself.
-            let spread =
-                if error > 0.0 { format!(" ± {:.2}", 2.0 * error) } else { String::new() };
-            format!("{ratio:.2}{spread}{excluded}")
+            if structure == chosen {
+                return String::from("smallest, chosen");
+            }
+            let is_undecided = (ratio - 1.0).abs() <= 2.0 * error;
+            let undecided = if is_undecided { ", undecided" } else { "" };
+            let excluded = if row.excluded.is_some() { ", not chosen" } else { undecided };
+            format!("{ratio:.2} ± {:.2}{excluded}", 2.0 * error)
         });
         if let (Ok(_), Some(reason)) = (&row.fit, row.excluded) {
             reasons.push(format!(

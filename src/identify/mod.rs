@@ -5,12 +5,12 @@ mod auto;
 mod present;
 mod structure;
 
+use crate::Global;
 use crate::failure::{Failure, Outcome};
 use crate::identify::present::{Shown, present};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, console};
 use std::path::PathBuf;
 use steerwright_formats::Structure;
 
@@ -97,13 +97,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start("identifying");
     let (identified, table) = wanted.identify(&log)?;
     drop(progress);
-    if let Some(table) = table {
-        console::note(table);
-    }
     let structure = identified.model.structure();
     let out = match out {
         Some(out) => out,
         None => outputs.file(structure.file_name(), Kind::of_model(structure))?,
     };
-    present(&identified, &out, traces.as_ref(), &shown)
+    present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)
 }

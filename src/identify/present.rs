@@ -15,9 +15,10 @@ use steerwright_formats::{
 };
 use steerwright_sysid::structures::IdentifiedModel;
 
-/// Writes, draws and prints a model.
+/// Writes, draws and prints a model, with the table of the structures that it was chosen from.
 pub(super) fn present(
     identified: &IdentifiedModel,
+    choice: Option<&str>,
     out: &Output,
     traces: Option<&Output>,
     shown: &Shown<'_>,
@@ -35,7 +36,16 @@ pub(super) fn present(
         }
         drawn = shown.write(model, &csv)?;
     }
-    console::result(&evidence_text(model), model)?;
+    let text = evidence_text(model);
+    let text = match choice {
+        Some(table) if console::is_json() => {
+            console::note(table);
+            text
+        }
+        Some(table) => format!("{table}\n\n{text}"),
+        None => text,
+    };
+    console::result(&text, model)?;
     console::note(format!("written to {out}{drawn}"));
     Ok(Outcome::of(model.quality()))
 }

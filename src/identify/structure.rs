@@ -18,9 +18,9 @@ use steerwright_sysid::{IdentifyOptions, InputKind};
 pub(crate) struct StructureArguments {
     /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
-    /// acceleration that a steering torque or its normalised command causes. auto is state-space unless the
-    /// validation data reject it, then the bicycle; single-track is compared only. With an option of state-space
-    /// (all under Identification but --max-samples and --validation-fraction) and from R factors, auto is state-space
+    /// acceleration that a steering torque or its normalised command causes. auto is the one of the first three with
+    /// the smallest error on the validation data. With an option of state-space (all under Identification but
+    /// --max-samples and --validation-fraction) and from R factors, auto is state-space
     #[arg(long, value_name = or_auto(Structure::WORDS), default_value = "auto")]
     structure: Auto<Structure>,
     /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
@@ -67,7 +67,7 @@ steerwright_formats::words!(SideslipUse { Fit = "fit", Compare = "compare" });
 /// The wanted structure with its options.
 #[derive(Debug)]
 pub(crate) enum Wanted {
-    /// The simplest that the data do not reject.
+    /// The one with the smallest error on the validation data.
     Auto(Box<ChoiceOptions>),
     One(Box<dyn StructureOptions>),
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 /// A drive in which the driver barely steers.
 const WEAK: &str = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/speed.csv \
                     {data}/comma2k19/gyro.csv --input-channel steering_wheel_angle_deg \
-                    --output-channel=-gyro_down_radps --steering-ratio 16.88";
+                    --output-channel=-gyro_down_radps --steering-ratio 16.88 --structure state-space";
 
 /// Runs a command that must stop at the gate: exit status 1, the reason and the way on.
 fn stopped(folder: &Path, line: &str) -> String {

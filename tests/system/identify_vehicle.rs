@@ -64,7 +64,7 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
         run(folder.path(), "identify drive.csv --structure single-track --traces traces.csv");
     let text = text_of(&output);
     assert!(output.status.success(), "{text}");
-    for part in ["steering ratio", "lateral acceleration, lateral velocity", "moved by"] {
+    for part in ["steering ratio", "lateral acceleration, lateral velocity", "moved"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let vehicle =
@@ -85,25 +85,23 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
         assert!((found.value / truth - 1.0).abs() < tolerance, "{name}: {found:?}, {truth}");
         assert!(found.is_determined, "{name}: {found:?}");
     }
-    assert!(column(&at("traces.csv"), "simulated_yaw_rate_radps").len() > 11_900);
+    let validated = column(&at("traces.csv"), "simulated_yaw_rate_radps");
+    let first = (column(&at("traces.csv"), "time_s")[0] / STEP_S).round() as usize;
+    assert!(validated.len() > 11_900 && first < 100, "{}, {first}", validated.len());
 
     // In gentle driving it is a bicycle, on which a controller is designed over its uncertainty.
     done(folder.path(), "design vehicle.json");
     let pid = read_json(&at("pid.json"));
     assert_eq!(pid["designed_for"]["model"], "bicycle");
-    // What vehicle.json leaves out of the validated model goes with it.
-    assert_eq!(pid["designed_for"]["quality"]["grade"], "warn");
-    let reasons = pid["designed_for"]["quality"]["reasons"].as_array().unwrap();
-    let codes: Vec<&str> = reasons.iter().map(|reason| reason["code"].as_str().unwrap()).collect();
-    assert!(codes.contains(&"not-validated"), "{codes:?}");
-    assert!(!codes.contains(&"steering-play"), "a car without play: {codes:?}");
+    assert_eq!(pid["designed_for"]["quality"]["grade"], "pass");
     assert!(pid["evidence"]["robustness"].is_object(), "{}", pid["evidence"]);
 
-    // The packed vehicle on the same drive: what is lost by four tyres in place of two axles.
+    // The packed vehicle on the same drive is the model that was validated.
     let mut drive = String::from("time,steering_angle,speed\n");
     for k in 0..COUNT {
         let t = STEP_S * f64::from(k);
-        let [speed, steering] = inputs(t);
+        // Held over a step: what the model takes for a line is that of the step's middle.
+        let [speed, steering] = inputs(t + 0.5 * STEP_S);
         let _ = writeln!(drive, "{t:.2},{steering},{speed}");
     }
     std::fs::write(at("inputs.csv"), drive).unwrap();
@@ -114,8 +112,11 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     );
     let simulated = column(&at("simulated.csv"), "NonlinearVehicle.yaw_rate");
     assert_eq!(simulated.len(), measured.len());
-    let fit = fit(&measured, &simulated);
-    assert!(fit > 96.0, "{fit}");
+    // Without what the initial states of both halves leave.
+    let part = 6300..11_900;
+    let delivered = fit(&measured[part.clone()], &simulated[part.clone()]);
+    let stated = fit(&measured[part.clone()], &validated[part.start - first..part.end - first]);
+    assert!((delivered - stated).abs() < 0.1, "{delivered} {stated}");
 
     // Compared, it is that vehicle too, up to the limit of its grip, where the bicycle is none.
     done(folder.path(), "identify drive.csv --structure bicycle -o bicycle.json");

@@ -43,6 +43,7 @@ fn packed_from_its_file_it_is_the_model() {
     model.initial_yaw = 0.5;
     model.start().unwrap();
     // From standstill to where a slippery road lets the car slide.
+    let mut largest = 0.0_f64;
     for k in 0..500 {
         let speed = 0.05 * f64::from(k);
         let steering = 0.1 * (f64::from(k) * 0.02).sin();
@@ -51,12 +52,13 @@ fn packed_from_its_file_it_is_the_model() {
         fmu.set("steering_angle", steering).unwrap();
         model.step(0.01).unwrap();
         fmu.do_step(f64::from(k) * 0.01, 0.01).unwrap();
+        largest = largest.max(model.lateral_acceleration().abs());
         // Another build of the same code, perhaps with other instructions.
         for (name, expected) in OUTPUTS.iter().zip(outputs(&model)) {
             let value = fmu.real(name).unwrap();
             assert!((value - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{name}, step {k}");
         }
     }
-    assert!(model.lateral_acceleration().abs() > 0.7 * friction * 9.81);
+    assert!(largest > 0.7 * friction * 9.81, "{largest}");
     assert!(fmu.do_step(5.0, 1e12).is_err());
 }

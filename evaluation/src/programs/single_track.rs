@@ -158,11 +158,7 @@ fn bands(cases: &[Case]) {
 }
 
 /// What of a recording is used; the lateral velocity is only compared.
-const SIGNALS: [&str; 3] = [
-    "yaw rate, lateral and longitudinal acceleration",
-    "yaw rate and longitudinal acceleration",
-    "yaw rate",
-];
+const SIGNALS: [&str; 2] = ["yaw rate and lateral acceleration", "yaw rate"];
 
 fn recording(file: &Path) -> Result<(), Failure> {
     let mut halves = read(file)?;
@@ -172,9 +168,6 @@ fn recording(file: &Path) -> Result<(), Failure> {
             for segment in estimation.segments.iter_mut().chain(&mut validation.segments) {
                 if signals != SIGNALS[0] {
                     segment.lateral_acceleration_mps2 = None;
-                }
-                if signals == SIGNALS[2] {
-                    segment.longitudinal_acceleration_mps2 = None;
                 }
             }
             let begun = Instant::now();
@@ -258,7 +251,6 @@ fn read(file: &Path) -> Result<[Drive; 2], Failure> {
                 speed_mps: column("vx_mps")?,
                 yaw_rate_radps: column("yaw_rate_radps")?,
                 lateral_acceleration_mps2: Some(column("ay_mps2")?),
-                longitudinal_acceleration_mps2: Some(column("ax_mps2")?),
                 lateral_velocity_mps: Some(column("vy_mps")?),
             }],
         })

@@ -42,6 +42,7 @@ fn cases() -> Vec<Case> {
                     cornering_stiffness_front_npr: get("cornering_stiffness_front"),
                     cornering_stiffness_rear_npr: get("cornering_stiffness_rear"),
                     friction_coefficient: get("friction_coefficient"),
+                    friction_balance_rear: get("friction_balance_rear"),
                     shape_factor: get("tyre_shape_factor"),
                     curvature_factor: get("tyre_curvature_factor"),
                     friction_load_sensitivity: get("friction_load_sensitivity"),
@@ -63,7 +64,17 @@ fn cases() -> Vec<Case> {
                 get("start_road_wheel_angle"),
                 get("start_roll_acceleration"),
             ];
-            vehicle.start().unwrap();
+            let before = get("speed_before");
+            if before == vehicle.speed {
+                vehicle.start().unwrap();
+            } else {
+                // Straight on at another speed to the place where the case begins.
+                vehicle.initial_x = -0.01 * before;
+                vehicle.start().unwrap();
+                let speed = std::mem::replace(&mut vehicle.speed, before);
+                vehicle.step(0.01).unwrap();
+                vehicle.speed = speed;
+            }
             Case { name: fields[0].to_owned(), columns, vehicle }
         })
         .collect()
@@ -136,11 +147,11 @@ fn converges(steps: [f64; 3], least_speed: f64, order: std::ops::Range<f64>) -> 
 /// A communication step below the longest panel is one panel, except where the actuator's motion changes.
 #[test]
 fn short_steps_converge_with_order_four() {
-    assert_eq!(converges([0.002, 0.001, 0.0005], 5.0, 3.8..4.3), 8);
+    assert_eq!(converges([0.002, 0.001, 0.0005], 5.0, 3.8..4.3), 11);
 }
 
 /// At lower speeds a step is cut into several panels.
 #[test]
 fn longer_steps_converge_with_order_six() {
-    assert_eq!(converges([0.008, 0.007, 0.006], 10.0, 5.5..6.5), 7);
+    assert_eq!(converges([0.008, 0.007, 0.006], 10.0, 5.5..6.5), 10);
 }

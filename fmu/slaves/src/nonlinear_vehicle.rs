@@ -18,7 +18,7 @@ use steerwright_models::nonlinear::SavedVehicle;
 #[rustfmt::skip]
 const FORCES: &[&str] = &[
     "speed", "mass", "distance_front", "distance_rear", "cornering_stiffness_front", "cornering_stiffness_rear",
-    "friction_coefficient", "tyre_shape_factor", "tyre_curvature_factor", "friction_load_sensitivity",
+    "friction_coefficient", "friction_balance_rear", "tyre_shape_factor", "tyre_curvature_factor", "friction_load_sensitivity",
     "stiffness_load_sensitivity", "centre_of_gravity_height", "track_width", "roll_stiffness_front",
 ];
 
@@ -74,7 +74,7 @@ variables! {
     RoadWheelAngleMax = 42, real "road_wheel_angle_max", Parameter, Fixed, at vehicle.parameters.actuator.road_wheel_angle_max_rad,
         .unit("rad").display_unit("deg").min(1e-6).max(1.5).description("largest road-wheel angle to either side");
     FrictionCoefficient = 43, real "friction_coefficient", Parameter, Fixed, at vehicle.parameters.tyres.friction_coefficient,
-        .unit("1").min(0.01).max(10.0).description("peak lateral force over load at the static wheel load mu");
+        .unit("1").min(0.01).max(10.0).description("peak lateral force over load of the front axle at the static wheel load mu");
     TyreShapeFactor = 44, real "tyre_shape_factor", Parameter, Fixed, at vehicle.parameters.tyres.shape_factor,
         .unit("1").min(1.0).max(1.99).description("shape factor C of the magic formula");
     TyreCurvatureFactor = 45, real "tyre_curvature_factor", Parameter, Fixed, at vehicle.parameters.tyres.curvature_factor,
@@ -91,6 +91,8 @@ variables! {
         .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the front axle in the roll stiffness");
     RollTimeConstant = 51, real "roll_time_constant", Parameter, Fixed, at vehicle.parameters.body.roll_time_constant_s,
         .unit("s").min(1e-3).max(100.0).description("time constant of the load transfer T_phi");
+    FrictionBalanceRear = 52, real "friction_balance_rear", Parameter, Fixed, at vehicle.parameters.tyres.friction_balance_rear,
+        .unit("1").min(0.01).max(100.0).description("friction of the rear axle over that of the front axle");
 }
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.

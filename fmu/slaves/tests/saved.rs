@@ -30,12 +30,12 @@ fn a_changed_layout_has_another_version() {
         ("PoseEstimator", fingerprint(&pose())),
     ];
     let known = [
-        ("IdentifiedPlant", (3, 195, 0x03a2_834a_f362_12ca)),
-        ("BicyclePlant", (3, 293, 0x5921_6ad3_0845_b9bb)),
-        ("NonlinearVehicle", (3, 485, 0x3914_3c9b_b7f4_a9a4)),
-        ("LateralPid", (3, 345, 0xae0e_fc53_d021_007d)),
-        ("ReferencePath", (3, 171, 0xb713_de53_a5f9_9db6)),
-        ("PoseEstimator", (3, 544, 0x51e1_ac27_12cf_1128)),
+        ("IdentifiedPlant", (4, 195, 0x03a2_834a_f362_12ca)),
+        ("BicyclePlant", (4, 293, 0x5921_6ad3_0845_b9bb)),
+        ("NonlinearVehicle", (4, 502, 0xb4c9_05d0_78c1_2050)),
+        ("LateralPid", (4, 345, 0xae0e_fc53_d021_007d)),
+        ("ReferencePath", (4, 171, 0xb713_de53_a5f9_9db6)),
+        ("PoseEstimator", (4, 544, 0x51e1_ac27_12cf_1128)),
     ];
     assert_eq!(
         seen, known,

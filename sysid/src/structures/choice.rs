@@ -1,10 +1,9 @@
 //! The choice of a structure: linear at one speed, the bicycle scheduled by the speed, or the single-track
-//! model up to the limit of grip. The simplest that the validation data do not reject is chosen.
+//! model up to the limit of grip: the one with the smallest error of the yaw rate on the validation data.
 //!
-//! A structure is rejected where a less simple one has smaller errors of the yaw rate on the validation data,
-//! by more than a share and by more than two standard errors, of the block jackknife over blocks of 3 s. Structures
-//! without a chance are not tried: the speed hardly varies, or the lateral acceleration is that of linear tyres.
-//! The single-track model is tried for comparison only, as long as its file is not the model that was validated.
+//! All are compared on the samples that validate all of them. Structures without a chance are not tried: the speed hardly
+//! varies, or the lateral acceleration is that of linear tyres. A single-track model that is near a spin on its own drive
+//! is not chosen.
 
 use crate::Error;
 use crate::data::moving::{least_speed, moving};
@@ -13,7 +12,6 @@ use crate::selection::options::IdentifyOptions;
 use crate::structures::bicycle::{self, BicycleOptions};
 use crate::structures::held::Steering;
 use crate::structures::model::IdentifiedModel;
-use crate::structures::single_track::quality::NOT_AS_VALIDATED;
 use crate::structures::single_track::{self, IdentifyVehicleOptions};
 use crate::structures::state_space;
 use crate::structures::state_space::plant::Traces;
@@ -25,8 +23,6 @@ use steerwright_formats::{BLOCK_S, LEAST_SPREAD, Structure};
 
 /// Lateral acceleration to which tyres are linear, m/s²: its 99th percentile.
 const LINEAR_MPS2: f64 = 4.0;
-/// Growth of the errors from which a structure is rejected, if it is beyond two standard errors.
-const LARGEST_GROWTH: f64 = 1.05;
 
 /// A structure and what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,11 +32,10 @@ pub struct StructureRow {
     /// Fit of yaw rate on the validation samples that all structures have, %, with its standard error; or why there is
     /// no model.
     pub fit: Result<(f64, Option<f64>), String>,
-    /// Errors over those of the best structure that may be chosen, and the standard error of that ratio.
+    /// Errors over those of the chosen structure, and the standard error of that ratio, of the block jackknife over
+    /// blocks of 3 s.
     pub errors: Option<(f64, f64)>,
-    /// Whether the validation data reject it.
-    pub is_rejected: bool,
-    /// Why it is not chosen whatever the data.
+    /// Why it is not chosen whatever its fit.
     pub excluded: Option<&'static str>,
 }
 
@@ -64,7 +59,7 @@ pub struct ChoiceOptions {
     pub single_track: IdentifyVehicleOptions,
 }
 
-/// Identifies the simplest structure that the validation data do not reject.
+/// Identifies the structure with the smallest error on the validation data.
 ///
 /// # Errors
 /// That of the state space, where no structure gives a model.
@@ -100,14 +95,6 @@ pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Cho
     choose(log, models, first_error)
 }
 
-/// Why a structure is not chosen whatever the data.
-fn exclusion(structure: Structure) -> Option<&'static str> {
-    match structure {
-        Structure::StateSpace | Structure::Bicycle | Structure::Torque => None,
-        Structure::SingleTrack => Some(NOT_AS_VALIDATED),
-    }
-}
-
 /// Why a structure cannot be better than a simpler one on this log.
 fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
     let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len() && !v.is_empty()) else {
@@ -129,11 +116,11 @@ fn choose(
     models: Vec<(Structure, Result<IdentifiedModel, String>)>,
     error: Option<Error>,
 ) -> Result<Choice, Error> {
-    let mut simulated_structures = Vec::new();
+    let mut exclusions = Vec::new();
     let mut traces: Vec<&Traces> = Vec::new();
-    for (structure, model) in &models {
+    for (_, model) in &models {
         if let Ok(IdentifiedModel { traces: Some(signals), .. }) = model {
-            simulated_structures.push(*structure);
+            exclusions.extend(model.as_ref().map(IdentifiedModel::exclusion));
             traces.push(signals);
         }
     }
@@ -144,35 +131,29 @@ fn choose(
     let simulated: Vec<Vec<f64>> = traces.iter().map(|t| of(&t.simulated_yaw_rate_radps)).collect();
     let fits: Vec<FitWithError> =
         simulated.iter().map(|y| fit_with_error(&[(&measured, y)], log.sample_time_s)).collect();
-    let mut best: Option<usize> = None;
-    for (place, structure) in simulated_structures.iter().enumerate() {
-        let is_better = best.is_none_or(|best| fits[place].fit > fits[best].fit);
-        if exclusion(*structure).is_none() && is_better {
-            best = Some(place);
+    let may_be_chosen = (0..fits.len()).filter(|&place| exclusions[place].is_none());
+    // A simulation that leaves all numbers has no fit. The simplest of equal ones comes first.
+    let fit = |place: usize| if fits[place].fit.is_nan() { f64::MIN } else { fits[place].fit };
+    let best = may_be_chosen.min_by(|&a, &b| fit(b).total_cmp(&fit(a)));
+    let (mut rows, mut chosen, mut place) = (Vec::new(), None, 0);
+    for (structure, model) in models {
+        let mut row =
+            StructureRow { structure, fit: Ok((0.0, None)), errors: None, excluded: None };
+        match model {
+            Ok(model) => {
+                row.fit = Ok((fits[place].fit, fits[place].standard_error));
+                row.excluded = exclusions[place];
+                row.errors = best.map(|best| {
+                    growth(&measured, &simulated[place], &simulated[best], log.sample_time_s)
+                });
+                if best == Some(place) {
+                    chosen = Some(model);
+                }
+                place += 1;
+            }
+            Err(reason) => row.fit = Err(reason),
         }
-    }
-    let mut rows = Vec::new();
-    let mut place = 0;
-    for (structure, model) in &models {
-        let fit = model.as_ref().map(|_| (fits[place].fit, fits[place].standard_error));
-        let errors = best
-            .filter(|_| model.is_ok())
-            .map(|best| growth(&measured, &simulated[place], &simulated[best], log.sample_time_s));
-        place += usize::from(model.is_ok());
-        rows.push(StructureRow {
-            structure: *structure,
-            fit: fit.map_err(Clone::clone),
-            errors,
-            is_rejected: errors
-                .is_some_and(|(ratio, error)| ratio > LARGEST_GROWTH && ratio - 1.0 > 2.0 * error),
-            excluded: exclusion(*structure),
-        });
-    }
-    let mut chosen = None;
-    for ((_, model), row) in models.into_iter().zip(&rows) {
-        if chosen.is_none() && !row.is_rejected && row.excluded.is_none() {
-            chosen = model.ok();
-        }
+        rows.push(row);
     }
     match (chosen, error) {
         (Some(identified), _) => Ok(Choice { identified, rows }),

@@ -1,6 +1,7 @@
 //! What all structures have in common.
 
 use crate::Error;
+use crate::structures::single_track::quality::LEAST_SPIN_MARGIN;
 use crate::structures::state_space::plant::Traces;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{Model, Structure};
@@ -12,6 +13,16 @@ pub struct IdentifiedModel {
     pub model: Model,
     /// Measured and simulated signals, where the structure simulates them.
     pub traces: Option<Traces>,
+}
+
+impl IdentifiedModel {
+    /// Why it is not chosen whatever its fit.
+    pub(crate) fn exclusion(&self) -> Option<&'static str> {
+        let Model::SingleTrack(vehicle) = &self.model else { return None };
+        let margin = vehicle.evidence.as_ref()?.spin_margin;
+        (margin < LEAST_SPIN_MARGIN)
+            .then_some("with 2 % less friction at the rear axle it spins on its own drive")
+    }
 }
 
 /// A structure, by its options.

@@ -140,7 +140,6 @@ pub(crate) fn quality(
     }
     remarks.extend(limits(evidence, drive));
     advice.extend(doubts(evidence, drive, options));
-    let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let summary = if reasons.is_empty() {
         let fit = with_error(fit, fit_error, 1);
         let hz = e.informative_up_to_hz;
@@ -156,18 +155,31 @@ pub(crate) fn quality(
                 "{informative}. From {from} to {to} Hz the measured response confirms it to {percent:.0} % only: require margins for that."
             ),
         }
-    } else if weak {
-        format!("Weakly excited: {}. Do not design on this model.", messages())
-    } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
-        format!("Validation failed: {}.", messages())
+    } else if let Some(failure) = failure(&reasons) {
+        failure
     } else {
         format!(
             "The fit on validation data is {}. A controller may be designed with reservations: {}.",
             with_error(fit, fit_error, 1),
-            messages()
+            messages(&reasons)
         )
     };
     Quality::new(summary, reasons, advice).with_remarks(remarks)
+}
+
+/// The messages of all reasons.
+pub(crate) fn messages(reasons: &[Reason]) -> String {
+    reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ")
+}
+
+/// The summary of a model that fails, of any structure.
+pub(crate) fn failure(reasons: &[Reason]) -> Option<String> {
+    let messages = messages(reasons);
+    if reasons.iter().any(|r| matches!(r.code, ReasonCode::WeakSteering | ReasonCode::NarrowBand)) {
+        return Some(format!("Weakly excited: {messages}. Do not design on this model."));
+    }
+    let fails = reasons.iter().any(|r| r.grade == Grade::Fail);
+    fails.then(|| format!("Validation failed: {messages}."))
 }
 
 /// The reason where the road wheel hardly moves, by its standard deviation.

@@ -17,7 +17,6 @@ fn car() -> SingleTrackModel {
         .with(Parameter::Wheelbase, 2.9)
         .with(Parameter::FrontShare, 0.54)
         .with(Parameter::DynamicIndex, 0.9)
-        .with(Parameter::DriveShare, 0.95)
         .with(Parameter::Lag, 0.05)
         .with(Parameter::Delay, 0.03)
         .with(Parameter::SteeringOffset, 0.006)
@@ -32,13 +31,9 @@ fn identified(drive: &LimitDrive) -> SingleTrack {
 
 #[test]
 fn simulations_agree_with_an_independent_one() {
-    let quick = car()
-        .with(Parameter::RelaxationFront, 0.1)
-        .with(Parameter::RelaxationRear, 0.15)
-        .with(Parameter::HeightRatio, 0.25)
-        .with(Parameter::LiftRear, -0.0005);
+    let quick = car().with(Parameter::Lag, 0.002).with(Parameter::CurvatureFactor, -0.5);
     for car in [SingleTrackModel::default(), car(), quick] {
-        let quiet = LimitDrive { noise: [0.0; 4], grip_used: 0.9, ..LimitDrive::new(car, 2) };
+        let quiet = LimitDrive { noise: [0.0; 3], grip_used: 0.9, ..LimitDrive::new(car, 2) };
         let fit = car.validate(&quiet.record().unwrap()).unwrap();
         assert!(fit.yaw_rate > 99.8, "{fit:?}");
         assert!(fit.sideslip_rms_error_rad.unwrap() < 2e-4, "{fit:?}");
@@ -73,17 +68,30 @@ fn parameters_of_a_known_car_are_recovered() {
     // Yaw rate alone finds what lateral acceleration does not add to.
     let mut drive = LimitDrive::new(car, 1).record().unwrap();
     drive.segments[0].lateral_acceleration_mps2 = None;
-    drive.segments[0].longitudinal_acceleration_mps2 = None;
     let alone = identify_single_track(&drive, None, &SingleTrackOptions::default()).unwrap();
     let stiffness = alone.parameter(Parameter::StiffnessRear).value;
     assert!((stiffness / 16.0 - 1.0).abs() < 0.1, "{stiffness}");
 }
 
-/// An eighth of the grip at almost one speed: no tyre saturates.
+/// Tyres that relax over 0.4 m, 15 ms at 26 m/s, which the model does not have.
+#[test]
+fn a_car_whose_tyres_relax_is_followed() {
+    for seed in [5, 11] {
+        let found = identified(&LimitDrive { relaxation_m: 0.4, ..LimitDrive::new(car(), seed) });
+        let validation = found.validation.unwrap();
+        let margin = found.spin_margin;
+        assert!(validation.yaw_rate > 95.0 && margin >= 0.02, "{validation:?} {margin}");
+        // Beyond the 80 ms of the actuator.
+        let lag_s = found.model.get(Parameter::Lag) + found.model.get(Parameter::Delay);
+        assert!((0.08..0.12).contains(&lag_s), "{lag_s}");
+    }
+}
+
+/// A twelfth of the grip at almost one speed: no tyre saturates.
 #[test]
 fn a_gentle_drive_does_not_determine_friction() {
     let gentle =
-        LimitDrive { grip_used: 0.12, speed_mps: [19.5, 20.5], ..LimitDrive::new(car(), 3) };
+        LimitDrive { grip_used: 0.08, speed_mps: [19.5, 20.5], ..LimitDrive::new(car(), 3) };
     let found = identified(&gentle);
     for parameter in [
         Parameter::FrictionFront,

@@ -1,8 +1,8 @@
 //! Simulated drives of known cars up to the limit of grip.
 //!
 //! The equations are those of the single-track model, written a second time, and integrated by the
-//! classical Runge–Kutta method in steps of a millisecond. A driver asks for random lateral accelerations
-//! and corrects yaw rate.
+//! classical Runge–Kutta method in steps of a millisecond; where stated with tyres that relax. A driver asks
+//! for random lateral accelerations, corrects yaw rate, and brakes the less the faster the bend.
 
 use super::Random;
 use steerwright_sysid::single_track::{Drive, DriveSegment, Parameter, Scale, SingleTrackModel};
@@ -12,6 +12,8 @@ use steerwright_sysid::single_track::{Drive, DriveSegment, Parameter, Scale, Sin
 pub struct LimitDrive {
     /// The car.
     pub car: SingleTrackModel,
+    /// Relaxation length of the tyres, m, which the model does not have; 0 for tyres that follow at once.
+    pub relaxation_m: f64,
     /// Length, s.
     pub duration_s: f64,
     /// Time between samples, s.
@@ -20,9 +22,8 @@ pub struct LimitDrive {
     pub grip_used: f64,
     /// Least and largest speed, m/s.
     pub speed_mps: [f64; 2],
-    /// Deviation of the sensors' white noise: yaw rate, rad/s; lateral and longitudinal acceleration,
-    /// m/s²; speed, m/s.
-    pub noise: [f64; 4],
+    /// Deviation of the sensors' white noise: yaw rate, rad/s; lateral acceleration, m/s²; speed, m/s.
+    pub noise: [f64; 3],
     /// Deviation of the lateral acceleration by the road's bank, m/s², which lasts for 3 s.
     pub bank_mps2: f64,
     /// Of all random values.
@@ -32,6 +33,8 @@ pub struct LimitDrive {
 /// Steps of the integration, s.
 const FINE_S: f64 = 1e-3;
 const GRAVITY: f64 = 9.81;
+/// Time in which the load follows braking and driving, s.
+const LOAD_S: f64 = 0.12;
 
 /// A car drawn from the default priors, with the steering ratio as stated and a rear axle that is as a
 /// rule the stiffer one, as road cars have it.
@@ -73,11 +76,12 @@ impl LimitDrive {
     pub fn new(car: SingleTrackModel, seed: u64) -> Self {
         Self {
             car,
+            relaxation_m: 0.0,
             duration_s: 120.0,
             sample_time_s: 0.01,
             grip_used: 0.97,
             speed_mps: [12.0, 40.0],
-            noise: [0.003, 0.15, 0.1, 0.03],
+            noise: [0.003, 0.15, 0.03],
             bank_mps2: 0.0,
             seed,
         }
@@ -99,7 +103,7 @@ impl LimitDrive {
         let (mut wobble, mut hands, mut fast) = (0.0, 0.0, 0.0);
         let [slow, quick] = self.speed_mps;
         let mut speed = 0.5 * (slow + quick);
-        let (mut speed_wish, mut acceleration) = (speed, 0.0);
+        let (mut speed_wish, mut acceleration, mut followed) = (speed, 0.0, 0.0);
         let mut bank = 0.0;
         let mut commands: Vec<f64> = Vec::new();
         let mut command = 0.0;
@@ -107,15 +111,14 @@ impl LimitDrive {
         let mut x = [0.0; 5];
         let mut segment = DriveSegment {
             lateral_acceleration_mps2: Some(Vec::new()),
-            longitudinal_acceleration_mps2: Some(Vec::new()),
             lateral_velocity_mps: Some(Vec::new()),
             ..DriveSegment::default()
         };
-        // The record begins after the delay, so that a negative one has commands ahead.
-        let ahead = (delay.abs() / FINE_S).ceil() as usize + 2;
-        let (mut speeds, mut accelerations, mut banks) = (Vec::new(), Vec::new(), Vec::new());
+        // The record begins after the delay.
+        let ahead = (delay / FINE_S).ceil() as usize + 2;
+        let (mut speeds, mut banks) = (Vec::new(), Vec::new());
         let mut states: Vec<[f64; 5]> = Vec::new();
-        let mut outputs: Vec<[f64; 3]> = Vec::new();
+        let mut outputs: Vec<[f64; 2]> = Vec::new();
         for k in 0..samples * per_sample + 2 * ahead {
             let time = k as f64 * FINE_S;
             if k % 1500 == 0 {
@@ -127,26 +130,29 @@ impl LimitDrive {
             if k % 4000 == 0 {
                 speed_wish = slow + (quick - slow) * random.uniform();
             }
-            let wanted = (0.6 * (speed_wish - speed)).clamp(-4.0, 3.0);
+            // Nobody brakes hard in the middle of a fast bend.
+            let left = 1.0 - (wished / peak).powi(2);
+            let wanted = left * (0.6 * (speed_wish - speed)).clamp(-4.0, 3.0);
             acceleration += FINE_S / 0.3 * (wanted - acceleration);
             speed += FINE_S * acceleration;
+            followed += FINE_S / LOAD_S * (acceleration - followed);
+            bank += -FINE_S / 3.0 * bank
+                + self.bank_mps2 * (2.0 * FINE_S / 3.0).sqrt() * random.normal();
+            let road = [speed, followed, bank];
             wished += FINE_S / 0.25 * (wish - wished);
             hands += FINE_S / 0.05 * (wobble - hands);
             fast += FINE_S / 0.05 * (hands - fast);
-            bank += -FINE_S / 3.0 * bank
-                + self.bank_mps2 * (2.0 * FINE_S / 3.0).sqrt() * random.normal();
             let r_wish = wished / speed;
             let steer = wheelbase * r_wish / speed + understeer * wished + 0.15 * (r_wish - x[1]);
             command += FINE_S / 0.05 * (steer.clamp(-0.35, 0.35) - command);
             commands.push(command + fast);
             speeds.push(speed);
-            accelerations.push(acceleration);
             banks.push(bank);
-            let at = |t: f64| between(&commands, t - FINE_S - delay.max(0.0));
+            let at = |t: f64| between(&commands, t - FINE_S - delay);
             states.push(x);
-            let (_, output) = self.rates(&x, at(time), speed, acceleration, bank);
+            let (_, output) = self.rates(&x, at(time), road);
             outputs.push(output);
-            let f = |x: &[f64; 5], t: f64| self.rates(x, at(t), speed, acceleration, bank).0;
+            let f = |x: &[f64; 5], t: f64| self.rates(x, at(t), road).0;
             let add = |a: &[f64; 5], b: &[f64; 5], h: f64| -> [f64; 5] {
                 std::array::from_fn(|i| a[i] + h * b[i])
             };
@@ -163,12 +169,10 @@ impl LimitDrive {
         }
         for k in 0..samples {
             let i = ahead + k * per_sample;
-            let [gyro, lateral, longitudinal] = outputs[i];
+            let [gyro, lateral] = outputs[i];
             let mut noisy = |value: f64, deviation: f64| value + deviation * random.normal();
-            // Of a negative delay the angle is logged later than the rest.
-            let time = i as f64 * FINE_S - FINE_S - (-delay).max(0.0);
-            segment.steering_rad.push(between(&commands, time));
-            segment.speed_mps.push(noisy(speeds[i], self.noise[3]));
+            segment.steering_rad.push(between(&commands, i as f64 * FINE_S - FINE_S));
+            segment.speed_mps.push(noisy(speeds[i], self.noise[2]));
             segment.yaw_rate_radps.push(noisy(gyro, self.noise[0]));
             let push = |signal: &mut Option<Vec<f64>>, value: f64| {
                 if let Some(signal) = signal {
@@ -176,7 +180,6 @@ impl LimitDrive {
                 }
             };
             push(&mut segment.lateral_acceleration_mps2, noisy(lateral, self.noise[1]));
-            push(&mut segment.longitudinal_acceleration_mps2, noisy(longitudinal, self.noise[2]));
             push(&mut segment.lateral_velocity_mps, states[i][0]);
         }
         Some(Drive {
@@ -187,69 +190,57 @@ impl LimitDrive {
         })
     }
 
-    /// Slopes of (v_y, r, α_f, α_r, δ), and yaw rate, lateral and longitudinal acceleration as sensors
-    /// measure them.
-    fn rates(
-        &self,
-        x: &[f64; 5],
-        command: f64,
-        v: f64,
-        v_rate: f64,
-        bank: f64,
-    ) -> ([f64; 5], [f64; 3]) {
+    /// Slopes of (v_y, r, α_f, α_r, δ), and yaw rate and lateral acceleration as sensors measure them.
+    /// `road`: speed, longitudinal acceleration that the load has followed, and acceleration by the bank.
+    fn rates(&self, x: &[f64; 5], command: f64, road: [f64; 3]) -> ([f64; 5], [f64; 2]) {
+        let [v, along, bank] = road;
         let p = |parameter| self.car.get(parameter);
         let [vy, r, slip_front, slip_rear, delta] = *x;
         let (share, wheelbase) = (p(Parameter::FrontShare), p(Parameter::Wheelbase));
         let (a, b) = (wheelbase * (1.0 - share), wheelbase * share);
-        let along = v_rate - vy * r;
-        let pull = along + p(Parameter::Drag) * v * v;
-        let transfer = p(Parameter::HeightRatio) * along;
-        let front_pull =
-            if pull > 0.0 { p(Parameter::DriveShare) } else { p(Parameter::BrakeShare) };
-        let axle = |stiffness: f64, friction: f64, rest: f64, load: f64, slip: f64, pull: f64| {
-            let more = load / rest - 1.0;
-            let peak = friction * load * (1.0 - p(Parameter::FrictionLoadSensitivity) * more);
-            let c_alpha = stiffness * load * (1.0 - p(Parameter::StiffnessLoadSensitivity) * more);
-            let left = 1.0 - (pull / peak).powi(2);
-            let peak = peak * (0.5 * (left + (left * left + 0.02).sqrt())).sqrt();
+        let axle = |stiffness: f64, friction: f64, load: f64, slip: f64| {
+            let peak = friction * load;
+            let c_alpha = stiffness * load;
             let (c, e) = (p(Parameter::ShapeFactor), p(Parameter::CurvatureFactor));
             let s = c_alpha / (c * peak) * slip;
             peak * (c * (s - e * (s - s.atan())).atan()).sin()
         };
-        let (rest_front, rest_rear) = (GRAVITY * share, GRAVITY * (1.0 - share));
+        let targets = [delta - ((vy + a * r) / v).atan(), -((vy - b * r) / v).atan()];
+        let slips = if self.relaxation_m > 0.0 { [slip_front, slip_rear] } else { targets };
+        let moved = p(Parameter::HeightRatio) * along;
         let front = axle(
             p(Parameter::StiffnessFront),
             p(Parameter::FrictionFront),
-            rest_front,
-            rest_front - transfer - p(Parameter::LiftFront) * v * v,
-            slip_front,
-            front_pull * pull,
+            GRAVITY * share - moved,
+            slips[0],
         ) * delta.cos();
         let rear = axle(
             p(Parameter::StiffnessRear),
             p(Parameter::FrictionFront) * p(Parameter::FrictionBalance),
-            rest_rear,
-            rest_rear + transfer - p(Parameter::LiftRear) * v * v,
-            slip_rear,
-            (1.0 - front_pull) * pull,
+            GRAVITY * (1.0 - share) + moved,
+            slips[1],
         );
         let force = front + rear;
         let yaw = (a * front - b * rear) / (p(Parameter::DynamicIndex) * a * b);
-        let approach = |slip: f64, target: f64, length: f64| v / length * (target - slip);
-        let target_front = delta - ((vy + a * r) / v).atan();
-        let target_rear = -((vy - b * r) / v).atan();
+        let approach = |axle: usize| {
+            if self.relaxation_m > 0.0 {
+                v / self.relaxation_m * (targets[axle] - slips[axle])
+            } else {
+                0.0
+            }
+        };
         let wheel = p(Parameter::SteeringFactor) * command + p(Parameter::SteeringOffset);
         let slopes = [
             force + bank - v * r,
             yaw,
-            approach(slip_front, target_front, p(Parameter::RelaxationFront)),
-            approach(slip_rear, target_rear, p(Parameter::RelaxationRear)),
+            approach(0),
+            approach(1),
             (wheel - delta) / p(Parameter::Lag),
         ];
         let gyro = r + p(Parameter::YawRateOffset);
         let lateral = force
             + p(Parameter::AccelerometerPosition) * yaw
             + p(Parameter::LateralAccelerationOffset);
-        (slopes, [gyro, lateral, along])
+        (slopes, [gyro, lateral])
     }
 }

@@ -11,6 +11,9 @@ use steerwright_formats::BicycleCoefficients;
 /// Acceleration of free fall, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
 
+/// Most of its static load that an axle gains or loses by braking and driving, of both the more.
+const MOST_GAINED: f64 = 0.8;
+
 /// v_y, r, a_φ.
 pub(super) type Lateral = [f64; 3];
 
@@ -26,8 +29,12 @@ pub(super) struct Constants {
     rear: Axle,
     /// Load transfer of the axles per a_φ, relative to the static wheel load, s²/m.
     transfer: [f64; 2],
+    /// Load that the axles gain per longitudinal acceleration, relative to the static load, s²/m.
+    gain: [f64; 2],
+    /// Acceleration beyond which no more load moves along, m/s².
+    most_along: f64,
     /// 1/T_φ.
-    roll: f64,
+    pub(super) roll: f64,
 }
 
 /// The right-hand sides at one speed.
@@ -74,8 +81,8 @@ impl Constants {
             weight * p.body.distance_rear_m / wheelbase,
             weight * p.body.distance_front_m / wheelbase,
         );
-        let tyre = TyreParameters {
-            friction: p.tyres.friction_coefficient,
+        let tyre = |balance: f64| TyreParameters {
+            friction: p.tyres.friction_coefficient * balance,
             shape: p.tyres.shape_factor,
             curvature: p.tyres.curvature_factor,
             friction_sensitivity: p.tyres.friction_load_sensitivity,
@@ -87,6 +94,10 @@ impl Constants {
                 / p.body.track_width_m
                 / (load / 2.0)
         };
+        // ΔF = m·h·a_x/L.
+        let gained =
+            |load: f64| p.body.mass_kg * p.body.centre_of_gravity_height_m / wheelbase / load;
+        let gain = [-gained(front), gained(rear)];
         let bicycle = p.bicycle();
         Self {
             actuator: Actuator {
@@ -97,14 +108,27 @@ impl Constants {
             n: 1.0 / p.actuator.steering_ratio,
             bicycle,
             coefficients: bicycle.coefficients(),
-            front: Axle::new(p.tyres.cornering_stiffness_front_npr, front, &tyre),
-            rear: Axle::new(p.tyres.cornering_stiffness_rear_npr, rear, &tyre),
+            front: Axle::new(p.tyres.cornering_stiffness_front_npr, front, &tyre(1.0)),
+            rear: Axle::new(
+                p.tyres.cornering_stiffness_rear_npr,
+                rear,
+                &tyre(p.tyres.friction_balance_rear),
+            ),
             transfer: [
                 transfer(p.body.roll_stiffness_front, front),
                 transfer(1.0 - p.body.roll_stiffness_front, rear),
             ],
+            gain,
+            most_along: MOST_GAINED / gain[0].abs().max(gain[1]).max(f64::MIN_POSITIVE),
             roll: 1.0 / p.body.roll_time_constant_s,
         }
+    }
+
+    /// What the axles gain over their static load by a longitudinal acceleration, m/s².
+    #[inline]
+    pub(super) fn gained(&self, along: f64) -> [f64; 2] {
+        let along = along.clamp(-self.most_along, self.most_along);
+        self.gain.map(|gain| gain * along)
     }
 
     /// The rate of the fastest mode at a speed but for the actuator's, 1/s.
@@ -134,16 +158,16 @@ impl Constants {
 }
 
 impl Dynamics<'_> {
-    /// (v̇_y, ṙ, ȧ_φ) and a_y.
+    /// (v̇_y, ṙ, ȧ_φ) and a_y, with what the axles have gained over their static load.
     #[inline]
-    pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel) -> (Lateral, f64) {
+    pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel, gained: [f64; 2]) -> (Lateral, f64) {
         let [vy, r, roll] = *s;
         let [vy_rate, r_rate] = match &self.blend {
-            None => self.tyres(vy, r, roll, wheel),
+            None => self.tyres(vy, r, roll, wheel, gained),
             Some(b) => {
                 let tan = wheel.sin / wheel.cos;
-                let nonlinear =
-                    self.tyres(vy + b.shift[0] * tan, r + b.shift[1] * tan, roll, wheel);
+                let (vy_shifted, r_shifted) = (vy + b.shift[0] * tan, r + b.shift[1] * tan);
+                let nonlinear = self.tyres(vy_shifted, r_shifted, roll, wheel, gained);
                 let (vy, r) = (vy - b.target[0] * tan, r - b.target[1] * tan);
                 let [a, b, c, d] = b.linear;
                 let linear = [a * vy + b * r, c * vy + d * r];
@@ -157,7 +181,7 @@ impl Dynamics<'_> {
 
     /// (v̇_y, ṙ) of the tyres' forces, at 1 m/s at least.
     #[inline]
-    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel) -> [f64; 2] {
+    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel, gained: [f64; 2]) -> [f64; 2] {
         let k = self.constants;
         let b = &k.bicycle;
         let [front, rear] = atan(&[
@@ -166,7 +190,7 @@ impl Dynamics<'_> {
         ]);
         let slip = [wheel.angle - front, -rear];
         let transfer = k.transfer.map(|transfer| transfer * roll);
-        let [front, rear] = Axle::forces([&k.front, &k.rear], slip, transfer);
+        let [front, rear] = Axle::forces([&k.front, &k.rear], slip, transfer, gained);
         let front = front * wheel.cos;
         [
             (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r,
@@ -176,7 +200,8 @@ impl Dynamics<'_> {
 
     /// Of the front and the rear axle, whether a wheel is off the road.
     #[inline]
-    pub(super) fn lifted(&self, s: &Lateral) -> [bool; 2] {
-        self.constants.transfer.map(|transfer| (transfer * s[2]).abs() > 1.0)
+    pub(super) fn lifted(&self, s: &Lateral, gained: [f64; 2]) -> [bool; 2] {
+        let [front, rear] = self.constants.transfer.map(|transfer| (transfer * s[2]).abs());
+        [front > 1.0 + gained[0], rear > 1.0 + gained[1]]
     }
 }

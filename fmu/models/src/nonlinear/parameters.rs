@@ -39,6 +39,7 @@ impl Default for NonlinearParameters {
                 cornering_stiffness_front_npr: 129_696.69,
                 cornering_stiffness_rear_npr: 105_400.27,
                 friction_coefficient: 1.0489,
+                friction_balance_rear: 1.0,
                 shape_factor: 1.3507,
                 curvature_factor: -0.007_472_2,
                 friction_load_sensitivity: 0.095,
@@ -73,6 +74,7 @@ impl NonlinearParameters {
         // every load, forces that saturate, panels that are not absurdly short.
         for (name, value, min, max) in [
             ("the friction coefficient", self.tyres.friction_coefficient, 0.01, 10.0),
+            ("the friction balance", self.tyres.friction_balance_rear, 0.01, 100.0),
             ("the tyres' shape factor", self.tyres.shape_factor, 1.0, 1.99),
             ("the tyres' curvature factor", self.tyres.curvature_factor, -1.5, 1.0),
             ("the load sensitivity of friction", self.tyres.friction_load_sensitivity, 0.0, 0.9),

@@ -62,63 +62,90 @@ const SIXTH: Method<7> = Method {
     nodes: [0, 1, 3, 1, 2, 2, 4],
 };
 
+/// What is known at the [`NODES`] of a panel.
+struct Nodes {
+    /// δ, rad.
+    angles: [f64; 5],
+    /// What the axles have gained over their static load.
+    gained: [[f64; 2]; 5],
+}
+
+/// e^{−x} at the [`NODES`] of a panel that lasts `panel` time constants; 0 where nothing decays.
+#[inline]
+fn decays(start: f64, panel: f64) -> [f64; 5] {
+    if start == 0.0 {
+        return [0.0; 5];
+    }
+    let (third, half) = ((-panel / 3.0).exp(), (-panel / 2.0).exp());
+    [1.0, third, half, third * third, half * half]
+}
+
 impl Dynamics<'_> {
-    /// Moves along a motion of the road wheel.
+    /// Moves along a motion of the road wheel, from a longitudinal acceleration that the load has followed.
     pub(super) fn advance(
         &self,
         s: &mut Lateral,
         pose: &mut Pose,
         motion: &Motion,
+        along: f64,
         longest: &Longest,
     ) {
         let (count, panel) = panels(motion.duration, longest.sixth);
         if panel <= longest.fourth {
-            return self.by_order_four(s, pose, motion, longest);
+            return self.by_order_four(s, pose, motion, along, longest);
         }
-        self.in_panels(motion, (count, panel), |part, angles| {
-            let (after, moved, smooth) = self.panel(&SIXTH, s, pose, panel, angles);
+        self.in_panels(motion, along, (count, panel), |part, along, nodes| {
+            let (after, moved, smooth) = self.panel(&SIXTH, s, pose, panel, nodes);
             if smooth {
                 (*s, *pose) = (after, moved);
             } else {
-                self.by_order_four(s, pose, part, longest);
+                self.by_order_four(s, pose, part, along, longest);
             }
         });
     }
 
-    fn by_order_four(&self, s: &mut Lateral, pose: &mut Pose, motion: &Motion, longest: &Longest) {
+    fn by_order_four(
+        &self,
+        s: &mut Lateral,
+        pose: &mut Pose,
+        motion: &Motion,
+        along: f64,
+        longest: &Longest,
+    ) {
         let (count, panel) = panels(motion.duration, longest.fourth);
-        self.in_panels(motion, (count, panel), |_, angles| {
-            (*s, *pose, _) = self.panel(&FOURTH, s, pose, panel, angles);
+        self.in_panels(motion, along, (count, panel), |_, _, nodes| {
+            (*s, *pose, _) = self.panel(&FOURTH, s, pose, panel, nodes);
         });
     }
 
-    /// Calls `advance` with each panel of a motion: its part of the motion, and δ at the [`NODES`].
+    /// Calls `advance` with each panel of a motion: its part of the motion, the longitudinal acceleration that the load has
+    /// followed at its start, and what is known at the [`NODES`].
     #[inline]
     fn in_panels(
         &self,
         motion: &Motion,
+        mut along: f64,
         (count, panel): (u64, f64),
-        mut advance: impl FnMut(&Motion, &[f64; 5]),
+        mut advance: impl FnMut(&Motion, f64, &Nodes),
     ) {
-        let decays = if motion.swing == 0.0 {
-            [0.0; 5]
-        } else {
-            let rate = -panel / self.constants.actuator.time_constant;
-            let (third, half) = ((rate / 3.0).exp(), (rate / 2.0).exp());
-            [1.0, third, half, third * third, half * half]
-        };
+        let swings = decays(motion.swing, panel / self.constants.actuator.time_constant);
+        let fades = decays(along, panel * self.constants.roll);
         let mut part = Motion { duration: panel, ..*motion };
         for _ in 0..count {
-            let angles = std::array::from_fn(|i| {
-                part.start + part.slope * (NODES[i] * panel) + part.swing * decays[i]
-            });
-            advance(&part, &angles);
+            let nodes = Nodes {
+                angles: std::array::from_fn(|i| {
+                    part.start + part.slope * (NODES[i] * panel) + part.swing * swings[i]
+                }),
+                gained: fades.map(|fade| self.constants.gained(along * fade)),
+            };
+            advance(&part, along, &nodes);
             part.start += part.slope * panel;
-            part.swing *= decays[4];
+            part.swing *= swings[4];
+            along *= fades[4];
         }
     }
 
-    /// One panel, with δ at the [`NODES`]: states and pose at its end, and whether no wheel lifts or lands.
+    /// One panel: states and pose at its end, and whether no wheel lifts or lands.
     #[inline]
     fn panel<const N: usize>(
         &self,
@@ -126,7 +153,7 @@ impl Dynamics<'_> {
         s: &Lateral,
         pose: &Pose,
         h: f64,
-        angles: &[f64; 5],
+        Nodes { angles, gained }: &Nodes,
     ) -> (Lateral, Pose, bool) {
         let (sin, cos) = sin_cos_small(angles);
         // Yaw, `turned`, is counted from the panel's start.
@@ -144,7 +171,7 @@ impl Dynamics<'_> {
             }
             let node = method.nodes[stage];
             let wheel = RoadWheel { angle: angles[node], sin: sin[node], cos: cos[node] };
-            rates[stage] = self.rates(&states[stage], &wheel).0;
+            rates[stage] = self.rates(&states[stage], &wheel, gained[node]).0;
         }
         let (sin, cos) = sin_cos_small(&turned);
         let (mut after, mut ahead, mut aside, mut yaw) = (*s, 0.0, 0.0, 0.0);
@@ -160,8 +187,10 @@ impl Dynamics<'_> {
         }
         let mut moved = *pose;
         moved.advance(ahead, aside, yaw);
-        let lifted = self.lifted(s);
-        let smooth = states.iter().chain([&after]).all(|state| self.lifted(state) == lifted);
+        let lifted = self.lifted(s, gained[0]);
+        let at_stage = |stage: usize| self.lifted(&states[stage], gained[method.nodes[stage]]);
+        let smooth = self.lifted(&after, gained[4]) == lifted
+            && (0..N).all(|stage| at_stage(stage) == lifted);
         (after, moved, smooth)
     }
 }

@@ -21,6 +21,7 @@ pub struct SavedVehicle {
     pose: Pose,
     /// (v_y, r, δ, a_φ).
     states: [f64; 4],
+    followed_speed: Option<f64>,
     history: History,
 }
 
@@ -36,6 +37,7 @@ impl NonlinearVehicle {
             initial_states: self.initial_states,
             pose: self.pose,
             states: self.states(),
+            followed_speed: self.followed_speed,
             history: self.delay.save(),
         }
     }
@@ -50,6 +52,7 @@ impl NonlinearVehicle {
         finite("an input", &saved.inputs)?;
         finite("an initial state", &saved.initial_states)?;
         finite("a state", &saved.states)?;
+        finite("the speed that the load has followed", saved.followed_speed.as_slice())?;
         saved.initial_pose.check()?;
         saved.pose.check()?;
         let [steering_angle, steering_slope, speed] = saved.inputs;
@@ -75,6 +78,7 @@ impl NonlinearVehicle {
             pose: saved.pose,
             lateral: [lateral_velocity, yaw_rate, roll],
             angle,
+            followed_speed: saved.followed_speed,
             delay,
         })
     }

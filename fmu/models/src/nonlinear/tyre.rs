@@ -1,8 +1,9 @@
 //! Lateral forces of an axle: two tyres by Pacejka's magic formula at their own loads, x = 1 ± q times the
 //! static wheel load (equations in `docs/methods/nonlinear.md`).
 //!
-//! Where nothing lifts, an axle loses the part k·q² of stiffness and peak force by a transfer q; a transfer
-//! beyond the static load lifts the inner wheel and leaves all load on the outer one. Forces are positive
+//! Braking and driving change the load of both tyres of an axle by m: x = 1 + m ± q. Where nothing lifts, an axle loses
+//! the part k·q² of stiffness and peak force by a transfer q; a transfer beyond the load lifts the inner wheel and
+//! leaves all load on the outer one. Beyond twice the static load the sensitivities do not grow. Forces are positive
 //! to the left for a positive slip angle α (rad). With C in [1, 2) and E in [−1.5, 1] the force of a tyre
 //! rises from its steepest slope C_α at α = 0 and is never above D.
 
@@ -58,14 +59,21 @@ impl Axle {
         outer + inner
     }
 
-    /// [`Axle::force`] of two axles, all four tyres together.
+    /// [`Axle::force`] of two axles, all four tyres together, each axle with `more` of its static load; `more` is above −1.
     #[inline]
     #[must_use]
-    pub fn forces(axles: [&Self; 2], slip_angle: [f64; 2], transfer: [f64; 2]) -> [f64; 2] {
+    pub fn forces(
+        axles: [&Self; 2],
+        slip_angle: [f64; 2],
+        transfer: [f64; 2],
+        more: [f64; 2],
+    ) -> [f64; 2] {
         let [f, r] = axles;
         let [a, b] = slip_angle;
-        let [p, q] = transfer.map(|transfer| transfer.clamp(-1.0, 1.0));
-        let force = tyres([f, f, r, r], [a, a, b, b], [p, -p, q, -q]);
+        let [m, n] = more;
+        let bounded = |transfer: f64, more: f64| transfer.clamp(-1.0 - more, 1.0 + more);
+        let (p, q) = (bounded(transfer[0], m), bounded(transfer[1], n));
+        let force = tyres([f, f, r, r], [a, a, b, b], [m + p, m - p, n + q, n - q]);
         [force[0] + force[1], force[2] + force[3]]
     }
 }
@@ -75,8 +83,9 @@ impl Axle {
 fn tyres<const N: usize>(of: [&Axle; N], slip_angle: [f64; N], more: [f64; N]) -> [f64; N] {
     let (mut slip, mut peak) = ([0.0; N], [0.0; N]);
     for i in 0..N {
-        let friction = 1.0 - of[i].friction_sensitivity * more[i];
-        let stiffness = 1.0 - of[i].stiffness_sensitivity * more[i];
+        let sensed = more[i].min(1.0);
+        let friction = 1.0 - of[i].friction_sensitivity * sensed;
+        let stiffness = 1.0 - of[i].stiffness_sensitivity * sensed;
         slip[i] = of[i].b * stiffness / friction * slip_angle[i];
         peak[i] = of[i].d * (1.0 + more[i]) * friction;
     }

@@ -40,6 +40,8 @@ pub struct NonlinearVehicle {
     pub(super) lateral: Lateral,
     /// δ, rad.
     pub(super) angle: f64,
+    /// v_x that the load has followed, m/s; `None` before the first step, whose speed the vehicle has had before.
+    pub(super) followed_speed: Option<f64>,
     pub(super) delay: DelayLine,
 }
 
@@ -64,6 +66,7 @@ impl NonlinearVehicle {
             pose: Pose::default(),
             lateral: [0.0; 3],
             angle: 0.0,
+            followed_speed: None,
             delay: DelayLine::new(parameters.actuator.delay_s, 0.0),
         })
     }
@@ -90,6 +93,7 @@ impl NonlinearVehicle {
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
         self.lateral = [lateral_velocity, yaw_rate, roll];
         self.angle = angle;
+        self.followed_speed = None;
         self.delay.reset(angle * self.started.actuator.steering_ratio);
         Ok(())
     }
@@ -107,6 +111,7 @@ impl NonlinearVehicle {
             return Err(Error::Step { step: h, limit });
         }
         self.delay.push(h, self.steering_angle, self.steering_slope)?;
+        self.followed_speed.get_or_insert(self.speed);
         let mut left = h;
         while left > 0.0 {
             let piece = self.delay.next(left);
@@ -139,12 +144,24 @@ impl NonlinearVehicle {
         for line in lines.into_iter().filter(|line| line.duration > 0.0) {
             let motions = actuator.follow(self.angle, line);
             for motion in motions.iter().filter(|motion| motion.duration > 0.0) {
-                dynamics.advance(&mut self.lateral, &mut self.pose, motion, longest);
+                let along = self.followed_acceleration();
+                dynamics.advance(&mut self.lateral, &mut self.pose, motion, along, longest);
+                if along != 0.0 {
+                    let fade = (-motion.duration * constants.roll).exp();
+                    let followed = self.followed_speed.unwrap_or(self.speed);
+                    self.followed_speed = Some(self.speed + (followed - self.speed) * fade);
+                }
                 let end = motion.at(motion.duration, actuator.time_constant);
                 self.angle = end.clamp(-actuator.stop, actuator.stop);
             }
         }
         Ok(())
+    }
+
+    /// Longitudinal acceleration that the load has followed, m/s².
+    fn followed_acceleration(&self) -> f64 {
+        let followed = self.followed_speed.unwrap_or(self.speed);
+        (self.speed - followed) * self.constants.roll
     }
 
     /// Yaw rate r, rad/s.
@@ -164,7 +181,7 @@ impl NonlinearVehicle {
     /// Lateral acceleration of the centre of gravity, `v̇_y + v·r`, m/s², at the present speed.
     #[must_use]
     pub fn lateral_acceleration(&self) -> f64 {
-        self.constants.at_speed(self.speed).rates(&self.lateral, &RoadWheel::at(self.angle)).1
+        self.rates().1
     }
 
     /// Road-wheel angle δ behind the actuator, rad.
@@ -191,10 +208,15 @@ impl NonlinearVehicle {
     /// Their derivatives by time, at the present inputs.
     #[must_use]
     pub fn derivatives(&self) -> [f64; 4] {
-        let ([vy, r, roll], _) =
-            self.constants.at_speed(self.speed).rates(&self.lateral, &RoadWheel::at(self.angle));
+        let ([vy, r, roll], _) = self.rates();
         let (command, _) = self.delay.output(self.steering_angle, self.steering_slope);
         [vy, r, self.constants.actuator.rate_of(self.angle, command * self.constants.n), roll]
+    }
+
+    fn rates(&self) -> (Lateral, f64) {
+        let gained = self.constants.gained(self.followed_acceleration());
+        let dynamics = self.constants.at_speed(self.speed);
+        dynamics.rates(&self.lateral, &RoadWheel::at(self.angle), gained)
     }
 
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
@@ -214,7 +236,9 @@ impl NonlinearVehicle {
         let at = |time: f64| {
             let [y, yaw, a] = self.lateral;
             let s = [y + time * vy, yaw + time * r, a + time * roll];
-            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle)).1
+            let along = self.followed_acceleration() * (1.0 - time * self.constants.roll);
+            let gained = self.constants.gained(along);
+            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle), gained).1
         };
         let time = 1e-5;
         (at(time) - at(-time)) / (2.0 * time)

@@ -16,13 +16,15 @@ from scipy.integrate import solve_ivp
 CAR = {
     "mass": 1300.0, "yaw_inertia": 2100.0, "distance_front": 1.1, "distance_rear": 1.5,
     "cornering_stiffness_front": 110e3, "cornering_stiffness_rear": 125e3,
-    "friction_coefficient": 0.95, "tyre_shape_factor": 1.4, "tyre_curvature_factor": -0.6,
+    "friction_coefficient": 0.95, "friction_balance_rear": 1.0, "tyre_shape_factor": 1.4, "tyre_curvature_factor": -0.6,
     "friction_load_sensitivity": 0.12, "stiffness_load_sensitivity": 0.25,
     "centre_of_gravity_height": 0.55, "track_width": 1.45, "roll_stiffness_front": 0.6,
     "roll_time_constant": 0.15, "steering_ratio": 14.0, "actuator_time_constant": 0.06,
     "actuator_delay": 0.0, "road_wheel_rate_max": 0.5, "road_wheel_angle_max": 0.5,
 }
 GRAVITY = 9.81
+# The load has followed another speed than that at the start, in these cases; m/s.
+BEFORE = {"braking": 30.5, "driving": 13.6}
 STATES = ("lateral_velocity", "yaw_rate", "road_wheel_angle", "roll_acceleration", "yaw", "x", "y")
 
 # What differs from CAR; speed; (v_y, r, delta, a_phi) at the start; steering angle and its slope; time.
@@ -37,41 +39,46 @@ CASES = {
         {"tyre_curvature_factor": 0.0, "friction_load_sensitivity": 0.0, "stiffness_load_sensitivity": 0.0},
         25.0, (1.0, -0.3, 0.02, 2.0), -0.5, 0.0, 1.0),
     "low friction": ({"friction_coefficient": 0.25, "tyre_curvature_factor": 0.7}, 22.0, (0.0, 0.0, 0.0, 0.0), 1.0, 0.5, 1.0),
+    "more grip at the rear": ({"friction_balance_rear": 1.25}, 30.0, (0.0, 0.0, 0.0, 0.0), 2.8, 0.0, 1.2),
+    "braking": ({}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
+    "driving": ({}, 14.0, (0.0, 0.0, 0.0, 0.0), 2.2, 0.0, 1.0),
     "walking": ({}, 0.6, (0.1, 0.05, 0.0, 0.0), 5.0, 0.0, 2.0),
     "standing": ({}, 0.0, (0.2, 0.3, 0.1, 1.0), 5.0, 0.0, 0.5),
 }
 
 
-def tyre(slip, load, static_load, stiffness, p):
+def tyre(slip, load, static_load, stiffness, balance, p):
     x = load / static_load
     if load <= 0.0:
         return 0.0
-    peak = p["friction_coefficient"] * (1 - p["friction_load_sensitivity"] * (x - 1)) * load
+    peak = balance * p["friction_coefficient"] * (1 - p["friction_load_sensitivity"] * (x - 1)) * load
     k = stiffness * x * (1 - p["stiffness_load_sensitivity"] * (x - 1))
     c, e = p["tyre_shape_factor"], p["tyre_curvature_factor"]
     b = k / (c * peak)
     return peak * math.sin(c * math.atan(b * slip - e * (b * slip - math.atan(b * slip))))
 
 
-def axle(slip, load, stiffness, transfer, p):
-    transfer = max(-load / 2, min(load / 2, transfer))
+def axle(slip, load, gained, stiffness, transfer, balance, p):
+    now = load + gained
+    transfer = max(-now / 2, min(now / 2, transfer))
     return sum(
-        tyre(slip, load / 2 + side * transfer, load / 2, stiffness / 2, p) for side in (-1, 1)
+        tyre(slip, now / 2 + side * transfer, load / 2, stiffness / 2, balance, p) for side in (-1, 1)
     )
 
 
-def forces(vy, r, delta, roll, v, p):
+def forces(vy, r, delta, roll, along, v, p):
     """Rates of v_y and r, with the tyres at speed v."""
     m, lf, lr = p["mass"], p["distance_front"], p["distance_rear"]
     weight, wheelbase = m * GRAVITY, lf + lr
     moment = m * p["centre_of_gravity_height"] * roll / p["track_width"]
     share = p["roll_stiffness_front"]
+    pitch = m * p["centre_of_gravity_height"] * along / wheelbase
     front = axle(
-        delta - math.atan((vy + lf * r) / v), weight * lr / wheelbase,
-        p["cornering_stiffness_front"], share * moment, p)
+        delta - math.atan((vy + lf * r) / v), weight * lr / wheelbase, -pitch,
+        p["cornering_stiffness_front"], share * moment, 1.0, p)
     rear = axle(
-        -math.atan((vy - lr * r) / v), weight * lf / wheelbase,
-        p["cornering_stiffness_rear"], (1 - share) * moment, p)
+        -math.atan((vy - lr * r) / v), weight * lf / wheelbase, pitch,
+        p["cornering_stiffness_rear"], (1 - share) * moment, p["friction_balance_rear"], p)
     along = front * math.cos(delta)
     return np.array([(along + rear) / m - v * r, (lf * along - lr * rear) / p["yaw_inertia"]])
 
@@ -95,12 +102,12 @@ def steady(v, p):
     return -np.linalg.solve(f, column)
 
 
-def lateral(vy, r, delta, roll, v, p):
+def lateral(vy, r, delta, roll, along, v, p):
     if v >= 1.0:
-        return forces(vy, r, delta, roll, v, p)
+        return forces(vy, r, delta, roll, along, v, p)
     target, end = steady(v, p) * math.tan(delta), steady(1.0, p) * math.tan(delta)
     w = np.array([vy, r])
-    tyres = forces(*(w - target + end), delta, roll, 1.0, p)
+    tyres = forces(*(w - target + end), delta, roll, along, 1.0, p)
     return v * tyres + (1 - v) * (bicycle(1.0, p)[0] @ (w - target))
 
 
@@ -109,19 +116,25 @@ def command(t, start, slope, p):
     return max(-stop, min(stop, (start + slope * t) / p["steering_ratio"]))
 
 
+def along(followed, v, p):
+    """Longitudinal acceleration that the load has followed."""
+    return (v - followed) / p["roll_time_constant"]
+
+
 def rates(t, s, v, start, slope, p):
-    vy, r, delta, roll, yaw, _, _ = s
-    vy_rate, r_rate = lateral(vy, r, delta, roll, v, p)
+    vy, r, delta, roll, yaw, _, _, followed = s
+    vy_rate, r_rate = lateral(vy, r, delta, roll, along(followed, v, p), v, p)
     rate = p["road_wheel_rate_max"]
     wanted = (command(t, start, slope, p) - delta) / p["actuator_time_constant"]
     steer = max(-rate, min(rate, wanted))
     return [
         vy_rate, r_rate, steer, (vy_rate + v * r - roll) / p["roll_time_constant"], r,
         v * math.cos(yaw) - vy * math.sin(yaw), v * math.sin(yaw) + vy * math.cos(yaw),
+        along(followed, v, p),
     ]
 
 
-def solve(p, v, initial, start, slope, time):
+def solve(p, v, before, initial, start, slope, time):
     def limit(side):
         def event(t, s):
             wanted = (command(t, start, slope, p) - s[2]) / p["actuator_time_constant"]
@@ -135,7 +148,7 @@ def solve(p, v, initial, start, slope, time):
         event.terminal = True
         return event
 
-    t, state = 0.0, np.array([*initial, 0.0, 0.0, 0.0])
+    t, state = 0.0, np.array([*initial, 0.0, 0.0, 0.0, before])
     while t < time:
         run = solve_ivp(
             lambda t, s: rates(t, s, v, start, slope, p), (t, time), state, method="DOP853",
@@ -147,16 +160,18 @@ def solve(p, v, initial, start, slope, time):
             nudge = min(1e-9, time - t)
             state = state + nudge * np.array(rates(t, state, v, start, slope, p))
             t += nudge
-    vy, r, delta, roll, *_ = state
-    return [*state, lateral(vy, r, delta, roll, v, p)[0] + v * r]
+    vy, r, delta, roll, *_, followed = state
+    return [*state[:-1], lateral(vy, r, delta, roll, along(followed, v, p), v, p)[0] + v * r]
 
 
 def main():
-    inputs = ["speed", *(f"start_{name}" for name in STATES[:4]), "steering", "slope", "time"]
+    inputs = ["speed", "speed_before", *(f"start_{name}" for name in STATES[:4]), "steering", "slope", "time"]
     print(",".join(["case", *CAR, *inputs, *STATES, "lateral_acceleration"]))
     for name, (changes, v, initial, start, slope, time) in CASES.items():
         p = CAR | changes
-        numbers = [*p.values(), v, *initial, start, slope, time, *solve(p, v, initial, start, slope, time)]
+        before = BEFORE.get(name, v)
+        solved = solve(p, v, before, initial, start, slope, time)
+        numbers = [*p.values(), v, before, *initial, start, slope, time, *solved]
         print(",".join([name.replace(",", " and"), *(repr(float(x)) for x in numbers)]))
 
 

@@ -13,7 +13,7 @@ use crate::validation::pairs::pairs;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
 use crate::validation::quality::{
-    GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
+    GOOD_FIT, failed, failure, messages, short_validation, speed_range, weak_steering, with_error,
 };
 use crate::validation::rate::slow_log;
 use crate::validation::uncertain_response::uncertain_response;
@@ -81,15 +81,14 @@ impl Known<'_> {
         } else {
             speed_range(e.speed.min_mps, e.speed.max_mps)
         };
-        let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
         let summary = if reasons.is_empty() {
             format!("The fit on validation data is {fit} {speeds}: fit to design on there.")
-        } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
-            format!("Validation failed: {}.", messages())
+        } else if let Some(failure) = failure(&reasons) {
+            failure
         } else {
             format!(
                 "The fit on validation data is {fit} {speeds}. A controller may be designed there with reservations: {}.",
-                messages()
+                messages(&reasons)
             )
         };
         Quality::new(summary, reasons, advice)

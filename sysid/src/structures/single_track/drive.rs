@@ -13,9 +13,6 @@ pub struct DriveSegment {
     pub yaw_rate_radps: Vec<f64>,
     /// Lateral acceleration `v̇_y + v·r`, m/s².
     pub lateral_acceleration_mps2: Option<Vec<f64>>,
-    /// Longitudinal acceleration `v̇ − v_y·r` as an accelerometer measures it, m/s²; where `None`, v̇
-    /// is the derivative of the filtered speed.
-    pub longitudinal_acceleration_mps2: Option<Vec<f64>>,
     /// Lateral velocity of the centre of gravity, m/s.
     pub lateral_velocity_mps: Option<Vec<f64>>,
 }
@@ -56,7 +53,6 @@ impl DriveSegment {
             ("speed", Some(&self.speed_mps)),
             ("yaw rate", Some(&self.yaw_rate_radps)),
             ("lateral acceleration", self.lateral_acceleration_mps2.as_ref()),
-            ("longitudinal acceleration", self.longitudinal_acceleration_mps2.as_ref()),
             ("lateral velocity", self.lateral_velocity_mps.as_ref()),
         ]
         .into_iter()

@@ -7,10 +7,20 @@ use crate::structures::single_track::parameters::{COUNT, Parameter, values};
 pub(super) const GRAVITY: f64 = 9.81;
 /// Below this speed the slip angles are those of this speed, m/s.
 pub(super) const LEAST_SPEED: f64 = 1.0;
-/// The load beyond which the sensitivities do not grow, relative to the static one and less one.
-const MOST_LOAD: f64 = 1.0;
-/// Width of the smooth end of the friction ellipse.
-const ELLIPSE_SMOOTHING: f64 = 0.02;
+
+/// Time constant with which the load follows the acceleration, s.
+pub(super) const ROLL_TIME_CONSTANT_S: f64 = 0.12;
+/// Most of its static load that an axle gains or loses by braking and driving, of both the more, as in the FMU.
+const MOST_TRANSFER: f64 = 0.8;
+
+/// What is known at an instant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known {
+    /// Speed, m/s.
+    pub(super) speed: f64,
+    /// Longitudinal acceleration that the load has followed, m/s².
+    pub(super) acceleration: f64,
+}
 
 /// What follows from the parameters before a simulation.
 #[derive(Debug, Clone, Copy)]
@@ -19,19 +29,15 @@ pub(super) struct Constants<S> {
     pub(super) distance: [S; 2],
     /// Yaw acceleration per lateral force over mass and lever, 1/m²: m/J.
     inverse_inertia: S,
-    /// Static loads over mass, m/s².
-    load: [S; 2],
-    /// h/L.
-    height: S,
-    lift: [S; 2],
-    drag: S,
-    brake: S,
-    drive: S,
     axle: [Axle<S>; 2],
+    /// Of the axles, the load that moves to them per longitudinal acceleration, over the static one, s²/m.
+    transfer: [S; 2],
+    /// Acceleration beyond which no more load moves along, m/s².
+    most_acceleration: f64,
     /// Rear slip angle over lateral acceleration in a gentle turn, rad·s²/m.
     pub(super) rear_slip_per_acceleration: S,
-    /// 1/σ of the axles, 1/m.
-    pub(super) relaxation: [S; 2],
+    /// Rate of the faster of v_y and r in a gentle turn, times the speed, m/s².
+    pub(super) rate_by_speed: f64,
     pub(super) lag_rate: S,
     pub(super) delay: S,
     pub(super) steering_factor: S,
@@ -44,24 +50,14 @@ pub(super) struct Constants<S> {
 /// An axle's tyres by the magic formula.
 #[derive(Debug, Clone, Copy)]
 struct Axle<S> {
-    /// Static load over mass, m/s².
-    load: S,
-    friction_sensitivity: S,
-    stiffness_sensitivity: S,
-    friction: S,
-    shape: S,
-    curvature: S,
-    /// Stiffness over load, divided by C, 1/rad.
+    /// D over the vehicle's mass, m/s².
+    peak: S,
+    /// B, 1/rad.
     stiffness: S,
-}
-
-/// What is known at an instant.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Known {
-    /// Speed, m/s.
-    pub(super) speed: f64,
-    /// Longitudinal acceleration, m/s²: that of an accelerometer, or v̇.
-    pub(super) acceleration: f64,
+    /// C.
+    shape: S,
+    /// E.
+    curvature: S,
 }
 
 /// Lateral and yaw acceleration of the axle forces.
@@ -78,42 +74,34 @@ impl<S: Scalar> Constants<S> {
         let p = values(coordinates);
         let of = |parameter: Parameter| p[parameter.index()];
         let (wheelbase, share) = (of(Parameter::Wheelbase), of(Parameter::FrontShare));
-        let front = wheelbase * (-share).plus(1.0);
-        let rear = wheelbase * share;
+        let rear_share = (-share).plus(1.0);
+        let (a, b) = (wheelbase * rear_share, wheelbase * share);
+        let inverse_inertia = (of(Parameter::DynamicIndex) * a * b).inverse();
         let shape = of(Parameter::ShapeFactor);
-        let load = [share.times(GRAVITY), (-share).plus(1.0).times(GRAVITY)];
-        let axle = |load: S, stiffness: S, friction: S| Axle {
-            load,
-            friction_sensitivity: of(Parameter::FrictionLoadSensitivity),
-            stiffness_sensitivity: of(Parameter::StiffnessLoadSensitivity),
-            friction,
+        let axle = |share: S, stiffness: S, friction: S| Axle {
+            peak: friction * share.times(GRAVITY),
+            stiffness: stiffness / (shape * friction),
             shape,
             curvature: of(Parameter::CurvatureFactor),
-            stiffness: stiffness / shape,
         };
+        let [front, rear] = [of(Parameter::StiffnessFront), of(Parameter::StiffnessRear)];
         let friction = of(Parameter::FrictionFront);
+        let height = of(Parameter::HeightRatio);
+        let transfer = [-(height / share.times(GRAVITY)), height / rear_share.times(GRAVITY)];
+        let most = transfer[0].value().abs().max(transfer[1].value());
+        let of_force = [front * share, rear * rear_share].map(|c| c.times(GRAVITY));
+        let yaw = (a * a * of_force[0] + b * b * of_force[1]) * inverse_inertia;
         Self {
-            distance: [front, rear],
-            inverse_inertia: (of(Parameter::DynamicIndex) * front * rear).inverse(),
-            load,
-            height: of(Parameter::HeightRatio),
-            lift: [of(Parameter::LiftFront), of(Parameter::LiftRear)],
-            drag: of(Parameter::Drag),
-            brake: of(Parameter::BrakeShare),
-            drive: of(Parameter::DriveShare),
+            distance: [a, b],
+            inverse_inertia,
             axle: [
-                axle(load[0], of(Parameter::StiffnessFront), friction),
-                axle(
-                    load[1],
-                    of(Parameter::StiffnessRear),
-                    friction * of(Parameter::FrictionBalance),
-                ),
+                axle(share, front, friction),
+                axle(rear_share, rear, friction * of(Parameter::FrictionBalance)),
             ],
-            rear_slip_per_acceleration: of(Parameter::StiffnessRear).times(GRAVITY).inverse(),
-            relaxation: [
-                of(Parameter::RelaxationFront).inverse(),
-                of(Parameter::RelaxationRear).inverse(),
-            ],
+            transfer,
+            most_acceleration: MOST_TRANSFER / most.max(f64::MIN_POSITIVE),
+            rear_slip_per_acceleration: rear.times(GRAVITY).inverse(),
+            rate_by_speed: (of_force[0] + of_force[1]).value().max(yaw.value()),
             lag_rate: of(Parameter::Lag).inverse(),
             delay: of(Parameter::Delay),
             steering_factor: of(Parameter::SteeringFactor),
@@ -124,62 +112,30 @@ impl<S: Scalar> Constants<S> {
         }
     }
 
-    /// The slip angles of the axles, rad, which the tyres approach over the relaxation length:
-    /// `δ − atan((v_y + L_f·r)/v)` and `−atan((v_y − L_r·r)/v)`; below 1 m/s those of 1 m/s with
-    /// `v·δ` for δ, so that a vehicle at rest does not turn.
+    /// Of the slip angles `δ − atan((v_y + L_f·r)/v)` and `−atan((v_y − L_r·r)/v)`; below 1 m/s of those of 1 m/s
+    /// with `v·δ` for δ, so that a vehicle at rest does not turn.
     #[inline]
-    pub(super) fn slip(&self, vy: S, r: S, steering: S, speed: f64) -> [S; 2] {
+    pub(super) fn forces(&self, vy: S, r: S, steering: S, known: Known) -> Forces<S> {
+        let Known { speed, acceleration } = known;
         let v = speed.max(LEAST_SPEED);
         let [a, b] = self.distance;
         let front = (vy + a * r).times(1.0 / v).atan();
         let rear = (vy - b * r).times(1.0 / v).atan();
-        [steering.times(speed / v) - front, -rear]
-    }
-
-    /// Of the relaxed slip angles, rad.
-    #[inline]
-    pub(super) fn forces(
-        &self,
-        slip: [S; 2],
-        steering_cos: S,
-        tyre_acceleration: S,
-        speed: f64,
-    ) -> Forces<S> {
-        let square = speed * speed;
-        // The longitudinal force of all tyres, per mass.
-        let pull = tyre_acceleration + self.drag.times(square);
-        let share = if pull.value() > 0.0 { self.drive } else { self.brake };
-        let moved = self.height * tyre_acceleration;
-        let load = [
-            self.load[0] - moved - self.lift[0].times(square),
-            self.load[1] + moved - self.lift[1].times(square),
-        ];
-        let front = self.axle[0].force(slip[0], load[0], share * pull) * steering_cos;
-        let rear = self.axle[1].force(slip[1], load[1], (-share).plus(1.0) * pull);
-        let [a, b] = self.distance;
+        let acceleration = acceleration.clamp(-self.most_acceleration, self.most_acceleration);
+        let [load_front, load_rear] = self.transfer.map(|t| t.times(acceleration).plus(1.0));
+        let front = self.axle[0].force(steering.times(speed / v) - front) * load_front;
+        let front = front * steering.cos();
+        let rear = self.axle[1].force(-rear) * load_rear;
         Forces { lateral: front + rear, yaw: (a * front - b * rear) * self.inverse_inertia }
     }
 }
 
 impl<S: Scalar> Axle<S> {
-    /// Lateral force over the vehicle's mass, m/s², at a slip angle (rad), a load and a longitudinal
-    /// force, both over the vehicle's mass. The longitudinal force takes from the peak by the friction
-    /// ellipse, and leaves the stiffness.
+    /// Lateral force over the vehicle's mass, m/s², at a slip angle (rad).
     #[inline]
-    fn force(&self, slip: S, load: S, longitudinal: S) -> S {
-        // A lifted axle keeps a remainder, so that the equations stay defined.
-        let load = if load.value() < 0.5 { S::constant(0.5) } else { load };
-        let more = (load / self.load).plus(-1.0);
-        let more = if more.value() > MOST_LOAD { S::constant(MOST_LOAD) } else { more };
-        let peak = self.friction * load * (-(self.friction_sensitivity * more)).plus(1.0);
-        let stiffness = self.stiffness * load * (-(self.stiffness_sensitivity * more)).plus(1.0);
-        let used = longitudinal / peak;
-        let left = (-(used * used)).plus(1.0);
-        // Smoothly positive: a wheel that locks keeps a tenth of the peak.
-        let left = (left + (left * left).plus(ELLIPSE_SMOOTHING).sqrt()).times(0.5).sqrt();
-        let reduced = peak * left;
-        let angle = stiffness / reduced * slip;
+    fn force(&self, slip: S) -> S {
+        let angle = self.stiffness * slip;
         let bent = angle - self.curvature * (angle - angle.atan());
-        reduced * (self.shape * bent.atan()).sin()
+        self.peak * (self.shape * bent.atan()).sin()
     }
 }

@@ -13,8 +13,9 @@ use steerwright_formats::{Prior, SimulationFit, VehicleParameter};
 
 /// A parameter whose posterior deviation is this share of its prior's or less is determined by the drive.
 const DETERMINED: f64 = 0.5;
-/// Reductions of the rear axle's friction that [`SingleTrack::spin_margin`] is made of.
-const REDUCTIONS: [f64; 5] = [0.01, 0.02, 0.05, 0.1, 0.2];
+/// Reductions of the rear axle's friction that [`SingleTrack::spin_margin`] is one of: fine where models are compared.
+const REDUCTIONS: [f64; 12] =
+    [0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.2];
 /// Standard normal quantile of a two-sided band of 95 %.
 const Z975: f64 = 1.959_963_984_540_054;
 
@@ -55,8 +56,7 @@ pub struct SingleTrack {
     /// Free simulation on the validation data.
     pub validation: Option<SimulationFit>,
     /// How much less friction the rear axle can have, relative, before the free simulation of the
-    /// estimation data spins: one of 0, 0.01, 0.02, 0.05, 0.1 and 0.2. Near 0 the model may spin on another
-    /// drive.
+    /// estimation data spins: at most 0.2, in steps of 0.005 near 0, where the model may spin on another drive.
     pub spin_margin: f64,
     /// Deviation of white errors of yaw rate (rad/s), lateral acceleration (m/s²) and lateral velocity
     /// (m/s) with the density that the outputs were weighted by; `None` for those that were not fitted.

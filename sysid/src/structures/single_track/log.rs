@@ -25,8 +25,6 @@ use steerwright_formats::{
 
 /// Shorter pieces of a segment hold little more than the transient of an initial state, s.
 const SHORTEST_S: f64 = 3.0;
-/// Growth of the yaw rate's errors, by fitting other signals too, from which these are no single-track model's.
-const LARGEST_GROWTH: f64 = 1.1;
 /// Share of the samples whose lateral acceleration is at most that of the evidence.
 const PERCENTILE: f64 = 0.99;
 
@@ -60,7 +58,7 @@ impl From<IdentifiedVehicle> for IdentifiedModel {
 }
 
 /// Identifies the single-track model in `log`, which must have a speed; the validation data take no part.
-/// Lateral and longitudinal acceleration, lateral velocity and sideslip are those of a log that was read for the
+/// Lateral acceleration, lateral velocity and sideslip are those of a log that was read for the
 /// motion ([`Response::Motion`]).
 ///
 /// # Errors
@@ -106,6 +104,11 @@ pub(crate) fn identify_moving(
     let validated = (!ranges[1].is_empty()).then_some(&validation);
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
     warnings.splice(0..0, log.warnings.iter().cloned().chain(unused_fixes(log)));
+    if log.others.contains_key(&Role::LongitudinalAcceleration) {
+        warnings.push(
+            "the longitudinal acceleration is compared with the speed, and not used: what braking does follows from the speed".into(),
+        );
+    }
     let mut simulated = log.output.clone();
     let [estimated, validated] = &ranges;
     let unused = long(&Split::unused(log, [estimated, validated]));
@@ -144,34 +147,55 @@ pub(crate) fn identify_moving(
     Ok(IdentifiedVehicle { vehicle, traces })
 }
 
-/// The model of all signals that a single-track model can have at the same time, with warnings about the others. Where
-/// lateral acceleration or velocity is that of a body that rolls much, or of a sensor elsewhere, fitting it costs
-/// errors of the yaw rate, which alone decides then.
+/// The model of the yaw rate alone, or of all signals that a single-track model can have, with a warning where these are
+/// not fitted: lateral acceleration or velocity may be that of a body that rolls much, or of a sensor elsewhere. The
+/// errors of the yaw rate on the validation data decide. Within a standard error the model is taken that is farther from
+/// a spin, and of two such the one of all signals, which determine more of its parameters.
 fn consistent(
     estimation: &Drive,
     validation: Option<&Drive>,
     options: &SingleTrackOptions,
 ) -> Result<(SingleTrack, Vec<String>), Error> {
-    let all = identify_single_track(estimation, validation, options)?;
-    if all.noise[1].is_none() && all.noise[2].is_none() {
-        return Ok((all, Vec::new()));
+    let all = identify_single_track(estimation, validation, options);
+    if let Ok(all) = &all
+        && all.noise[1].is_none()
+        && all.noise[2].is_none()
+    {
+        return Ok((all.clone(), Vec::new()));
     }
     let yaw_rate = SingleTrackOptions {
         fit_lateral_acceleration: false,
         fit_lateral_velocity: false,
         ..options.clone()
     };
-    // A model of the yaw rate alone may spin; then there is nothing to compare.
-    let Ok(alone) = identify_single_track(estimation, validation, &yaw_rate) else {
-        return Ok((all, Vec::new()));
+    // One of the two may spin; then there is nothing to compare.
+    let (all, alone) = match (all, identify_single_track(estimation, validation, &yaw_rate)) {
+        (Ok(all), Ok(alone)) => (all, alone),
+        (Ok(one), Err(_)) | (Err(_), Ok(one)) => return Ok((one, Vec::new())),
+        (Err(error), Err(_)) => return Err(error),
     };
-    let growth = (100.0 - all.estimation.yaw_rate) / (100.0 - alone.estimation.yaw_rate);
-    if growth <= LARGEST_GROWTH {
-        return Ok((all, Vec::new()));
+    let fits = all.validation.zip(alone.validation);
+    if let Some((with, without)) = fits {
+        let difference = with.yaw_rate - without.yaw_rate;
+        let is_better = match without.yaw_rate_standard_error {
+            Some(error) if difference.abs() < error => all.spin_margin >= alone.spin_margin,
+            _ => difference > 0.0,
+        };
+        if is_better {
+            return Ok((all, Vec::new()));
+        }
     }
+    let why = fits.map_or_else(
+        || "there are no validation data to compare by".to_owned(),
+        |(with, without)| {
+            format!(
+                "with them the fit on the validation data is {:.1} %, without {:.1} %",
+                with.yaw_rate, without.yaw_rate
+            )
+        },
+    );
     let warning = format!(
-        "fitting lateral acceleration or velocity increases the errors of the yaw rate by {:.0} %: only the yaw rate is fitted; the body may roll much, or the sensor be elsewhere than at the centre of gravity",
-        100.0 * (growth - 1.0)
+        "lateral acceleration and velocity are compared, and the yaw rate alone is fitted: {why}"
     );
     Ok((alone, vec![warning]))
 }
@@ -191,7 +215,6 @@ fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
             speed_mps: speed[range.clone()].to_vec(),
             yaw_rate_radps: log.output[range.clone()].to_vec(),
             lateral_acceleration_mps2: other(Role::LateralAcceleration, range),
-            longitudinal_acceleration_mps2: other(Role::LongitudinalAcceleration, range),
             lateral_velocity_mps: lateral_velocity,
         }
     };

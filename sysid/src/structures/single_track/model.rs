@@ -56,8 +56,8 @@ impl SingleTrackModel {
         std::array::from_fn(|i| Parameter::ALL[i].coordinate(self.values[i]))
     }
 
-    /// The free simulation: each segment from the steady turn at its first yaw rate, from steering,
-    /// speed and longitudinal acceleration alone.
+    /// The free simulation: each segment from the steady turn at its first yaw rate, from steering
+    /// and speed alone.
     ///
     /// # Errors
     /// Those of [`Drive::check`].

@@ -8,7 +8,7 @@ use crate::linalg::dual::Scalar;
 use steerwright_formats::Prior;
 
 /// Number of parameters.
-pub(super) const COUNT: usize = 26;
+pub(super) const COUNT: usize = 17;
 
 /// How a parameter's coordinate is made of its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,10 +78,6 @@ parameters! {
     ShapeFactor "tyre_shape_factor" "1" Linear 1.35 0.1 1.05 1.9,
     /// E of the magic formula.
     CurvatureFactor "tyre_curvature_factor" "1" Linear 0.0 0.3 -1.5 0.95,
-    /// By how much μ falls from the static load to twice that, relative.
-    FrictionLoadSensitivity "friction_load_sensitivity" "1" Linear 0.1 0.05 0.0 0.9,
-    /// By how much cornering stiffness over load falls likewise.
-    StiffnessLoadSensitivity "stiffness_load_sensitivity" "1" Linear 0.25 0.15 0.0 0.9,
     /// Distance between the axles L.
     Wheelbase "wheelbase" "m" Logarithmic 2.6 0.3 0.2 20.0,
     /// Road-wheel angle over the steering angle divided by the stated steering ratio.
@@ -90,26 +86,12 @@ parameters! {
     DynamicIndex "dynamic_index" "1" Logarithmic 1.0 0.15 0.3 3.0,
     /// Share of the front axle in the weight, L_r/L.
     FrontShare "front_share" "1" Linear 0.5 0.05 0.2 0.8,
-    /// Height of the centre of gravity over the wheelbase.
-    HeightRatio "centre_of_gravity_height_over_wheelbase" "1" Linear 0.2 0.04 0.0 0.6,
+    /// Height of the centre of gravity over the wheelbase: the load that braking and driving move.
+    HeightRatio "centre_of_gravity_height_over_wheelbase" "1" Linear 0.18 0.06 0.0 0.6,
     /// Time constant of the steering actuator.
     Lag "actuator_time_constant" "s" Logarithmic 0.02 1.0 0.0005 1.0,
-    /// Delay before the actuator; negative where yaw rate is logged earlier than the angle.
-    Delay "actuator_delay" "s" Linear 0.0 0.03 -0.1 0.5,
-    /// Relaxation length of the front tyres.
-    RelaxationFront "relaxation_length_front" "m" Logarithmic 0.4 0.5 0.02 3.0,
-    /// Relaxation length of the rear tyres.
-    RelaxationRear "relaxation_length_rear" "m" Logarithmic 0.4 0.5 0.02 3.0,
-    /// Share of the front axle in the braking force.
-    BrakeShare "brake_share_front" "1" Linear 0.62 0.08 0.3 0.95,
-    /// Share of the front axle in the driving force.
-    DriveShare "drive_share_front" "1" Linear 0.5 0.5 0.0 1.0,
-    /// Drag over mass and squared speed.
-    Drag "drag_per_mass" "1/m" Logarithmic 0.0004 0.4 0.00001 0.01,
-    /// Aerodynamic lift of the front axle over mass and squared speed, positive upwards.
-    LiftFront "lift_front_per_mass" "1/m" Linear 0.0 0.0002 -0.01 0.002,
-    /// Aerodynamic lift of the rear axle over mass and squared speed, positive upwards.
-    LiftRear "lift_rear_per_mass" "1/m" Linear 0.0 0.0002 -0.01 0.002,
+    /// Delay before the actuator.
+    Delay "actuator_delay" "s" Linear 0.0 0.03 0.0 0.5,
     /// Road-wheel angle at which the vehicle drives straight, at an angle of zero in the log, negated.
     SteeringOffset "steering_offset" "rad" Linear 0.0 0.01 -0.2 0.2,
     /// Yaw rate in the log at rest.

@@ -1,11 +1,8 @@
-//! A segment made ready for simulation: road-wheel angle, speed and longitudinal acceleration as
-//! functions of time.
+//! A segment made ready for simulation: road-wheel angle and speed as functions of time.
 
 use crate::structures::single_track::drive::{Drive, DriveSegment};
-use crate::structures::single_track::dynamics::Known;
+use crate::structures::single_track::dynamics::{Known, ROLL_TIME_CONSTANT_S};
 
-/// Half the width of the average of the speed before it is differentiated, s.
-const SPEED_AVERAGE_S: f64 = 0.1;
 /// Half the width of the average of yaw rate that an initial state is made of, s.
 const YAW_AVERAGE_S: f64 = 0.05;
 
@@ -18,9 +15,8 @@ pub(super) struct PreparedSegment<'a> {
     /// Its slope at the samples, rad per sample.
     steering_slope: Vec<f64>,
     pub(super) speed: &'a [f64],
+    /// Longitudinal acceleration that the load has followed, m/s².
     acceleration: Vec<f64>,
-    /// Whether the longitudinal acceleration is that of an accelerometer.
-    pub(super) is_acceleration_measured: bool,
     pub(super) yaw_rate: &'a [f64],
     pub(super) smooth_yaw_rate: Vec<f64>,
     pub(super) lateral_acceleration: Option<&'a [f64]>,
@@ -35,10 +31,6 @@ pub(super) fn prepare(drive: &Drive) -> Vec<PreparedSegment<'_>> {
 impl<'a> PreparedSegment<'a> {
     fn new(drive: &Drive, segment: &'a DriveSegment) -> Self {
         let t = drive.sample_time_s;
-        let acceleration = match &segment.longitudinal_acceleration_mps2 {
-            Some(measured) => measured.clone(),
-            None => slope(&segment.speed_mps, t),
-        };
         let steering: Vec<f64> =
             segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect();
         Self {
@@ -47,8 +39,7 @@ impl<'a> PreparedSegment<'a> {
             steering_slope: differences(&steering),
             steering,
             speed: &segment.speed_mps,
-            acceleration,
-            is_acceleration_measured: segment.longitudinal_acceleration_mps2.is_some(),
+            acceleration: followed_acceleration(&segment.speed_mps, t),
             yaw_rate: &segment.yaw_rate_radps,
             smooth_yaw_rate: average(&segment.yaw_rate_radps, (YAW_AVERAGE_S / t).round() as usize),
             lateral_acceleration: segment.lateral_acceleration_mps2.as_deref(),
@@ -87,12 +78,28 @@ impl<'a> PreparedSegment<'a> {
         self.yaw_rate[i] + share * (self.yaw_rate[i + 1] - self.yaw_rate[i])
     }
 
+    /// Measured speed, and the acceleration that follows from it.
     #[inline]
     pub(super) fn known(&self, time: f64) -> Known {
         let (i, share) = self.place(time);
         let between = |x: &[f64]| x[i] + share * (x[i + 1] - x[i]);
         Known { speed: between(self.speed), acceleration: between(&self.acceleration) }
     }
+}
+
+/// What the load has followed of the acceleration v̇: `(v − v_f)/T` with `T·v̇_f = v − v_f`, for a speed that is linear
+/// between samples and was constant before.
+fn followed_acceleration(speed: &[f64], sample_time: f64) -> Vec<f64> {
+    let keep = (-sample_time / ROLL_TIME_CONSTANT_S).exp();
+    let mut acceleration = 0.0;
+    let mut before = speed.first().copied().unwrap_or_default();
+    let followed = speed.iter().map(|&v| {
+        let slope = (v - before) / sample_time;
+        acceleration = slope + keep * (acceleration - slope);
+        before = v;
+        acceleration
+    });
+    followed.collect()
 }
 
 /// The mean over `half` samples to either side, fewer at the ends.
@@ -109,12 +116,6 @@ fn average(x: &[f64], half: usize) -> Vec<f64> {
             (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
         })
         .collect()
-}
-
-/// The derivative of the averaged signal.
-fn slope(x: &[f64], sample_time: f64) -> Vec<f64> {
-    let smooth = average(x, (SPEED_AVERAGE_S / sample_time).round() as usize);
-    differences(&smooth).into_iter().map(|d| d / sample_time).collect()
 }
 
 /// Central differences per sample, one-sided at the ends.

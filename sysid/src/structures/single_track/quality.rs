@@ -14,7 +14,7 @@ use crate::validation::pairs::pairs;
 use crate::validation::plausible::opposite;
 use crate::validation::play::steering_play;
 use crate::validation::quality::{
-    GOOD_FIT, failed, short_validation, speed_range, weak_steering, with_error,
+    GOOD_FIT, failed, failure, messages, short_validation, speed_range, weak_steering, with_error,
 };
 use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::uncertain_response;
@@ -23,9 +23,6 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode, VehicleData, VehicleEvidence};
-
-/// Why a vehicle is never chosen, and at most a warning where it is identified by its name.
-pub(crate) const NOT_AS_VALIDATED: &str = "vehicle.json leaves out the relaxation of the tyres, the lift of a wheel and a negative delay, which the validated model has";
 
 /// Means over this time are compared, s.
 const MEAN_S: f64 = 0.5;
@@ -36,7 +33,7 @@ const ALIKE: f64 = 0.8;
 /// Lateral acceleration over yaw rate times speed, beyond which its unit is another.
 const RATIOS: [f64; 2] = [0.5, 2.0];
 /// Relative loss of rear friction that a vehicle survives which is not near a spin.
-const LEAST_SPIN_MARGIN: f64 = 0.02;
+pub(crate) const LEAST_SPIN_MARGIN: f64 = 0.02;
 /// RMS error of the sideslip angle over its RMS, from which the simulated one does not follow it.
 const FOLLOWS: f64 = 1.2;
 
@@ -156,11 +153,6 @@ pub(super) fn quality(
         }
         Some(_) => {}
     }
-    reasons.push(Reason::new(
-        ReasonCode::NotValidated,
-        Grade::Warn,
-        format!("{NOT_AS_VALIDATED}: the fit is that of the validated model"),
-    ));
     if e.spin_margin < LEAST_SPIN_MARGIN {
         let (margin, least) = (100.0 * e.spin_margin, 100.0 * LEAST_SPIN_MARGIN);
         let message = format!(
@@ -196,7 +188,6 @@ pub(super) fn quality(
     let fit = e.validation.unwrap_or(e.estimation);
     let fit = with_error(fit.yaw_rate, fit.yaw_rate_standard_error, 1);
     let of = if e.validation.is_some() { "validation" } else { "estimation" };
-    let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let range = format!(
         "{}, to {:.1} m/s²",
         speed_range(e.speed.min_mps, e.speed.max_mps),
@@ -204,12 +195,12 @@ pub(super) fn quality(
     );
     let summary = if reasons.is_empty() {
         format!("The fit on {of} data is {fit} {range}: fit to design on there.")
-    } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
-        format!("Validation failed: {}.", messages())
+    } else if let Some(failure) = failure(&reasons) {
+        failure
     } else {
         format!(
             "The fit on {of} data is {fit} {range}. A controller may be designed there with reservations: {}.",
-            messages()
+            messages(&reasons)
         )
     };
     Quality::new(summary, reasons, advice).with_remarks(remarks)

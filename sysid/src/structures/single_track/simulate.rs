@@ -1,8 +1,7 @@
 //! Simulation of the model over a segment, for plain and for dual numbers.
 //!
-//! Tyres follow their slip angle and the road wheels their command in closed form; lateral velocity and
-//! yaw rate by Heun's method. The tyre forces depend on the relaxed slip angles alone, so that a step
-//! needs them once: the step is of second order.
+//! The road wheels follow their command in closed form; lateral velocity and yaw rate by Heun's method, in steps that
+//! are short at low speed, where the axles' forces change fast.
 
 use crate::linalg::dual::Scalar;
 use crate::structures::single_track::dynamics::{Constants, Forces, LEAST_SPEED};
@@ -37,6 +36,10 @@ pub(super) struct Run {
 
 /// The tangent of the sideslip from which v_y is guarded.
 const GUARDED_TANGENT: f64 = 0.2;
+/// Longest step times the rate of the faster of v_y and r.
+const LONGEST_BY_RATE: f64 = 0.5;
+/// Most steps between two samples.
+const MOST_SUBSTEPS: f64 = 200.0;
 /// The sideslip beyond which a simulation stops: the tangent is still defined.
 const LARGEST_TANGENT: f64 = 20.0;
 
@@ -50,11 +53,6 @@ pub(super) fn simulate<S: Scalar>(
     mut each: impl FnMut(usize, Output<S>),
 ) -> bool {
     let period = segment.sample_time * run.stride as f64;
-    let substeps = (period / run.longest_step_s - 1e-9).ceil().max(1.0);
-    let h = period / substeps;
-    let substeps = substeps as usize;
-    // The road wheels' lag, for a command that is linear within half a step.
-    let lag = Ramp::new(k.lag_rate.times(0.5 * h));
     let command = |time: f64| -> S {
         let (angle, rate) = segment.steering(time - k.delay.value());
         // By the delay the command changes by −δ̇.
@@ -64,29 +62,21 @@ pub(super) fn simulate<S: Scalar>(
     let mut steering = command(0.0);
     let mut commanded = steering;
     // The state of a steady turn at the measured yaw rate.
-    let rest = |index: usize, steering: S| {
+    let rest = |index: usize| {
         let r = (-k.yaw_rate_offset).plus(segment.smooth_yaw_rate[index]);
         let v = segment.speed[index];
-        let vy = k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v);
-        (vy, r, k.slip(vy, r, steering, segment.speed[index]))
+        (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
     };
-    let pull = |vy: S, r: S, acceleration: f64| {
-        if segment.is_acceleration_measured {
-            S::constant(acceleration)
-        } else {
-            (-(vy * r)).plus(acceleration)
-        }
-    };
-    let (mut vy, mut r, mut slip) = rest(0, steering);
-    let mut target = slip;
-    let mut now = segment.known(0.0);
-    let mut forces = k.forces(slip, steering.cos(), pull(vy, r, now.acceleration), now.speed);
+    let (mut vy, mut r) = rest(0);
+    let mut known = segment.known(0.0);
+    let mut forces = k.forces(vy, r, steering, known);
+    let mut substeps = 0.0;
+    let mut lag = Ramp::new(k.lag_rate);
     let mut index = 0;
     loop {
         if run.restart > 0 && index > 0 && index % run.restart < run.stride {
-            (vy, r, slip) = rest(index, steering);
-            target = slip;
-            forces = k.forces(slip, steering.cos(), pull(vy, r, now.acceleration), now.speed);
+            (vy, r) = rest(index);
+            forces = k.forces(vy, r, steering, known);
         }
         each(
             index,
@@ -101,7 +91,16 @@ pub(super) fn simulate<S: Scalar>(
         if index + run.stride >= segment.len() {
             return true;
         }
-        for j in 0..substeps {
+        let by_rate = LONGEST_BY_RATE * known.speed.max(LEAST_SPEED) / k.rate_by_speed;
+        let needed =
+            (period / run.longest_step_s.min(by_rate) - 1e-9).ceil().clamp(1.0, MOST_SUBSTEPS);
+        let h = period / needed;
+        if needed != substeps {
+            substeps = needed;
+            // For a command that is linear within half a step.
+            lag = Ramp::new(k.lag_rate.times(0.5 * h));
+        }
+        for j in 0..substeps as usize {
             let time = segment.sample_time * index as f64 + h * j as f64;
             let next = segment.known(time + h);
             let rates = |forces: &Forces<S>, vy: S, r: S, time: f64, speed: f64| {
@@ -116,31 +115,20 @@ pub(super) fn simulate<S: Scalar>(
                 }
                 (lateral, yaw)
             };
-            let slope = rates(&forces, vy, r, time, now.speed);
+            let slope = rates(&forces, vy, r, time, known.speed);
             let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
             for end in [0.5 * h, h] {
                 let next_command = command(time + end);
                 steering = lag.follow(steering, commanded, next_command);
                 commanded = next_command;
             }
-            let target_next = k.slip(vy_next, r_next, steering, next.speed);
-            let v = (0.5 * (now.speed + next.speed)).max(LEAST_SPEED);
-            for axle in 0..2 {
-                let ramp = Ramp::new(k.relaxation[axle].times(h * v));
-                slip[axle] = ramp.follow(slip[axle], target[axle], target_next[axle]);
-            }
-            forces = k.forces(
-                slip,
-                steering.cos(),
-                pull(vy_next, r_next, next.acceleration),
-                next.speed,
-            );
-            let end = rates(&forces, vy_next, r_next, time + h, next.speed);
+            let predicted = k.forces(vy_next, r_next, steering, next);
+            let end = rates(&predicted, vy_next, r_next, time + h, next.speed);
             vy = vy + (slope.0 + end.0).times(0.5 * h);
             r = r + (slope.1 + end.1).times(0.5 * h);
-            target = k.slip(vy, r, steering, next.speed);
-            now = next;
-            let bound = LARGEST_TANGENT * next.speed.max(1.0);
+            known = next;
+            forces = k.forces(vy, r, steering, known);
+            let bound = LARGEST_TANGENT * known.speed.max(1.0);
             if !(vy.value().abs() < bound && r.value().abs() < bound) {
                 return false;
             }

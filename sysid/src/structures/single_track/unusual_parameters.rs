@@ -5,11 +5,9 @@ use steerwright_formats::{Grade, Reason, ReasonCode, VehicleParameter};
 
 /// Standard deviations of the prior that a parameter may be off it.
 const MOST_DEVIATIONS: f64 = 3.0;
-/// Standard errors below zero from which a delay is negative.
-const NEGATIVE: f64 = 2.0;
 
-/// The reason against parameters at a bound or far off their prior, and against a negative delay, with advice. A stated
-/// parameter is none of them.
+/// The reason against parameters at a bound or far off their prior, with advice. A stated parameter is none of them, nor is
+/// a delay of zero.
 pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Reason, String)> {
     let mut unusual = Vec::new();
     let mut largest: f64 = 0.0;
@@ -18,9 +16,8 @@ pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Rea
             continue;
         }
         let name = p.name.replace('_', " ");
-        if p.name == Parameter::Delay.name() && p.value < -NEGATIVE * p.standard_error {
-            unusual.push(format!("the delay is negative, {:.0} ms", 1000.0 * p.value));
-        } else if p.is_at_bound {
+        let is_no_delay = p.name == Parameter::Delay.name() && p.value < p.prior.max;
+        if p.is_at_bound && !is_no_delay {
             unusual
                 .push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit).trim_end().into());
         } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
@@ -66,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_a_far_prior_and_a_negative_delay_are_each_named() {
+    fn a_bound_and_a_far_prior_are_named() {
         let wheelbase = usual(Parameter::Wheelbase);
         assert_eq!(message(wheelbase.clone()), None);
         let at_bound = VehicleParameter { value: 8.0, is_at_bound: true, ..wheelbase.clone() };
@@ -77,9 +74,9 @@ mod tests {
             assert_eq!(message(p), named.then_some(expected));
         }
         let delay = usual(Parameter::Delay);
-        for (value, named) in [(-0.003, false), (-0.02, true), (0.02, false)] {
-            let p = VehicleParameter { value, ..delay.clone() };
-            let expected = "the delay is negative, -20 ms".to_owned();
+        for (value, named) in [(delay.prior.min, false), (delay.prior.max, true)] {
+            let p = VehicleParameter { value, is_at_bound: true, ..delay.clone() };
+            let expected = format!("actuator delay is at a bound, {value:.3} m");
             assert_eq!(message(p), named.then_some(expected), "{value}");
         }
         // What is stated is not judged.

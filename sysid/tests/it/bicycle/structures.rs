@@ -13,14 +13,14 @@ use steerwright_sysid::{Error, identify};
 fn choice(log: &DriveLog) -> Choice {
     let found = identify_structure(log, &ChoiceOptions::default()).unwrap();
     for row in &found.rows {
-        println!("{}: {:?} {:?} {}", row.structure, row.fit, row.errors, row.is_rejected);
+        println!("{}: {:?} {:?}", row.structure, row.fit, row.errors);
     }
     println!();
     found
 }
 
 #[test]
-fn the_simplest_structure_that_is_not_rejected_is_chosen() {
+fn the_structure_with_the_smallest_error_is_chosen() {
     let noisy = Drive { noise: 0.004, ..DRIVE };
     let one_speed = drive(car(), Drive { slowest: 15.0, fastest: 15.0, ..noisy });
     let found = choice(&one_speed);
@@ -29,7 +29,12 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
 
     let found = choice(&drive(car(), noisy));
     assert_eq!(found.identified.model.structure(), Structure::Bicycle);
-    assert!(found.rows[0].is_rejected && !found.rows[1].is_rejected);
+    let is_worse = |place: usize, found: &Choice| {
+        let (ratio, error) = found.rows[place].errors.unwrap();
+        ratio > 1.05 && ratio - 1.0 > 2.0 * error
+    };
+    assert!(is_worse(0, &found));
+    assert_eq!(found.rows[1].errors, Some((1.0, 0.0)));
 
     // A car at its limit of grip.
     let drive = LimitDrive { grip_used: 0.95, ..LimitDrive::new(SingleTrackModel::default(), 4) };
@@ -43,17 +48,10 @@ fn the_simplest_structure_that_is_not_rejected_is_chosen() {
             segment.yaw_rate_radps.clone(),
         )
     };
-    // A vehicle.json is not the model that was validated: the best of the others is chosen.
     let found = choice(&log);
-    assert_ne!(found.identified.model.structure(), Structure::SingleTrack);
-    let [state_space, bicycle, single_track] = &found.rows[..] else { panic!("{:?}", found.rows) };
-    let (ratio, error) = single_track.errors.unwrap();
-    assert!(ratio + 2.0 * error < 1.0, "{ratio} ± {error}");
-    assert!(single_track.excluded.unwrap().contains("relaxation"));
-    assert!(single_track.structure == Structure::SingleTrack && !single_track.is_rejected);
-    assert_eq!((state_space.excluded, bicycle.excluded), (None, None));
-    let best = state_space.errors.unwrap().0.min(bicycle.errors.unwrap().0);
-    assert!((best - 1.0).abs() < 1e-12, "errors are compared with what may be chosen: {best}");
+    assert_eq!(found.identified.model.structure(), Structure::SingleTrack);
+    assert!(is_worse(0, &found) && is_worse(1, &found));
+    assert!(found.rows.iter().all(|row| row.excluded.is_none()), "{:?}", found.rows);
 }
 
 #[test]
@@ -69,18 +67,18 @@ fn without_speed_there_is_one_structure() {
 /// State space alone leaves out what crawls, as the choice does: one model has one grade.
 #[test]
 fn state_space_alone_is_that_of_the_choice() {
-    let mut log = drive(car(), Drive { slowest: 15.0, fastest: 15.0, noise: 0.004, ..DRIVE });
-    let crawls = 400..1100;
+    let mut log =
+        drive(car(), Drive { slowest: 15.0, fastest: 15.0, noise: 0.004, seconds: 240.0, ..DRIVE });
+    // No tyre is near its limit, so that no other structure is tried.
+    log.input.iter_mut().chain(&mut log.output).for_each(|x| *x *= 0.5);
+    let crawls = 0..700;
     let mut speed = vec![15.0; log.len()];
     speed[crawls.clone()].fill(0.4);
     log.output[crawls].iter_mut().for_each(|r| *r *= 0.1);
     log.speed = Some(speed);
     let options = ChoiceOptions::default();
     let alone = identify(&log, &options.state_space).unwrap().plant;
-    let Model::StateSpace(chosen) = identify_structure(&log, &options).unwrap().identified.model
-    else {
-        panic!("one speed")
-    };
+    let Model::StateSpace(chosen) = choice(&log).identified.model else { panic!("one speed") };
     assert_eq!(alone, *chosen);
     assert!(alone.evidence.warnings.iter().any(|w| w.contains("left out")), "{:?}", alone.evidence);
 }
