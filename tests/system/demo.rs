@@ -87,12 +87,20 @@ fn the_scale_car_passes_and_its_controller_meets_the_specification() {
     let dart = drive("dart");
     assert_eq!(dart["quality"]["grade"], "pass", "{}", dart["quality"]);
     // The default structure, as `identify` chooses it.
-    assert_eq!(dart["structure"], "bicycle");
+    assert_eq!(dart["structure"], "single-track");
     let fit = dart["held_out_fit_percent"].as_f64().unwrap();
     // As SciPy's output error of order 2, which `cargo xtask evaluate records` prints.
     assert!(fit > 81.5, "{fit}");
     assert_eq!(controller("dart", "identification-based")["met"], true);
-    let model = read_json(&demo().folder.join("dart/bicycle.json"));
+    let model = read_json(&demo().folder.join("dart/vehicle.json"));
+    // A model car: the wheelbase of the real one is 0.175 m.
+    let parameters = model["evidence"]["parameters"].as_array().unwrap();
+    let wheelbase = parameters.iter().find(|p| p["name"] == "wheelbase").unwrap();
+    let length = wheelbase["value"].as_f64().unwrap();
+    assert!(
+        (length / 0.175 - 1.0).abs() < 0.05 && wheelbase["is_at_bound"] == false,
+        "{wheelbase}"
+    );
     let channels = model["evidence"]["channels"].as_array().unwrap();
     let rate = |role: &str| {
         let channel = channels.iter().find(|c| c["role"] == role).unwrap();
@@ -110,7 +118,7 @@ fn every_file_it_names_is_there_and_the_report_cites_nothing_outside() {
         // Figures of orders, residuals and poles are those of a plant in state space alone.
         let least = match (drive["quality"]["grade"].as_str(), drive["structure"].as_str()) {
             (Some("fail"), _) => 4,
-            (_, Some("bicycle")) => 15,
+            (_, Some("bicycle" | "single-track")) => 15,
             _ => 20,
         };
         assert!(files.len() > least);

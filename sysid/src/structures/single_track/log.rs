@@ -149,8 +149,9 @@ pub(crate) fn identify_moving(
 
 /// The model of the yaw rate alone, or of all signals that a single-track model can have, with a warning where these are
 /// not fitted: lateral acceleration or velocity may be that of a body that rolls much, or of a sensor elsewhere. The
-/// errors of the yaw rate on the validation data decide. Within a standard error the model is taken that is farther from
-/// a spin, and of two such the one of all signals, which determine more of its parameters.
+/// errors of the yaw rate on the validation data decide: all signals are fitted where these are smaller then, by a standard
+/// error or with a spin that is no nearer. With a lateral velocity, which alone determines where the centre of gravity is,
+/// they may be larger by less than a standard error.
 fn consistent(
     estimation: &Drive,
     validation: Option<&Drive>,
@@ -177,11 +178,10 @@ fn consistent(
     let fits = all.validation.zip(alone.validation);
     if let Some((with, without)) = fits {
         let difference = with.yaw_rate - without.yaw_rate;
-        let is_better = match without.yaw_rate_standard_error {
-            Some(error) if difference.abs() < error => all.spin_margin >= alone.spin_margin,
-            _ => difference > 0.0,
-        };
-        if is_better {
+        let error = without.yaw_rate_standard_error.unwrap_or(0.0);
+        let least = if all.noise[2].is_some() { -error } else { 0.0 };
+        let is_no_nearer = difference >= error || all.spin_margin >= alone.spin_margin;
+        if difference > least && is_no_nearer {
             return Ok((all, Vec::new()));
         }
     }

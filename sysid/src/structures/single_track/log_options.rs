@@ -1,6 +1,7 @@
 //! How a vehicle is identified in a log.
 
 use crate::Error;
+use crate::data::moving::wheelbase_of_log;
 use crate::selection::options::MOST_SAMPLES;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::Parameter;
@@ -49,6 +50,10 @@ impl Default for IdentifyVehicleOptions {
     }
 }
 
+/// A wheelbase by the steady turn below which it is that of a model car and the prior's mean, m. A road car whose speed was
+/// read in km/h where it is in m/s would have 0.7 m.
+const MODEL_CAR_M: f64 = 0.5;
+
 impl IdentifyVehicleOptions {
     pub(super) fn mass(&self) -> f64 {
         self.mass_kg.unwrap_or(CONVENTIONAL_MASS)
@@ -66,7 +71,7 @@ impl IdentifyVehicleOptions {
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("lowest speed", self.least_speed_mps.unwrap_or(3.0), (0.5, 100.0), " m/s")?;
         within("track width", self.track_width_m.unwrap_or(1.5), (0.1, 10.0), " m")?;
-        within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
+        within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.05, 20.0), " m")
     }
 
     /// The options of the estimator for a log.
@@ -76,6 +81,13 @@ impl IdentifyVehicleOptions {
             return Err(Error::WheelbaseNeeded);
         }
         let mut priors = Vec::new();
+        // A longer one may be that of wrong units.
+        if self.wheelbase_m.is_none()
+            && let Some(wheelbase) = wheelbase_of_log(log).filter(|l| *l < MODEL_CAR_M)
+        {
+            let prior = Prior { mean: wheelbase, ..Parameter::Wheelbase.default_prior() };
+            priors.push((Parameter::Wheelbase, prior));
+        }
         if !is_angle {
             // The angle at a command of 1 may be that of a servo or of a steering wheel.
             let prior = Prior { mean: 0.4, standard_deviation: 1.5, min: 1e-3, max: 100.0 };

@@ -79,7 +79,7 @@ parameters! {
     /// E of the magic formula.
     CurvatureFactor "tyre_curvature_factor" "1" Linear 0.0 0.3 -1.5 0.95,
     /// Distance between the axles L.
-    Wheelbase "wheelbase" "m" Logarithmic 2.6 0.3 0.2 20.0,
+    Wheelbase "wheelbase" "m" Logarithmic 2.6 0.3 0.05 20.0,
     /// Road-wheel angle over the steering angle divided by the stated steering ratio.
     SteeringFactor "steering_factor" "1" Logarithmic 1.0 0.3 0.2 5.0,
     /// Yaw inertia over m·L_f·L_r.

@@ -4,7 +4,7 @@ use super::{DRIVE, Drive, drive};
 use crate::common::{car, recording};
 use crate::known::limit_drive::LimitDrive;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Model, Structure};
+use steerwright_formats::{Model, Structure, VehicleDirection};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::single_track::{SingleTrackModel, identify_vehicle};
 use steerwright_sysid::structures::{Choice, ChoiceOptions, identify_structure};
@@ -52,6 +52,23 @@ fn the_structure_with_the_smallest_error_is_chosen() {
     assert_eq!(found.identified.model.structure(), Structure::SingleTrack);
     assert!(is_worse(0, &found) && is_worse(1, &found));
     assert!(found.rows.iter().all(|row| row.excluded.is_none()), "{:?}", found.rows);
+
+    // The share of the front axle, which the yaw rate hardly depends on, leaves the gain as certain as it is.
+    let Model::SingleTrack(vehicle) = found.identified.model else { panic!() };
+    let (body, tyres) = (&vehicle.body, &vehicle.tyres);
+    let gain = |d: &VehicleDirection| {
+        let [a, b] = [body.distance_front_m, body.distance_rear_m].map(|x| x * d.wheelbase.exp());
+        let front = tyres.cornering_stiffness_front_npr * d.cornering_stiffness_front.exp();
+        let rear = tyres.cornering_stiffness_rear_npr * d.cornering_stiffness_rear.exp();
+        let understeer = body.mass_kg / (a + b) * (b / front - a / rear);
+        25.0 / (a + b + understeer * 25.0 * 25.0)
+    };
+    let certain = gain(&VehicleDirection::default());
+    let evidence = vehicle.evidence.as_ref().unwrap();
+    let moved = evidence.directions.iter().map(|d| (gain(d) / certain).ln().powi(2));
+    let error = moved.sum::<f64>().sqrt();
+    println!("standard error of the gain: {error}");
+    assert!(error > 0.0 && error < 0.02, "{error}");
 }
 
 #[test]
