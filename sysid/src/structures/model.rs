@@ -20,8 +20,10 @@ impl IdentifiedModel {
     pub(crate) fn exclusion(&self) -> Option<&'static str> {
         let Model::SingleTrack(vehicle) = &self.model else { return None };
         let margin = vehicle.evidence.as_ref()?.spin_margin;
-        (margin < LEAST_SPIN_MARGIN)
-            .then_some("with 2 % less friction at the rear axle it spins on its own drive")
+        if margin < LEAST_SPIN_MARGIN {
+            return Some("with hardly less friction at the rear axle it spins on its own drive");
+        }
+        None
     }
 }
 

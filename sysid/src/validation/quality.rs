@@ -178,8 +178,10 @@ pub(crate) fn failure(reasons: &[Reason]) -> Option<String> {
     if reasons.iter().any(|r| matches!(r.code, ReasonCode::WeakSteering | ReasonCode::NarrowBand)) {
         return Some(format!("Weakly excited: {messages}. Do not design on this model."));
     }
-    let fails = reasons.iter().any(|r| r.grade == Grade::Fail);
-    fails.then(|| format!("Validation failed: {messages}."))
+    if reasons.iter().any(|r| r.grade == Grade::Fail) {
+        return Some(format!("Validation failed: {messages}."));
+    }
+    None
 }
 
 /// The reason where the road wheel hardly moves, by its standard deviation.
