@@ -6,7 +6,7 @@ use crate::output::Files;
 use std::fmt::Write;
 use steerwright_formats::{
     BandDeparture, ChannelSummary, Evidence, ExcitationBand, Information, Mode, Model, Plant,
-    Provenance, Quality, ResidualTest, SideslipTerm,
+    Provenance, Quality, ResidualTest, Sideslip, SideslipTerm,
 };
 use steerwright_report::Table;
 use steerwright_sysid::Traces;
@@ -51,37 +51,44 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             None => writeln!(text, "delay    none taken: this log does not determine it"),
         };
     }
-    if let Some(s) = &plant.sideslip {
-        let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
-        let latency = s.gnss_latency_standard_error_s.map_or_else(
-            || s.gnss_latency_s.to_string(),
-            |e| not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
-        );
-        let _ = writeln!(
-            text,
-            "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
-        );
-        if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
-            let (value, error) = (1e3 * value, 2e3 * standard_error);
-            let _ = writeln!(
-                text,
-                "         {value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"
-            );
-        }
-        if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
-            let error = 2.0 * standard_error;
-            let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
-        }
-        if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
-            let (speed, error) = (plant.operating_point.speed_mps, 2.0 * standard_error);
-            let _ = writeln!(
-                text,
-                "         all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
-            );
-        }
+    if let Some(sideslip) = &plant.sideslip {
+        text += &sideslip_in_words(sideslip, plant.operating_point.speed_mps);
     }
     text.push_str(&validation(e));
     text + &conclusion(&e.warnings, &plant.quality)
+}
+
+/// The sideslip that fixes determine; `speed_mps` is that of the model, for a sideslip that states none.
+pub(crate) fn sideslip_in_words(s: &Sideslip, speed_mps: f64) -> String {
+    let mut text = String::new();
+    let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
+    let latency = s.gnss_latency_standard_error_s.map_or_else(
+        || s.gnss_latency_s.to_string(),
+        |e| not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
+    );
+    let _ = writeln!(
+        text,
+        "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
+    );
+    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
+        let (value, error) = (1e3 * value, 2e3 * standard_error);
+        let _ = writeln!(
+            text,
+            "         {value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"
+        );
+    }
+    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
+        let error = 2.0 * standard_error;
+        let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
+    }
+    if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
+        let (speed, error) = (s.speed_mps.unwrap_or(speed_mps), 2.0 * standard_error);
+        let _ = writeln!(
+            text,
+            "         all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
+        );
+    }
+    text
 }
 
 /// Warnings, quality, remarks and advice, whatever was identified.

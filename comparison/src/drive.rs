@@ -47,7 +47,7 @@ pub(crate) fn validate(
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
     let mut remarks = log.warnings.clone();
-    remarks.extend(unused_fixes(log));
+    remarks.extend(unused_fixes(log, "the sideslip of each plant is read from a turn"));
     let mut validated = Vec::new();
     for model in models {
         validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);

@@ -57,6 +57,7 @@ pub fn bicycle_from_toml(text: &str, file: &str) -> Result<Bicycle, Error> {
 pub fn bicycle_of_vehicle(vehicle: &Vehicle) -> Result<Bicycle, Error> {
     let own = bicycle(&vehicle.in_gentle_driving())?;
     Ok(Bicycle {
+        sideslip: vehicle.sideslip,
         evidence: vehicle.evidence.as_ref().map(VehicleEvidence::of_bicycle),
         quality: vehicle.quality.clone(),
         provenance: vehicle.provenance.clone().unwrap_or(own.provenance),

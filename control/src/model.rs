@@ -21,8 +21,8 @@ impl DesignPlant {
     }
 }
 
-/// The sideslip that a model states: the measured one of a plant, at the speed of its identification, or that of the
-/// model at `speed` in m/s, by default its own. `None` where it states none.
+/// The sideslip of a vehicle: the one that its model's drive determined, at the speed that is stated with it, otherwise that
+/// of the model at `speed` in m/s, by default its own. `None` where there is neither.
 ///
 /// # Errors
 /// A vehicle that is no bicycle in gentle driving.
@@ -37,6 +37,9 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
 
 fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
     let vehicle = &bicycle.vehicle;
+    if let Some(stated) = &bicycle.sideslip {
+        return Some(steerwright_models::files::sideslip(stated, vehicle.speed_mps));
+    }
     let speed = speed.unwrap_or(vehicle.speed_mps);
     let parameters = steerwright_models::files::bicycle_parameters(vehicle);
     (speed > 0.0).then(|| parameters.sideslip(speed))
@@ -45,5 +48,6 @@ fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
 /// The sideslip of an identified plant, where it was measured.
 #[must_use]
 pub fn plant_sideslip(plant: &Plant) -> Option<Sideslip> {
-    steerwright_models::files::sideslip(plant)
+    let speed = plant.operating_point.speed_mps;
+    plant.sideslip.as_ref().map(|stated| steerwright_models::files::sideslip(stated, speed))
 }

@@ -5,6 +5,7 @@ use crate::document::{Checker, Document};
 use crate::matrix::Matrix;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
+use crate::sideslip::Sideslip;
 use crate::vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,9 @@ pub struct Bicycle {
     pub state_matrix: Matrix,
     /// Input matrix of eq 13, 5 by 1.
     pub input_matrix: Matrix,
+    /// The sideslip that the drive determines, which may differ from that of the model; absent if it determines none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip: Option<Sideslip>,
     /// The evidence for its quality, if it was identified from a log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<BicycleEvidence>,
@@ -265,6 +269,7 @@ impl Bicycle {
             coefficients,
             state_matrix,
             input_matrix,
+            sideslip: None,
             evidence: None,
             quality: Quality::not_validated(),
             provenance: Provenance::default(),
@@ -339,6 +344,9 @@ impl Document for Bicycle {
         c.shape(&self.state_matrix, 5, 5, "state_matrix");
         c.shape(&self.input_matrix, 5, 1, "input_matrix");
         self.check_eq_13(c);
+        if let Some(sideslip) = &self.sideslip {
+            sideslip.check(c);
+        }
         if let Some(evidence) = &self.evidence {
             evidence.check(c, "evidence.");
         }

@@ -91,6 +91,10 @@ pub struct Guidance {
     /// Gain from the path's yaw jerk to the yaw reference, s³, for the same; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_jerk_gain_s3: f64,
+    /// Time in which the sideslip per yaw rate is corrected by the cross-track error of turns, s; 0 or omitted for no
+    /// correction.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_correction_time_s: f64,
     /// Integral gain of the cross-track error, 1/s; 0 or omitted for none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cross_track_integral_gain_per_s: f64,
@@ -109,6 +113,7 @@ impl Default for Guidance {
             distance_rear_m: 0.0,
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
+            sideslip_correction_time_s: 0.0,
             cross_track_integral_gain_per_s: 0.0,
         }
     }
@@ -125,7 +130,8 @@ impl Document for Path {
         check_fields!(c.finite(g, "guidance."): feedforward_gain_radm sideslip_per_yaw_rate_s
             sideslip_per_yaw_acceleration_s2 sideslip_growth_s5pm2 yaw_acceleration_gain_s2
             yaw_jerk_gain_s3);
-        check_fields!(c.not_negative(g, "guidance."): distance_rear_m cross_track_integral_gain_per_s);
+        check_fields!(c.not_negative(g, "guidance."): distance_rear_m
+            sideslip_correction_time_s cross_track_integral_gain_per_s);
         check_speeds(c, self.schedule.iter().map(|entry| entry.speed_mps));
         for (i, entry) in self.schedule.iter().enumerate() {
             entry.check(c, &format!("schedule[{i}]."));

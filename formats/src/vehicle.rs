@@ -6,6 +6,7 @@
 use crate::document::{Checker, Document};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
+use crate::sideslip::Sideslip;
 use crate::vehicle_evidence::VehicleEvidence;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,9 @@ pub struct Vehicle {
     pub actuator: SteeringActuator,
     /// Longitudinal velocity that the `speed` input starts with, m/s.
     pub speed_mps: f64,
+    /// The sideslip that the drive determines, which may differ from that of the model; absent if it determines none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip: Option<Sideslip>,
     /// The evidence for its quality, if it was identified from a log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<VehicleEvidence>,
@@ -127,6 +131,9 @@ impl Document for Vehicle {
         c.not_negative(a.delay_s, "actuator.delay_s");
         check_fields!(c.positive(a, "actuator."): road_wheel_rate_max_radps road_wheel_angle_max_rad);
         c.not_negative(self.speed_mps, "speed_mps");
+        if let Some(sideslip) = &self.sideslip {
+            sideslip.check(c);
+        }
         if let Some(evidence) = &self.evidence {
             evidence.check(c, "evidence.");
         }

@@ -151,6 +151,7 @@ fn the_distance_to_the_rear_axle_is_optional() {
     let term = |value: f64| SideslipTerm { value, standard_error: 0.05 };
     let with = |distance_rear_m: Option<SideslipTerm>| {
         let sideslip = Sideslip {
+            speed_mps: distance_rear_m.map(|_| 12.0),
             sideslip_per_yaw_rate_s: 0.04,
             standard_error_s: 0.002,
             sideslip_growth_s5pm2: None,
@@ -166,6 +167,7 @@ fn the_distance_to_the_rear_axle_is_optional() {
     assert_eq!(Plant::from_json(&stated.to_json(), "p.json").unwrap(), stated);
     let text = with(None).to_json();
     assert!(!text.contains("distance_rear_m"), "{text}");
+    assert!(!text.contains("\"speed_mps\": 12"), "{text}");
     assert_eq!(Plant::from_json(&text, "p.json").unwrap().sideslip.unwrap().distance_rear(), 0.0);
     assert_eq!(fault(&with(Some(term(-1.0))).to_json()), "sideslip.distance_rear_m.value");
 

@@ -132,6 +132,9 @@ class Bicycle(Record):
     """State matrix of eq 13 for (y, ẏ, ψ, ψ̇, δ), 5 by 5."""
     input_matrix: Array
     """Input matrix of eq 13, 5 by 1."""
+    sideslip: Union[Sideslip, None]
+    """The sideslip that the drive determines, which may differ from that of the model; absent if it
+    determines none."""
     evidence: Union[BicycleEvidence, None]
     """The evidence for its quality, if it was identified from a log."""
     quality: Union[Quality, None]
@@ -188,6 +191,9 @@ class Vehicle(Record):
     """The steering."""
     speed_mps: float
     """Longitudinal velocity that the `speed` input starts with, m/s."""
+    sideslip: Union[Sideslip, None]
+    """The sideslip that the drive determines, which may differ from that of the model; absent if it
+    determines none."""
     evidence: Union[VehicleEvidence, None]
     """The evidence for its quality, if it was identified from a log."""
     quality: Union[Quality, None]
@@ -372,9 +378,12 @@ class Noise(Record):
 
 class Sideslip(Record):
     """The sideslip of the centre of gravity, from the course of GNSS fixes: with the yaw rate r and the
-    lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt` at the speed of the
-    operating point. With the distance b to the rear axle, `S = b/v − κ·v` at all speeds v."""
+    lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt` at a speed. With the
+    distance b to the rear axle, `S = b/v − κ·v` at all speeds v."""
 
+    speed_mps: Union[float, None]
+    """The speed at which it is stated, m/s; absent in plants of former versions, which state it at their
+    operating point."""
     sideslip_per_yaw_rate_s: float
     """S, sideslip angle per yaw rate, s: in gentle turns if the growth is stated, else the mean over the
     drive's turns."""
@@ -919,6 +928,9 @@ class Guidance(Record):
     the loop that remains with preview and feedforward; 0 may be omitted."""
     yaw_jerk_gain_s3: Union[float, None]
     """Gain from the path's yaw jerk to the yaw reference, s³, for the same; 0 may be omitted."""
+    sideslip_correction_time_s: Union[float, None]
+    """Time in which the sideslip per yaw rate is corrected by the cross-track error of turns, s; 0 or
+    omitted for no correction."""
     cross_track_integral_gain_per_s: Union[float, None]
     """Integral gain of the cross-track error, 1/s; 0 or omitted for none."""
 

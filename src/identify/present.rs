@@ -2,8 +2,8 @@
 
 use crate::console;
 use crate::evidence::{
-    channel_table, channels, conclusion, evidence, not_negative, plots, traces_csv,
-    validation_data, with_error,
+    channel_table, channels, conclusion, evidence, not_negative, plots, sideslip_in_words,
+    traces_csv, validation_data, with_error,
 };
 use crate::failure::{Failure, Outcome};
 use crate::output::{Files, Kind, Output, Outputs};
@@ -156,6 +156,9 @@ fn bicycle_evidence(e: &BicycleEvidence, bicycle: &Bicycle, tables: &str) -> Str
         e.steering_offset_rad.to_degrees(),
         e.yaw_rate_offset_radps.to_degrees()
     );
+    if let Some(sideslip) = &bicycle.sideslip {
+        text += &sideslip_in_words(sideslip, bicycle.vehicle.speed_mps);
+    }
     text + &conclusion(&e.warnings, &bicycle.quality)
 }
 
@@ -209,6 +212,9 @@ fn vehicle_evidence(e: &VehicleEvidence, vehicle: &Vehicle, tables: &str) -> Str
         "spin     not with {:.0} % less friction at the rear axle, on the estimation data",
         100.0 * e.spin_margin
     );
+    if let Some(sideslip) = &vehicle.sideslip {
+        text += &sideslip_in_words(sideslip, vehicle.speed_mps);
+    }
     text + &conclusion(&e.warnings, &vehicle.quality)
 }
 

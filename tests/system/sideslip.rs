@@ -81,7 +81,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(text_of(&output).contains("more per (m/s²)²"), "{}", text_of(&output));
     let path = document::<steerwright_formats::Path>(&folder.join("own.json"));
     // The drive was a little slower than the path.
-    let law = steerwright_models::files::sideslip(&plant).unwrap().at(path.speed_mps);
+    let law = steerwright_control::plant_sideslip(&plant).unwrap().at(path.speed_mps);
     let (rate, growth, lead) = (law.per_yaw_rate, law.growth, law.per_yaw_acceleration);
     assert!((rate - found.sideslip_per_yaw_rate_s).abs() < 2e-4, "{rate} {found:?}");
     let guidance = path.guidance;
@@ -126,18 +126,26 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert_eq!(start(folder, "ReferencePath", "sideslip_growth"), 0.0);
 }
 
-/// Fixes that a structure does not use are reported, and those that it uses are not.
+/// Whatever the structure, the file states the sideslip of the fixes, and a path takes it from there.
 #[test]
-fn fixes_in_vain_are_reported() {
+fn every_structure_states_the_sideslip_of_the_fixes() {
     let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
     let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
     let columns = "--input-channel steering_command_rad --steering-ratio 1 --gnss-latency 0s";
-    for (structure, is_in_vain) in
-        [("bicycle", true), ("single-track", true), ("state-space", false)]
-    {
-        let line = format!("identify {drive} {columns} --structure {structure}");
-        let text = text_of(&run(folder.path(), &line));
-        assert!(text.contains("written to"), "{structure}: {text}");
-        assert_eq!(text.contains("the GNSS fixes are not used"), is_in_vain, "{structure}: {text}");
+    let mut guided = Vec::new();
+    for structure in ["state-space", "bicycle", "single-track"] {
+        let line =
+            format!("identify {drive} {columns} --structure {structure} -o model.json --force");
+        let text = text_of(&run(folder, &line));
+        assert!(text.contains("s per yaw rate, with fixes 0 s old"), "{structure}: {text}");
+        assert!(!text.contains("the GNSS fixes are not used"), "{structure}: {text}");
+        done(folder, "path --pid {chain}/pid.json --plant model.json -o path.json --force");
+        let path = document::<steerwright_formats::Path>(&folder.join("path.json"));
+        assert!(path.guidance.sideslip_growth_s5pm2 < 0.0, "{structure}: {:?}", path.guidance);
+        guided.push(path.guidance);
     }
+    let [plant, bicycle, vehicle] = [guided[0], guided[1], guided[2]];
+    assert_eq!(plant, bicycle);
+    assert_eq!(bicycle, vehicle);
 }

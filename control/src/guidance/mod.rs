@@ -14,6 +14,10 @@ const LOOKAHEAD_PER_LAG: f64 = 4.0;
 /// Shortest look-ahead time, s.
 const LEAST_LOOKAHEAD: f64 = 1.0;
 
+/// Time of the sideslip's correction over the look-ahead time. With an error ϑ of the sideslip the cross-track error
+/// follows `T·ė + e = Δ·r·ϑ`, and the correction closes the loop `T·s² + s + 1/τ` around it, damped by ½·√(τ/T): 1 here.
+const CORRECTION_PER_LOOKAHEAD: f64 = 4.0;
+
 /// Guidance for a controller's loop at a speed, m/s.
 ///
 /// The sideslip is 0: [`sideslip`] returns that of a vehicle, and [`with_sideslip`] adds it.
@@ -57,6 +61,7 @@ fn by_advice(pid: &Pid, advice: &GuidanceAdvice, speed: f64) -> Guidance {
         feedforward_gain_radm: advice.feedforward_gain_radm,
         yaw_acceleration_gain_s2: advice.yaw_acceleration_gain_s2,
         yaw_jerk_gain_s3: advice.yaw_jerk_gain_s3,
+        sideslip_correction_time_s: CORRECTION_PER_LOOKAHEAD * lookahead_time_s,
         ..Guidance::default()
     }
 }
@@ -74,8 +79,8 @@ pub fn with_sideslip(guidance: Guidance, sideslip: &Sideslip, speed: f64) -> Gui
     }
 }
 
-/// The sideslip that a plant's document states: the measured one of `plant.json`, or that of the model in
-/// `bicycle.json` or of `vehicle.json` in gentle driving; at a speed (m/s), by default the document's. `None` where the document states none.
+/// The sideslip of a model's document as [`model_sideslip`] has it, at a speed (m/s), by default the document's. `None`
+/// where the document is none of a model, or states none.
 ///
 /// # Errors
 /// [`Error::Document`] where a document of these kinds is invalid.

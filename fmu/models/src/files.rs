@@ -45,20 +45,23 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
         yaw_rate_offset: point.yaw_rate_offset_radps,
         speed: point.speed_mps,
         innovation_std: plant.noise.innovation_variance.sqrt(),
-        sideslip: sideslip(plant).unwrap_or_default(),
+        sideslip: match &plant.sideslip {
+            Some(stated) => sideslip(stated, point.speed_mps),
+            None => Sideslip::default(),
+        },
     })
 }
 
-/// The sideslip that `plant.json` states, at the speed of its operating point.
+/// The sideslip that a model's document states; `speed` in m/s is that of the document, where it states no other.
 #[must_use]
-pub fn sideslip(plant: &Plant) -> Option<Sideslip> {
-    plant.sideslip.map(|s| Sideslip {
-        per_yaw_rate: s.sideslip_per_yaw_rate_s,
-        growth: s.growth(),
-        per_yaw_acceleration: s.per_yaw_acceleration(),
-        reference_speed: plant.operating_point.speed_mps,
-        distance_rear: s.distance_rear(),
-    })
+pub fn sideslip(stated: &steerwright_formats::Sideslip, speed: f64) -> Sideslip {
+    Sideslip {
+        per_yaw_rate: stated.sideslip_per_yaw_rate_s,
+        growth: stated.growth(),
+        per_yaw_acceleration: stated.per_yaw_acceleration(),
+        reference_speed: stated.speed_mps.unwrap_or(speed),
+        distance_rear: stated.distance_rear(),
+    }
 }
 
 /// The vehicle of `bicycle.json`. Its speed is no parameter but an input of the plant.

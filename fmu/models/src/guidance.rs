@@ -7,11 +7,14 @@
 //! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),     s' = s + v·preview_time
 //! steering_feedforward = feedforward_gain·κ(m),          m  = s' − v·Sₐ,   Sₐ = S + Q·a²
 //! ż                    = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
+//! ϑ̇                    = (e/Δ)/(1 + e²/e₀²)·r/(r² + r₀²)/sideslip_correction_time,   r = v·κ
 //! ψ(s')                = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = Sₐ²/2 − C + G,   K = Sₐ·C − Sₐ³/3 + J
 //! ```
 //!
 //! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g; S, Q and C are those of
-//! the speed v ([`crate::sideslip`]). The derivatives
+//! the speed v ([`crate::sideslip`]), S with the correction ϑ. In a steady turn with an error of S the cross-track error is
+//! Δ·r times that error, which ϑ takes away in the stated time, slowly where r is below r₀ and not at all far off the
+//! path. The derivatives
 //! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
 //! h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more than the heading.
 //! C = 0 means that C is not known: A is then G, and K is J. `yaw_reference` is not wrapped: it is as
@@ -41,7 +44,8 @@ as_numbers!(GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min
     guidance.feedforward_gain_radm
     guidance.sideslip_per_yaw_rate_s guidance.sideslip_growth_s5pm2 guidance.sideslip_per_yaw_acceleration_s2
     reference_speed guidance.distance_rear_m
-    guidance.yaw_acceleration_gain_s2 guidance.yaw_jerk_gain_s3 guidance.cross_track_integral_gain_per_s);
+    guidance.yaw_acceleration_gain_s2 guidance.yaw_jerk_gain_s3 guidance.sideslip_correction_time_s
+    guidance.cross_track_integral_gain_per_s);
 
 /// The outputs of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -84,6 +88,13 @@ fn line_of_sight(aside: f64, ahead: f64) -> f64 {
     if ahead > 0.0 { atan(&[aside / ahead])[0] } else { aside.atan2(ahead) }
 }
 
+/// r₀, rad/s: slower turns say little of the sideslip.
+const LEAST_YAW_RATE: f64 = 0.1;
+/// e₀, m: a vehicle further off the path is there for other reasons.
+const NEAR: f64 = 1.0;
+/// Largest correction of the sideslip per yaw rate, s: that of a rear axle of half or twice the stiffness at 30 m/s.
+const LARGEST_CORRECTION: f64 = 0.15;
+
 /// How many laps of a closed path a saved progress may be.
 const MOST_LAPS: f64 = 1e9;
 
@@ -98,6 +109,8 @@ pub struct PathFollower {
     progress: Option<f64>,
     /// z, m.
     integral: f64,
+    /// ϑ, s.
+    sideslip_correction: f64,
 }
 
 impl GuidanceParameters {
@@ -120,9 +133,10 @@ impl GuidanceParameters {
     }
 
     /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
-    /// it changes.
-    fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64) -> [f64; 2] {
-        let sideslip = self.sideslip().at(speed);
+    /// it changes; with a correction of the sideslip per yaw rate, s.
+    fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, correction: f64) -> [f64; 2] {
+        let mut sideslip = self.sideslip().at(speed);
+        sideslip.per_yaw_rate += correction;
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
         let mut direction = path.direction(middle);
@@ -166,7 +180,7 @@ impl PathFollower {
     /// A vehicle somewhere near a path.
     #[must_use]
     pub fn new(geometry: Arc<PathGeometry>) -> Self {
-        Self { geometry, progress: None, integral: 0.0 }
+        Self { geometry, progress: None, integral: 0.0, sideslip_correction: 0.0 }
     }
 
     /// The path.
@@ -194,7 +208,8 @@ impl PathFollower {
         let previewed = foot.distance_m + speed * p.guidance.preview_time_s;
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
-        let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed);
+        let [prescribed, curvature] =
+            p.yaw(&self.geometry, previewed, speed, self.sideslip_correction);
         PathOutput {
             yaw_reference: prescribed + line_of_sight(-aimed, lookahead),
             steering_feedforward: p.guidance.feedforward_gain_radm * curvature,
@@ -218,14 +233,33 @@ impl PathFollower {
         self.integral
     }
 
-    /// Lets the integral grow over a step (s) at whose end the outputs were evaluated. Neither at a
-    /// standstill nor beyond the look-ahead distance.
+    /// The correction of the sideslip per yaw rate ϑ, s.
+    #[must_use]
+    pub fn sideslip_correction(&self) -> f64 {
+        self.sideslip_correction
+    }
+
+    /// Lets integral and correction grow over a step (s) at whose end the outputs were evaluated. Neither at a
+    /// standstill nor far off the path.
     pub fn integrate(&mut self, p: &GuidanceParameters, out: &PathOutput, speed: f64, step: f64) {
-        let gain = p.guidance.cross_track_integral_gain_per_s;
-        if gain == 0.0 || speed <= 0.0 {
+        if speed <= 0.0 {
             return;
         }
         let lookahead = p.lookahead(speed);
+        let time = p.guidance.sideslip_correction_time_s;
+        if time > 0.0 {
+            let (error, yaw_rate) = (out.cross_track_error, speed * out.curvature);
+            let missed = error / lookahead / (1.0 + (error / NEAR).powi(2));
+            let share = yaw_rate / (yaw_rate * yaw_rate + LEAST_YAW_RATE * LEAST_YAW_RATE);
+            let corrected = self.sideslip_correction + step / time * missed * share;
+            if corrected.is_finite() {
+                self.sideslip_correction = corrected.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION);
+            }
+        }
+        let gain = p.guidance.cross_track_integral_gain_per_s;
+        if gain == 0.0 {
+            return;
+        }
         let (error, aimed) = (out.cross_track_error, out.cross_track_error + self.integral);
         let share = 1.0 / (1.0 + (aimed / lookahead).powi(2));
         let grown = self.integral + step * gain * error * share;
@@ -234,12 +268,18 @@ impl PathFollower {
         }
     }
 
-    /// Goes on from a saved progress and integral.
+    /// Goes on from a saved progress, integral and correction of the sideslip.
     ///
     /// # Errors
     /// Where one is not finite, or more laps of a closed path than anybody drives.
-    pub fn restore(&mut self, progress: Option<f64>, integral: f64) -> Result<(), Error> {
+    pub fn restore(
+        &mut self,
+        progress: Option<f64>,
+        integral: f64,
+        sideslip_correction: f64,
+    ) -> Result<(), Error> {
         finite("the integral of the cross-track error", &[integral])?;
+        finite("the correction of the sideslip", &[sideslip_correction])?;
         if let Some(value) = progress {
             let name = "the distance along the path";
             finite(name, &[value])?;
@@ -253,6 +293,7 @@ impl PathFollower {
         }
         self.progress = progress;
         self.integral = integral;
+        self.sideslip_correction = sideslip_correction;
         Ok(())
     }
 

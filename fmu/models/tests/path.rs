@@ -171,6 +171,60 @@ fn the_integral_takes_the_place_of_a_lasting_error() {
     assert!(follower.integral().abs() <= g.guidance.lookahead_min_m);
 }
 
+/// A vehicle with a sideslip of 0 is steered perfectly round the eight by a follower with another one: the largest error on
+/// the first lap and on the third, and the correction.
+fn with_a_wrong_sideslip(time: f64, wrong: f64) -> ([f64; 2], f64) {
+    let mut follower = PathFollower::new(eight());
+    let g = guided(Guidance {
+        sideslip_per_yaw_rate_s: wrong,
+        sideslip_correction_time_s: time,
+        ..Guidance::default()
+    });
+    let (mut x, mut y, mut yaw, speed, h) = (0.0, 0.0, 0.0, 6.0, 0.01);
+    let mut largest = [0.0_f64; 2];
+    let length = follower.geometry().end();
+    loop {
+        let out = follower.evaluate(&g, x, y, yaw, speed);
+        follower.commit(&out);
+        follower.integrate(&g, &out, speed, h);
+        yaw = out.yaw_reference;
+        x += h * speed * yaw.cos();
+        y += h * speed * yaw.sin();
+        match (out.distance / length) as usize {
+            0 => largest[0] = largest[0].max(out.cross_track_error.abs()),
+            2 => largest[1] = largest[1].max(out.cross_track_error.abs()),
+            3 => return (largest, follower.sideslip_correction()),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn the_cross_track_error_of_turns_corrects_the_sideslip() {
+    let ([_, with_right], _) = with_a_wrong_sideslip(0.0, 0.0);
+    for wrong in [-0.08, 0.08] {
+        let ([first, third], correction) = with_a_wrong_sideslip(0.0, wrong);
+        assert!(first > 0.12 && third > 0.12 && correction == 0.0, "{first} {third}");
+        let ([_, third], correction) = with_a_wrong_sideslip(4.0, wrong);
+        assert!(third < 1.3 * with_right, "{third} {with_right}");
+        assert!((correction + wrong).abs() < 0.01, "{correction}");
+    }
+    // Neither far off the path, nor at a standstill, nor by more than a sideslip may be.
+    let mut follower = PathFollower::new(eight());
+    let g = guided(Guidance { sideslip_correction_time_s: 4.0, ..Guidance::default() });
+    let off = follower.evaluate(&g, 1.0, -9.0, 0.0, 6.0);
+    follower.integrate(&g, &off, 6.0, 1.0);
+    assert!(follower.sideslip_correction().abs() < 0.02, "{}", follower.sideslip_correction());
+    let before = follower.sideslip_correction();
+    follower.integrate(&g, &off, 0.0, 1e3);
+    assert_eq!(follower.sideslip_correction(), before);
+    follower.integrate(&g, &off, 6.0, 1e9);
+    assert_eq!(follower.sideslip_correction().abs(), 0.15);
+    for wrong in [f64::NAN, f64::INFINITY] {
+        assert!(follower.restore(None, 0.0, wrong).is_err());
+    }
+}
+
 /// Round the eight for five laps, also right through the crossing, with an error to the side.
 #[test]
 fn progress_is_monotone_and_never_jumps_on_an_eight() {

@@ -259,7 +259,7 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
     for k in 0..1_000 {
         let p = path.at(0.15 * f64::from(k));
         let mut follower = PathFollower::new(path.clone());
-        follower.restore(Some(p.distance_m), 0.0).unwrap();
+        follower.restore(Some(p.distance_m), 0.0, 0.0).unwrap();
         let law = guided(Guidance { preview_time_s: 0.2, ..knowing(s, 0.0, 0.0) });
         let out = follower.evaluate(&law, p.x_m, p.y_m, p.heading_rad, speed);
         let behind = path.at(out.distance + speed * 0.2 - speed * s).heading_rad;
@@ -405,7 +405,7 @@ fn guidance_takes_the_law_at_its_speed() {
         for k in 0..200 {
             let p = path.at(0.04 * speed * f64::from(k));
             let mut follower = PathFollower::new(path.clone());
-            follower.restore(Some(p.distance_m), 0.0).unwrap();
+            follower.restore(Some(p.distance_m), 0.0, 0.0).unwrap();
             let yaw = |sideslip: Sideslip| {
                 let guidance = Guidance {
                     sideslip_per_yaw_rate_s: sideslip.per_yaw_rate,

@@ -36,6 +36,8 @@ variables! {
         .unit("m").nominal(100.0).depends_on(Nothing).description("distance along the path");
     Finished = 16, boolean "finished", Output, Discrete,
         .depends_on(Nothing).description("whether the path's end is reached");
+    SideslipCorrection = 17, real "sideslip_correction", Output, Continuous,
+        .unit("s").nominal(0.1).depends_on(Nothing).description("what the cross-track error of turns has added to the sideslip angle per yaw rate");
     LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at parameters.guidance.lookahead_time_s,
         .unit("s").min(0.0).description("look-ahead distance over speed");
     LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at parameters.guidance.lookahead_min_m,
@@ -60,6 +62,8 @@ variables! {
         .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed at which the sideslip parameters hold");
     DistanceRear = 31, real "distance_rear", Parameter, Tunable, at parameters.guidance.distance_rear_m,
         .unit("m").min(0.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
+    SideslipCorrectionTime = 32, real "sideslip_correction_time", Parameter, Tunable, at parameters.guidance.sideslip_correction_time_s,
+        .unit("s").min(0.0).description("how long the cross-track error of turns takes to correct the sideslip angle per yaw rate; 0: there is no correction");
 }
 
 /// A reference road and the guidance along it.
@@ -100,6 +104,7 @@ struct Saved {
     inputs: Inputs,
     progress: Option<f64>,
     integral: f64,
+    sideslip_correction: f64,
     phase: Phase,
 }
 
@@ -174,6 +179,7 @@ impl Slave for ReferencePath {
             V::HeadingError => self.output().heading_error,
             V::Curvature => self.output().curvature,
             V::Distance => self.output().distance,
+            V::SideslipCorrection => self.follower.sideslip_correction(),
             V::Finished => return Value::Boolean(self.output().finished),
             other => other.place(self).map_or(0.0, |value| *value),
         })
@@ -216,6 +222,7 @@ impl Slave for ReferencePath {
             inputs: self.inputs,
             progress: self.follower.progress(),
             integral: self.follower.integral(),
+            sideslip_correction: self.follower.sideslip_correction(),
             phase: self.phase.clone(),
         })
     }
@@ -223,7 +230,8 @@ impl Slave for ReferencePath {
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let saved: Saved = decode(bytes)?;
         let mut loaded = self.clone();
-        loaded.follower.restore(saved.progress, saved.integral).map_err(|e| refuse(&e))?;
+        let Saved { progress, integral, sideslip_correction, .. } = saved;
+        loaded.follower.restore(progress, integral, sideslip_correction).map_err(|e| refuse(&e))?;
         match &saved.phase {
             Phase::BeforeFirstStep { last_read: Inputs { x, y, yaw, speed } } => {
                 if [x, y, yaw, speed].iter().any(|value| !value.is_finite()) {

@@ -171,7 +171,7 @@ pub(crate) fn path() -> String {
         schema: Path::SCHEMA.into(),
         name: "bend".into(),
         closed: false,
-        guidance: Guidance::default(),
+        guidance: Guidance { sideslip_correction_time_s: 4.0, ..Guidance::default() },
         schedule: vec![],
         speed_mps: 10.0,
         points: (0..=120).map(point).collect(),

@@ -6,13 +6,21 @@
 //!
 //! Where S and Q are those of a reference speed v₀ and follow the speed (docs/methods/sideslip.md), E_S and
 //! E_Q count by v/v₀, and the distance b to the rear axle adds `b/v₀·E_b`, `E_b = ∫ v·(v₀/v − v/v₀)·r·n dt`.
+//!
+//! Braking takes load off the rear axle, which then slips more: `P·E_P`, `E_P = ∫ v·a·v̇·n dt`. A drive that brakes
+//! before its bends and accelerates out of them has that effect in Q, unless P is estimated beside it. P is no part of the
+//! sideslip that is stated, which is that of a steady speed.
 
-/// Terms of the sideslip, by their places: S, Q, C and b/v₀.
-pub(super) const TERMS: usize = 4;
+/// Terms of the sideslip, by their places: S, Q, C, b/v₀ and P.
+pub(super) const TERMS: usize = 5;
 pub(super) const RATE: usize = 0;
 pub(super) const GROWTH: usize = 1;
 pub(super) const ACCELERATION: usize = 2;
 pub(super) const DISTANCE: usize = 3;
+pub(super) const BRAKING: usize = 4;
+
+/// The speed changes by what it does over so long to either side, s.
+const AROUND_S: f64 = 0.25;
 
 /// Below this speed, m/s, S and b are those of this speed: 1/v would grow without bound.
 const LEAST_SPEED: f64 = 1.0;
@@ -56,6 +64,25 @@ impl Piece {
         let after = self.time.partition_point(|t| *t < time).max(1);
         let (t, v) = (self.time.get(after - 1..=after)?, self.speed.get(after - 1..=after)?);
         Some(v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]))
+    }
+
+    /// v̇ at each of the gyro's instants, m/s², as a mean that the noise of a speed does not dominate.
+    fn longitudinal_acceleration(&self) -> Vec<f64> {
+        let (time, last) = (&self.time, self.speed.len().saturating_sub(1));
+        let mut acceleration = vec![0.0; time.len()];
+        let (mut from, mut to) = (0, 0);
+        for k in 0..self.speed.len().min(time.len()) {
+            while time[k] - time[from] > AROUND_S {
+                from += 1;
+            }
+            while to < last && time[to] - time[k] < AROUND_S {
+                to += 1;
+            }
+            if time[to] > time[from] {
+                acceleration[k] = (self.speed[to] - self.speed[from]) / (time[to] - time[from]);
+            }
+        }
+        acceleration
     }
 }
 
@@ -193,6 +220,7 @@ struct Odometry<'a> {
 impl<'a> Odometry<'a> {
     fn of(piece: &'a Piece, reference_speed: Option<f64>) -> Option<Self> {
         let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
+        let longitudinal = piece.longitudinal_acceleration();
         let mut place = Place::default();
         let mut places = vec![place];
         for k in 1..piece.time.len() {
@@ -215,6 +243,7 @@ impl<'a> Odometry<'a> {
                 share * turned * acceleration * acceleration,
                 after - before,
                 distance * turned,
+                turned * speed * longitudinal[k],
             ];
             let ahead = [h * speed * cos, h * speed * sin];
             let aside = terms.map(|term| [-term * speed * sin, term * speed * cos]);

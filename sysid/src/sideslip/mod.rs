@@ -20,12 +20,12 @@ use crate::data::moving::wheelbase_of_log;
 use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
 use crate::sideslip::assumed::assumed_distance;
 use crate::sideslip::displacements::{
-    ACCELERATION, BLOCK_S, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece, RATE,
-    SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
+    ACCELERATION, BLOCK_S, BRAKING, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece,
+    RATE, SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
 };
 use crate::sideslip::regression::{Regression, robust};
 use steerwright_drivelog::{DriveLog, Gnss, GnssDrive};
-use steerwright_formats::{Sideslip, SideslipTerm};
+use steerwright_formats::{Sideslip, SideslipTerm, VehicleData};
 
 /// So many standard errors from its default, a term is significant.
 const SIGNIFICANT: f64 = 2.5;
@@ -34,9 +34,14 @@ const SIGNIFICANT: f64 = 2.5;
 pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 
 /// The same of each term: of Q in that turn, of C where it is reached within half a second, of b/v₀ at half
-/// and at twice the speed v₀.
-const LARGEST_ERROR: [f64; TERMS] =
-    [LARGEST_ERROR_S, LARGEST_ERROR_S / 16.0, LARGEST_ERROR_S / 2.0, LARGEST_ERROR_S / 1.5];
+/// and at twice the speed v₀. The effect of braking is not stated.
+const LARGEST_ERROR: [f64; TERMS] = [
+    LARGEST_ERROR_S,
+    LARGEST_ERROR_S / 16.0,
+    LARGEST_ERROR_S / 2.0,
+    LARGEST_ERROR_S / 1.5,
+    f64::INFINITY,
+];
 
 /// The sideslip that the fixes of a log determine, and what is to be reported of it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -92,14 +97,28 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
     all
 }
 
-/// The warning about fixes that a log has in vain.
+/// The warning about fixes that a log has in vain, for a reason.
 #[must_use]
-pub fn unused_fixes(log: &DriveLog) -> Option<String> {
-    log.gnss.as_ref()?;
-    Some(
-        "the GNSS fixes are not used: only a model in state space takes its sideslip from them"
-            .into(),
-    )
+pub fn unused_fixes(log: &DriveLog, reason: &str) -> Option<String> {
+    log.gnss.as_ref().map(|_| format!("the GNSS fixes are not used: {reason}"))
+}
+
+/// The warning where the sideslip of a bicycle is another one than that of the fixes.
+pub(crate) fn other_sideslip(vehicle: &VehicleData, found: &Sideslip) -> Option<String> {
+    let speed = found.speed_mps?;
+    let (a, b) = (vehicle.distance_front_m, vehicle.distance_rear_m);
+    let rear_slip = vehicle.mass_kg * a / (vehicle.cornering_stiffness_rear_npr * (a + b));
+    let own = b / speed - rear_slip * speed;
+    let (measured, error) = (found.sideslip_per_yaw_rate_s, found.standard_error_s);
+    let is_other = (own - measured).abs() > LARGEST_ERROR_S.max(3.0 * error);
+    is_other.then(|| {
+        format!(
+            "the fixes state {:.0} ± {:.0} ms of sideslip per yaw rate at {speed:.1} m/s, the yaw rate's model {:.0} ms: paths and estimators take that of the fixes, positions that the model simulates have its own",
+            1e3 * measured,
+            2e3 * error,
+            1e3 * own
+        )
+    })
 }
 
 /// The segments of all drives, with the fixes that were valid in each.
@@ -138,7 +157,8 @@ fn of_pieces(
     // Without a speed there is no lateral acceleration.
     let known = speed > 0.0 && pieces.iter().all(|piece| !piece.speed.is_empty());
     let over_speed = || {
-        let found = estimated(pieces, &[RATE, DISTANCE, GROWTH, ACCELERATION], Some(speed))?;
+        let found =
+            estimated(pieces, &[RATE, DISTANCE, GROWTH, ACCELERATION, BRAKING], Some(speed))?;
         let value = found.values[DISTANCE] * speed - antenna_x_m;
         let standard_error = found.errors[DISTANCE].hypot(0.5 * latency_error_s) * speed;
         let is_certain = standard_error <= LARGEST_ERROR[DISTANCE] * speed;
@@ -176,6 +196,7 @@ fn of_pieces(
         (standard_error > 0.0).then_some(SideslipTerm { value, standard_error })
     };
     Ok(Sideslip {
+        speed_mps: Some(speed).filter(|speed| *speed > 0.0),
         sideslip_per_yaw_rate_s: found.values[RATE] - of_antenna,
         standard_error_s: error,
         sideslip_growth_s5pm2: term(GROWTH),

@@ -80,6 +80,7 @@ pub fn plant_file(kind: Kind) -> Plant {
         }),
         noise: steerwright_formats::Noise { innovation_variance: 1e-4 },
         sideslip: Some(steerwright_formats::Sideslip {
+            speed_mps: None,
             sideslip_per_yaw_rate_s: -0.06,
             standard_error_s: 0.001,
             sideslip_growth_s5pm2: Some(term(-0.001)),
@@ -169,6 +170,7 @@ pub fn path_over_speed(
             distance_rear_m: 1.4,
             yaw_acceleration_gain_s2: -0.006,
             yaw_jerk_gain_s3: 0.0004,
+            sideslip_correction_time_s: 4.0,
         },
         schedule,
         provenance: steerwright_formats::Provenance::default(),

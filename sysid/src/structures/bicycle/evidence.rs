@@ -4,7 +4,7 @@ use crate::Error;
 use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
-use crate::sideslip::unused_fixes;
+use crate::sideslip::FromFixes;
 use crate::structures::bicycle::estimate::Estimate;
 use crate::structures::bicycle::options::BicycleOptions;
 use crate::structures::bicycle::parameters::{
@@ -37,6 +37,7 @@ pub(super) struct Known<'a> {
     pub(super) simulation: &'a Simulation,
     pub(super) with_delay: WithDelay,
     pub(super) steering_faults: SteeringFaults,
+    pub(super) from_fixes: &'a FromFixes,
 }
 
 impl Known<'_> {
@@ -84,7 +85,7 @@ impl Known<'_> {
                 .iter()
                 .cloned()
                 .chain(as_held)
-                .chain(unused_fixes(log))
+                .chain(self.from_fixes.warnings.iter().cloned())
                 .collect(),
         };
         self.warn(&mut evidence);

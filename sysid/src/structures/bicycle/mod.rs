@@ -24,6 +24,7 @@ use crate::data::recording::Recording;
 use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
 use crate::selection::options::IdentifyOptions;
+use crate::sideslip::{other_sideslip, sideslip};
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::DELAY;
 use crate::structures::bicycle::simulate::within;
@@ -149,6 +150,7 @@ pub(crate) fn identify_moving(
             let covariance = uncertainty::covariance(&prompt, &without_delay)?;
             (without_delay.clone(), (simulate(&without_delay)?, covariance))
         };
+    let from_fixes = sideslip(log);
     let known = evidence::Known {
         log,
         read,
@@ -160,8 +162,9 @@ pub(crate) fn identify_moving(
         simulation: &simulation,
         with_delay: summary,
         steering_faults: steering.faults(),
+        from_fixes: &from_fixes,
     };
-    let evidence = known.evidence()?;
+    let mut evidence = known.evidence()?;
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
@@ -171,13 +174,21 @@ pub(crate) fn identify_moving(
         ..parameters::vehicle(&found.parameters, options, log.steering_ratio)
     };
     let quality = known.quality(&evidence, &vehicle);
+    evidence
+        .warnings
+        .extend(from_fixes.sideslip.as_ref().and_then(|found| other_sideslip(&vehicle, found)));
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),
         options: used,
     };
-    let bicycle =
-        Bicycle { evidence: Some(evidence), quality, provenance, ..Bicycle::new(vehicle) };
+    let bicycle = Bicycle {
+        sideslip: from_fixes.sideslip,
+        evidence: Some(evidence),
+        quality,
+        provenance,
+        ..Bicycle::new(vehicle)
+    };
     bicycle.checked("bicycle.json").map_err(|e| Error::no_model(e.to_string()))?;
     let mut traces = Traces::new(log, simulation.simulated, &recording.split.validation);
     traces.steering_rad.clone_from(&steering.log.input);

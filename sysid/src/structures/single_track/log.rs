@@ -5,7 +5,7 @@ use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, count, of};
 use crate::data::split::Split;
 use crate::selection::options::IdentifyOptions;
-use crate::sideslip::unused_fixes;
+use crate::sideslip::{other_sideslip, sideslip};
 use crate::structures::held::Steering;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::single_track::directions::directions;
@@ -103,7 +103,8 @@ pub(crate) fn identify_moving(
     let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(log, ranges));
     let validated = (!ranges[1].is_empty()).then_some(&validation);
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
-    warnings.splice(0..0, log.warnings.iter().cloned().chain(unused_fixes(log)));
+    let from_fixes = sideslip(log);
+    warnings.splice(0..0, log.warnings.iter().cloned().chain(from_fixes.warnings));
     if log.others.contains_key(&Role::LongitudinalAcceleration) {
         warnings.push(
             "the longitudinal acceleration is compared with the speed, and not used: what braking does follows from the speed".into(),
@@ -123,7 +124,7 @@ pub(crate) fn identify_moving(
     }
     // A file holds finite numbers only.
     simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
-    let evidence = evidence(log, &recording, &ranges, &found, warnings)?;
+    let mut evidence = evidence(log, &recording, &ranges, &found, warnings)?;
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
@@ -136,6 +137,10 @@ pub(crate) fn identify_moving(
     });
     let gentle = vehicle.in_gentle_driving();
     vehicle.quality = quality(steering, &recording, &found, &evidence, &gentle);
+    vehicle.sideslip = from_fixes.sideslip;
+    evidence
+        .warnings
+        .extend(vehicle.sideslip.as_ref().and_then(|found| other_sideslip(&gentle, found)));
     vehicle.provenance = Some(Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         sources: log.sources.clone(),

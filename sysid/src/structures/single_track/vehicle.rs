@@ -78,6 +78,7 @@ impl SingleTrackModel {
                 road_wheel_angle_max_rad: ROAD_WHEEL_LIMITS[1],
             },
             speed_mps: options.speed_mps,
+            sideslip: None,
             evidence: None,
             quality: Quality::default(),
             provenance: None,

@@ -86,7 +86,12 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
         error_mps2,
         estimation_fit,
         validation_fit,
-        warnings: log.warnings.iter().cloned().chain(unused_fixes(log)).collect(),
+        warnings: log
+            .warnings
+            .iter()
+            .cloned()
+            .chain(unused_fixes(log, "a torque's model has no sideslip"))
+            .collect(),
     };
     let factor = estimate(k, c[(0, 0)]);
     let unit = log.channels.iter().find(|channel| channel.role == Role::SteeringTorque.key());
