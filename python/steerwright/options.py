@@ -366,7 +366,9 @@ class PathOptions(TypedDict, total=False):
     """Use of fixes with fewer than 5 satellites or without correction, if GPX or NMEA report both
     (default refuse)."""
     pid: Any
-    """Controller that will follow the path: sets feedforward and preview."""
+    """Controller that will follow the path: sets feedforward and preview. A road that needs more than
+    0.9 of its lateral acceleration, steering angle or steering rate is reported, with the place and the
+    speed that would do."""
     plant: Any
     """plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
     sideslip, with its growth in tight turns and its lead in changing turns."""
