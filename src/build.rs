@@ -63,6 +63,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(structures) = &built.structures {
         console::note(structures);
     }
+    for controller in &built.controllers {
+        controller.warnings().iter().for_each(console::warning);
+    }
     let mut text = identify::evidence_text(&built.model);
     for controller in &built.controllers {
         let (name, summary) = (controller.basis.name(), design_summary::summary(&controller.pid));

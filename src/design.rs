@@ -7,7 +7,7 @@ use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
 use crate::quantity::SpeedRange;
 use crate::specification::{SpecificationArguments, Specified};
-use crate::{Global, console};
+use crate::{Global, console, feasibility};
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
 use steerwright_formats::{Pid, SourceFile};
@@ -66,7 +66,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let over_speed = pid.evidence.over_speed.as_ref().map(crate::speed_summary::table);
     let text = [Some(summary(&pid)), over_speed].into_iter().flatten().collect::<Vec<_>>();
+    let warnings = feasibility::on_standard_road(&pid, &model)?;
     console::result(&text.join("\n\n"), &pid)?;
+    warnings.iter().for_each(console::warning);
     written.iter().for_each(console::note);
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
     let met = pid.evidence.over_speed.as_ref().map_or(pid.evidence.met, |o| o.met);

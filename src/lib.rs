@@ -17,6 +17,7 @@ mod design_summary;
 mod evidence;
 mod export;
 mod failure;
+mod feasibility;
 mod files;
 mod gate;
 mod guard;

@@ -1,6 +1,7 @@
 //! `steerwright path`: a reference path from recorded points or from a standard road.
 
 use crate::failure::{Failure, Outcome};
+use crate::feasibility::Feasibility;
 use crate::output::{Kind, Outputs};
 use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
@@ -35,7 +36,8 @@ pub(crate) struct Arguments {
     /// Use of fixes with fewer than 5 satellites or without correction, if GPX or NMEA report both
     #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
     poor_fixes: PoorFixesName,
-    /// Controller that will follow the path: sets feedforward and preview
+    /// Controller that will follow the path: sets feedforward and preview. A road that needs more than 0.9 of its
+    /// lateral acceleration, steering angle or steering rate is reported, with the place and the speed that would do
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
     /// plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
@@ -87,18 +89,25 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             (path, notes)
         }
     };
+    let mut controller = None;
     if let Some(file) = &arguments.pid {
         let (pid, source) = files::read_document::<Pid>(file)?;
         path.guidance = steerwright_control::guidance_for(&pid, arguments.speed);
         path.schedule = steerwright_control::guidance_schedule(&pid);
         path.provenance.sources.push(source);
+        controller = Some(pid);
     } else {
         notes.push("no feedforward: --pid sets it for a controller".into());
     }
-    let sideslip = sideslip(arguments, &mut path, &mut notes)?;
+    let (model, sideslip) = vehicle(arguments, &mut path, &mut notes)?;
     path.guidance = steerwright_control::with_sideslip(path.guidance, &sideslip, arguments.speed);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
     path.checked("the path's guidance")?;
+    if let Some(pid) = &controller {
+        let feasibility = Feasibility::new(&path, pid, model.as_ref())?;
+        feasibility.warnings.iter().for_each(console::warning);
+        notes.extend(feasibility.note);
+    }
     out.document(&path)?;
     notes.iter().for_each(console::note);
     console::result(&extent(&path), &path)?;
@@ -106,17 +115,17 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(outcome)
 }
 
-/// The stated sideslip, otherwise that of the plant, otherwise none.
-fn sideslip(
+/// The model of the vehicle, and the sideslip: the stated one, otherwise that of the model, otherwise none.
+fn vehicle(
     arguments: &Arguments,
     path: &mut PathFile,
     notes: &mut Vec<String>,
-) -> Result<Sideslip, Failure> {
+) -> Result<(Option<Model>, Sideslip), Failure> {
     let given = arguments
         .sideslip_per_yaw_rate
         .map(|per_yaw_rate| Sideslip { per_yaw_rate, ..Sideslip::default() });
     let Some(file) = &arguments.plant else {
-        return Ok(given.unwrap_or_default());
+        return Ok((None, given.unwrap_or_default()));
     };
     let text = files::read_text(file)?;
     let name = file.display().to_string();
@@ -124,19 +133,21 @@ fn sideslip(
         let hint = "use a plant.json, bicycle.json or vehicle.json";
         return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }
+    let model = Model::from_json(&text, &name)?;
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
-    match (given, stated) {
-        (Some(given), _) => Ok(given),
+    let sideslip = match (given, stated) {
+        (Some(given), _) => given,
         (None, Some(stated)) => {
             notes.push(format!("{}, from {name}", in_words(&stated)));
-            Ok(stated)
+            stated
         }
         (None, None) => {
             notes.push(format!("{name} states no sideslip: 0 is used"));
-            Ok(Sideslip::default())
+            Sideslip::default()
         }
-    }
+    };
+    Ok((Some(model), sideslip))
 }
 
 /// The terms that are not 0.

@@ -46,9 +46,13 @@ pub(crate) struct Arguments {
     /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated
     #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
     set: Vec<String>,
-    /// CSV of free inputs with a column `time`; values are held between rows
+    /// CSV of free inputs with a column `time`; values are held between rows and go before the start values of an
+    /// .ssp. A column is named NAME.INPUT, as a connector of the .ssp, or INPUT for all of that name
     #[arg(long, value_name = "CSV")]
     input: Option<PathBuf>,
+    /// Structure of the .ssp to run, the name of its .ssd file, such as SpeedInput; by default SystemStructure
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -214,7 +218,10 @@ fn setup(arguments: &Arguments, units: &[Unit]) -> Result<Setup, Failure> {
     if let [Unit { name: None, file }] = units
         && units[0].is_ssp()
     {
-        let package = SystemPackage::open(file)?;
+        let package = match &arguments.variant {
+            None => SystemPackage::open(file)?,
+            Some(variant) => SystemPackage::open_variant(file, variant)?,
+        };
         let structure = package.structure();
         let stated = DefaultExperiment {
             start_time: structure.start_time,
@@ -240,6 +247,13 @@ fn setup(arguments: &Arguments, units: &[Unit]) -> Result<Setup, Failure> {
         return Err(Failure::new(
             format!("{} {problem}", unit.file.display()),
             "use one .ssp alone, or .fmu files",
+        ));
+    }
+    if arguments.variant.is_some() {
+        let hint = "leave the option out, or simulate one .ssp";
+        return Err(Failure::new(
+            "--variant names a structure of an .ssp, and there is none",
+            hint,
         ));
     }
     let archives = units

@@ -15,6 +15,7 @@
 //! | [`design_over_speeds`] | the same for a range of speeds |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`sideslip`], [`plant_sideslip`], [`with_sideslip`] | the path follower around the loop |
+//! | [`demands`], [`OtherSpeed`] | what a path needs of a controller, before it is driven |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
@@ -44,9 +45,10 @@ pub use design::limits::usual_max_angle_rad;
 pub use design::options::{DesignOptions, RobustOptions};
 pub use design::over_speed::design_over_speeds;
 pub use error::Error;
+pub use guidance::demand::{Demand, OtherSpeed, Quantity, demands};
 pub use guidance::track::{Master, TrackTrace, track, track_with};
 pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
-pub use model::{model_sideslip, plant_sideslip};
+pub use model::{evidence_acceleration, model_sideslip, plant_sideslip};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;

@@ -35,6 +35,19 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
     })
 }
 
+/// The largest lateral acceleration that the evidence of a model covers, m/s²; `None` where it states none.
+#[must_use]
+pub fn evidence_acceleration(model: &Model) -> Option<f64> {
+    match model {
+        Model::SingleTrack(vehicle) => {
+            let stated =
+                vehicle.evidence.as_ref().map(|evidence| evidence.lateral_acceleration_mps2);
+            stated.filter(|largest| *largest > 0.0)
+        }
+        Model::StateSpace(_) | Model::Bicycle(_) | Model::Torque(_) => None,
+    }
+}
+
 fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
     let vehicle = &bicycle.vehicle;
     if let Some(stated) = &bicycle.sideslip {

@@ -366,7 +366,9 @@ class PathOptions(TypedDict, total=False):
     """Use of fixes with fewer than 5 satellites or without correction, if GPX or NMEA report both
     (default refuse)."""
     pid: Any
-    """Controller that will follow the path: sets feedforward and preview."""
+    """Controller that will follow the path: sets feedforward and preview. A road that needs more than
+    0.9 of its lateral acceleration, steering angle or steering rate is reported, with the place and the
+    speed that would do."""
     plant: Any
     """plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
     sideslip, with its growth in tight turns and its lead in changing turns."""
@@ -414,7 +416,8 @@ class PackageOptions(TypedDict, total=False):
     into the folder. With a path file they start on its first point, at its speed. With an estimator
     file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver without
     latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m (0.02 m). A path
-    or estimator without a sideslip uses that of the plant."""
+    or estimator without a sideslip uses that of the plant. The variant SpeedInput of the package has one
+    input, speed, for all FMUs."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     force: bool
@@ -743,3 +746,6 @@ class SimulateOptions(TypedDict, total=False):
     """Order of the FMUs within a step (default gauss-seidel)."""
     set: Union[Mapping[str, Any], Sequence[str], str]
     """Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated."""
+    variant: str
+    """Structure of the .ssp to run, the name of its .ssd file, such as SpeedInput; by default
+    SystemStructure."""

@@ -81,8 +81,9 @@ def simulate(
     ``"NAME=FILE.fmu"`` names a unit.
 
     Outputs and inputs of equal name are connected. ``input`` is a CSV file or a table (a dict of arrays, a data
-    frame) with ``time`` and the free inputs, held between rows; ``start_values`` sets parameters and free inputs by
-    ``FMU.variable``. The FMUs run in a process of their own: a crash is an :class:`Error`.
+    frame) with ``time`` and the free inputs, held between rows, of a package also its ``speed``; ``start_values``
+    sets parameters and free inputs by ``FMU.variable``. The FMUs run in a process of their own: a crash is an
+    :class:`Error`.
     """
     keywords: dict[str, Any] = dict(options)
     if start_values is not None:

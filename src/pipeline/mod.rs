@@ -6,6 +6,7 @@ mod present;
 
 use crate::evidence;
 use crate::failure::Failure;
+use crate::feasibility::Feasibility;
 use crate::gate::GateArguments;
 use crate::identify::Wanted;
 use crate::progress::Progress;
@@ -80,6 +81,16 @@ impl Controller {
         specification.is_met_by(&self.step_metrics)
             && self.offset_metrics.is_none_or(|m| specification.error_is_met_by(&m))
     }
+
+    /// The warnings of its roads.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        for run in &self.runs {
+            let on_road = format!("{} controller on {}", self.basis.name(), run.road);
+            all.extend(run.warnings.iter().map(|warning| format!("{on_road}: {warning}")));
+        }
+        all
+    }
 }
 
 pub(crate) struct Run {
@@ -87,6 +98,8 @@ pub(crate) struct Run {
     pub(crate) path: PathFile,
     pub(crate) track: Track,
     pub(crate) errors: TrackErrors,
+    /// What the road needs beyond the controller, before it is driven.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// The model that a controller was designed on.
@@ -212,7 +225,9 @@ fn controllers(
         match designed {
             Ok((plant, mut pid)) => {
                 steerwright_comparison::verify(&mut pid, &document, &plant)?;
-                controllers.push(run_loops(out, (&archive, model), basis, pid, &roads)?);
+                let controller = run_loops(out, (&archive, model), basis, pid, &roads)?;
+                remarks.extend(controller.warnings());
+                controllers.push(controller);
             }
             Err(error) => {
                 remarks.push(format!("no {} controller: {error}", basis.name()));
@@ -296,7 +311,8 @@ fn run_loops(
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();
-        runs.push(Run { road, path, track, errors });
+        let warnings = Feasibility::new(&path, &pid, Some(model))?.warnings;
+        runs.push(Run { road, path, track, errors, warnings });
     }
     Ok(Controller {
         basis,

@@ -93,3 +93,84 @@ fn recordings_and_segments_become_paths() {
         text_of(&run(folder, "path road.toml --closed")).contains("a road of segments has ends")
     );
 }
+
+/// Straight, clothoid, arc of a radius of 22 m, at whose end the road ends.
+const BEND: &str = "name = \"bend\"\n[[segments]]\nlength_m = 60.0\n[[segments]]\nlength_m = 20.0\n\
+    end_curvature_per_m = 0.045\n[[segments]]\nlength_m = 40.0\ncurvature_per_m = 0.045\n";
+
+#[test]
+fn a_road_beyond_the_controller_is_reported_before_it_is_driven() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("bend.toml"), BEND).unwrap();
+    let warnings = |line: &str| -> Vec<String> {
+        let (_, said) = path(folder, &format!("path {line} --force --json"));
+        let of_line = |text: &str| {
+            let value: Value = serde_json::from_str(text).ok()?;
+            value["warning"]["message"].as_str().map(str::to_owned)
+        };
+        said.lines().filter_map(of_line).collect()
+    };
+    // The standard road of 4 m/s² needs nothing unusual; a bend of 10.1 m/s² more than the 6 m/s² of the design.
+    assert_eq!(warnings("--pid {chain}/pid.json"), Vec::<String>::new());
+    assert_eq!(warnings("bend.toml"), Vec::<String>::new());
+    assert_eq!(
+        warnings("bend.toml --pid {chain}/pid.json"),
+        [
+            "the road needs 10.1 m/s² of lateral acceleration at 80 m, 1.69 of the 6.0 m/s² that the controller \
+          has: drive it at 10.9 m/s or slower"
+        ]
+    );
+    // At that speed it is feasible, but the controller is designed for another.
+    assert_eq!(
+        warnings("bend.toml --pid {chain}/pid.json --speed 10.9m/s"),
+        [
+            "the path is for 10.9 m/s, the controller for 15.0 m/s: design it for 10.9 m/s (design --speeds for a \
+          range), or make the path with --speed 14.99m/s"
+        ]
+    );
+
+    // With a slow actuator the road needs more than its rate, which a design reports of the standard road too.
+    let pid = crate::support::read_json(&crate::support::chain().join("pid.json"));
+    let slow = |rate: f64, bound: bool| {
+        let mut pid = pid.clone();
+        pid["limits"]["max_rate_radps"] = rate.into();
+        if !bound {
+            pid["limits"].as_object_mut().unwrap().remove("lateral_acceleration");
+        }
+        std::fs::write(folder.join("slow.json"), pid.to_string()).unwrap();
+    };
+    slow(0.08, true);
+    let said = warnings("bend.toml --pid slow.json --speed 15m/s");
+    assert!(said.len() == 2 && said[1].contains("rad/s of steering rate at "), "{said:?}");
+    assert!(
+        said[1].contains("of the 0.08 rad/s that the controller has: drive it at "),
+        "{said:?}"
+    );
+    let output = run(folder, "design {chain}/plant.json --max-rate 0.07rad/s -o slow.json --force");
+    let text = text_of(&output);
+    assert!(
+        text.contains(
+            "warning: the standard road of 4 m/s² at 15.0 m/s needs 0.07 rad/s of steering rate"
+        ),
+        "{text}"
+    );
+    // A controller that states no largest lateral acceleration is compared with that of the model's evidence.
+    slow(9.0, false);
+    let output = run(folder, "path bend.toml --pid slow.json --force");
+    let text = text_of(&output);
+    assert!(text.contains("lateral acceleration is compared with no limit"), "{text}");
+    assert!(!text.contains("warning: "), "{text}");
+}
+
+#[test]
+fn a_build_reports_roads_beyond_its_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "build {data}/multibody/drive.csv --input-channel steering_command_rad --robust off \
+                --lateral-acceleration 7m/s2 --out b --json";
+    let (built, said) = path(folder.path(), line);
+    let expected = "identification-based controller on road: the road needs 7.0 m/s² of lateral acceleration at";
+    let remarks = built["remarks"].as_array().unwrap();
+    assert!(remarks.iter().any(|r| r.as_str().unwrap().starts_with(expected)), "{remarks:?}");
+    assert!(said.contains(expected), "{said}");
+}

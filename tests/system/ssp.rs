@@ -206,6 +206,79 @@ fn a_package_at_odds_with_its_fmus_is_reported_before_its_result() {
     assert!(text.contains("start 5 s, step 0.01 s and stop 1 s"), "{text}");
 }
 
+/// One column drives all components over speed, in place of the start values of the package.
+#[test]
+fn a_package_is_driven_over_speed_by_one_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let files = "{chain}/bicycle.json {chain}/path.json {chain}/pid.json";
+    done(folder, &format!("package {files} {{data}}/multibody/estimator.json --ssp Loop.ssp"));
+    std::fs::write(folder.join("speed.csv"), "time,speed\n0,14\n2,15.5\n4,17\n").unwrap();
+    done(folder, "simulate Loop.ssp --stop 6s --input speed.csv -o ssp.csv");
+    let fmus = "BicyclePlant.fmu PoseEstimator.fmu ReferencePath.fmu LateralPid.fmu";
+    done(folder, &format!("simulate {fmus} --stop 6s --input speed.csv -o fmus.csv"));
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert!(read("ssp.csv") == read("fmus.csv"));
+    for unit in ["BicyclePlant", "PoseEstimator", "ReferencePath", "LateralPid"] {
+        let speed = column(&folder.join("ssp.csv"), &format!("{unit}.speed"));
+        assert_eq!((speed[0], speed[250], *speed.last().unwrap()), (14.0, 15.5, 17.0), "{unit}");
+    }
+    for (table, set, what) in [
+        ("time,sped\n0,14\n", "", "column \"sped\""),
+        ("time,speed\n0,14\n", "--set LateralPid.speed=14", "LateralPid.speed"),
+    ] {
+        std::fs::write(folder.join("wrong.csv"), table).unwrap();
+        let output = run(folder, &format!("simulate Loop.ssp --input wrong.csv {set}"));
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(what) && text.contains("speed"), "{text}");
+        assert!(text.contains("\nhint: "), "{text}");
+    }
+}
+
+/// The variant with one connector of the system runs as the structure without one.
+#[test]
+fn the_variant_of_a_package_has_the_speed_as_its_one_connector() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    packed(folder);
+    let package = folder.join("fmu/LateralLoop.ssp");
+    let speed = read_json(&folder.join("path.json"))["speed_mps"].as_f64().unwrap();
+    let plain = SystemPackage::open(&package).unwrap();
+    assert!(plain.structure().connectors.is_empty());
+    let variant = SystemPackage::open_variant(&package, "SpeedInput").unwrap();
+    let structure = variant.structure();
+    let [connector] = &structure.connectors[..] else { panic!("{:?}", structure.connectors) };
+    assert_eq!((&*connector.name, &*connector.kind), ("speed", "input"));
+    assert_eq!(connector.of_type.as_deref(), Some("Real"));
+    assert_eq!(connector.unit.as_deref(), Some("m/s"));
+    let [parameter] = &structure.parameters[..] else { panic!("{:?}", structure.parameters) };
+    assert_eq!((&*parameter.name, parameter.unit.as_deref()), ("speed", Some("m/s")));
+    assert_eq!(parameter.value, speed.into());
+    let fed: Vec<&str> = structure.inputs.iter().map(|input| input.component.as_str()).collect();
+    assert_eq!(fed, ["IdentifiedPlant", "ReferencePath", "LateralPid"]);
+    assert_eq!(structure.connections, plain.structure().connections);
+    assert!(variant.system().unwrap().1.is_empty(), "{:?}", variant.system().unwrap().1);
+
+    let simulate = |what: &str| done(folder, &format!("simulate fmu/LateralLoop.ssp {what}"));
+    std::fs::write(folder.join("speed.csv"), "time,speed\n0,14\n1,15\n").unwrap();
+    for input in ["", "--input speed.csv"] {
+        simulate(&format!("--stop 3s {input} -o plain.csv"));
+        simulate(&format!("--stop 3s {input} -o variant.csv --variant SpeedInput"));
+        let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+        assert!(read("plain.csv") == read("variant.csv"), "{input}");
+    }
+    for (line, what) in [
+        ("fmu/LateralLoop.ssp --variant Speed", "only SpeedInput, SystemStructure"),
+        ("fmu/LateralPid.fmu --variant SpeedInput", "--variant names a structure of an .ssp"),
+    ] {
+        let output = run(folder, &format!("simulate {line}"));
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(what) && text.contains("\nhint: "), "{text}");
+    }
+}
+
 /// The loop in which path and controller use the estimated pose.
 #[test]
 fn with_an_estimator_the_loop_is_closed_through_it() {

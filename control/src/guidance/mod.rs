@@ -1,5 +1,6 @@
 //! How a path follower is set up around a designed yaw loop.
 
+pub(crate) mod demand;
 pub(crate) mod track;
 
 use crate::Error;

@@ -4,6 +4,7 @@
 
 mod bicycle;
 mod common;
+mod demand;
 mod design;
 mod margins;
 mod over_speed;

@@ -195,6 +195,9 @@ pub enum Error {
         "SystemStructure.ssd has to lie at the top of the package, not in a folder"
     ))]
     NoSystemStructure { package: String },
+    #[error("{package} has no {variant}.ssd, only {}", variants.join(", "))]
+    #[diagnostic(help("name one of its structures, without .ssd"))]
+    NoVariant { package: String, variant: String, variants: Vec<String> },
     #[error("{package}: {file}:{line}: {problem}")]
     #[diagnostic(help("the file breaks SSP 1.0: report it to the vendor"))]
     SystemStructure { package: String, file: String, line: u32, problem: String },

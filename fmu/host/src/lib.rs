@@ -37,7 +37,9 @@ pub use model::Model;
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
 pub use names::near;
 pub use scratch::Scratch;
-pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
+pub use ssp::{
+    Component, Connector, Parameter, Place, SystemInput, SystemPackage, SystemStructure,
+};
 pub use system::{
     Assigned, Composition, Connection, Cosimulation, Coupling, Grid, InputTable, Key, Linear,
     Measurement, Plan, PlanOptions, Recording, Settled, Signals, System, Unit, grid, wires_by_name,

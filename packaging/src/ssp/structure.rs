@@ -1,5 +1,6 @@
 //! Writing `SystemStructure.ssd`.
 
+use super::inputs::SystemInput;
 use super::{Component, Experiment};
 use crate::Error;
 use model_description::{BaseUnit, Causality, Kind, Unit, Variable};
@@ -23,28 +24,53 @@ pub(super) fn source(component: &Component<'_>) -> String {
     format!("resources/{}.fmu", component.name())
 }
 
-pub(super) fn to_xml(
-    name: &str,
-    components: &[Component<'_>],
-    connections: &[Connection],
-    experiment: Experiment,
-) -> Result<String, Error> {
-    for connection in connections {
-        check(components, connection)?;
-    }
-    for component in components {
-        for (variable, _) in &component.start {
-            let known = component.packed.description.variable(variable);
-            if known.is_none_or(|v| v.kind != Kind::Real) {
-                return Err(no_variable(component.name(), variable, "Real variable"));
+/// A structure file.
+#[derive(Clone, Copy)]
+pub(super) struct Structure<'a> {
+    /// The name among the variants of the package.
+    pub(super) title: &'a str,
+    /// The name of the system.
+    pub(super) name: &'a str,
+    pub(super) components: &'a [Component<'a>],
+    pub(super) connections: &'a [Connection],
+    /// The connectors of the system.
+    pub(super) inputs: &'a [SystemInput<'a>],
+    pub(super) experiment: Experiment,
+}
+
+impl Structure<'_> {
+    pub(super) fn to_xml(self) -> Result<String, Error> {
+        for connection in self.connections {
+            check(self.components, connection)?;
+        }
+        for component in self.components {
+            for (variable, _) in &component.start {
+                let known = component.packed.description.variable(variable);
+                if known.is_none_or(|v| v.kind != Kind::Real) {
+                    return Err(no_variable(component.name(), variable, "Real variable"));
+                }
             }
         }
+        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+        let whole = document(&mut xml, &self);
+        whole.map_err(|source| Error::Package { name: self.name.into(), source: source.into() })?;
+        let text = String::from_utf8_lossy(&xml.into_inner()).into_owned();
+        Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n"))
     }
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-    let whole = document(&mut xml, name, components, connections, experiment);
-    whole.map_err(|source| Error::Package { name: name.into(), source: source.into() })?;
-    let text = String::from_utf8_lossy(&xml.into_inner()).into_owned();
-    Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n"))
+
+    /// Whether an output or a connector of the system feeds an input.
+    fn is_fed(&self, component: &str, input: &str) -> bool {
+        self.connections.iter().any(|c| c.to == component && c.input == input)
+            || self.inputs.iter().any(|i| i.feeds(component, input))
+    }
+
+    /// The values that a component states: those that the system states for it are left out.
+    fn start_of<'a>(&self, component: &'a Component<'_>) -> Vec<&'a (String, f64)> {
+        let of_system = |name: &str| {
+            self.inputs.iter().any(|i| i.start.is_some() && i.feeds(component.name(), name))
+        };
+        component.start.iter().filter(|(name, _)| !of_system(name)).collect()
+    }
 }
 
 fn check(components: &[Component<'_>], c: &Connection) -> Result<(), Error> {
@@ -73,37 +99,45 @@ fn no_variable(component: &str, variable: &str, need: &'static str) -> Error {
     Error::NoVariable { variable: format!("{component}.{variable}"), need }
 }
 
-fn document(
-    xml: &mut Xml,
-    name: &str,
-    components: &[Component<'_>],
-    connections: &[Connection],
-    experiment: Experiment,
-) -> io::Result<()> {
+fn document(xml: &mut Xml, structure: &Structure<'_>) -> io::Result<()> {
     xml.create_element("ssd:SystemStructureDescription")
         .with_attributes(NAMESPACES)
         .with_attributes([
             ("version", "1.0"),
-            ("name", name),
+            ("name", structure.title),
             ("generationTool", crate::provenance::TOOL),
         ])
         .write_inner_content(|xml| {
-            xml.create_element("ssd:System").with_attribute(("name", name)).write_inner_content(
-                |xml| {
-                    xml.create_element("ssd:Elements").write_inner_content(|xml| {
-                        components.iter().try_for_each(|c| element(xml, c, connections))
-                    })?;
-                    wires(xml, connections)
-                },
-            )?;
-            units(xml, components, connections)?;
-            default_experiment(xml, experiment)
+            let tag = xml.create_element("ssd:System").with_attribute(("name", structure.name));
+            tag.write_inner_content(|xml| {
+                system_connectors(xml, structure.inputs)?;
+                xml.create_element("ssd:Elements").write_inner_content(|xml| {
+                    structure.components.iter().try_for_each(|c| element(xml, c, structure))
+                })?;
+                wires(xml, structure)
+            })?;
+            units(xml, structure)?;
+            default_experiment(xml, structure.experiment)
         })?;
     Ok(())
 }
 
+/// The connectors of the system, and the values that they have without a source.
+fn system_connectors(xml: &mut Xml, inputs: &[SystemInput<'_>]) -> io::Result<()> {
+    if inputs.is_empty() {
+        return Ok(());
+    }
+    nested(xml, &["ssd:Connectors"], &|xml| {
+        inputs.iter().try_for_each(|input| {
+            connector(xml, input.name, Causality::Input, Kind::Real, input.unit)
+        })
+    })?;
+    let started = inputs.iter().filter_map(|input| Some((input.name, input.start?, input.unit)));
+    parameters(xml, &started.collect::<Vec<_>>())
+}
+
 /// A component: its connectors, and the values it starts with.
-fn element(xml: &mut Xml, component: &Component<'_>, connections: &[Connection]) -> io::Result<()> {
+fn element(xml: &mut Xml, component: &Component<'_>, structure: &Structure<'_>) -> io::Result<()> {
     let description = &component.packed.description;
     let tag = xml.create_element("ssd:Component").with_attributes([
         ("name", component.name()),
@@ -114,31 +148,38 @@ fn element(xml: &mut Xml, component: &Component<'_>, connections: &[Connection])
     let text = description.description.as_deref().map(|text| ("description", text));
     tag.with_attributes(text).write_inner_content(|xml| {
         xml.create_element("ssd:Connectors").write_inner_content(|xml| {
-            connectors(component, connections).try_for_each(|v| connector(xml, v))
+            connectors(component, structure).try_for_each(|v| {
+                let unit = v.unit.as_deref().filter(|_| v.kind == Kind::Real);
+                connector(xml, &v.name, v.causality, v.kind, unit)
+            })
         })?;
-        if component.start.is_empty() {
-            return Ok(());
-        }
-        nested(
-            xml,
-            &["ssd:ParameterBindings", "ssd:ParameterBinding", "ssd:ParameterValues"],
-            &|xml| {
-                xml.create_element("ssv:ParameterSet")
-                    .with_attributes([("version", "1.0"), ("name", "start")])
-                    .write_inner_content(|xml| {
-                        nested(xml, &["ssv:Parameters"], &|xml| {
-                            component.start.iter().try_for_each(|(name, value)| {
-                                let unit =
-                                    description.variable(name).and_then(|v| v.unit.as_deref());
-                                parameter(xml, name, *value, unit)
-                            })
-                        })
-                    })?;
-                Ok(())
-            },
-        )
+        let started = structure.start_of(component).into_iter().map(|(name, value)| {
+            let unit = description.variable(name).and_then(|v| v.unit.as_deref());
+            (name.as_str(), *value, unit)
+        });
+        parameters(xml, &started.collect::<Vec<_>>())
     })?;
     Ok(())
+}
+
+/// The start values of a component or of the system: name, value, unit.
+fn parameters(xml: &mut Xml, values: &[(&str, f64, Option<&str>)]) -> io::Result<()> {
+    if values.is_empty() {
+        return Ok(());
+    }
+    let names = ["ssd:ParameterBindings", "ssd:ParameterBinding", "ssd:ParameterValues"];
+    nested(xml, &names, &|xml| {
+        xml.create_element("ssv:ParameterSet")
+            .with_attributes([("version", "1.0"), ("name", "start")])
+            .write_inner_content(|xml| {
+                nested(xml, &["ssv:Parameters"], &|xml| {
+                    values
+                        .iter()
+                        .try_for_each(|(name, value, unit)| parameter(xml, name, *value, *unit))
+                })
+            })?;
+        Ok(())
+    })
 }
 
 /// Nested elements without attributes around the content of `inner`.
@@ -152,25 +193,30 @@ fn nested(xml: &mut Xml, names: &[&'static str], inner: Inner<'_>) -> io::Result
     }
 }
 
-/// The component's outputs and connected inputs, in the order of its description.
+/// The component's outputs and fed inputs, in the order of its description.
 fn connectors<'a>(
     component: &'a Component<'_>,
-    connections: &'a [Connection],
+    structure: &'a Structure<'_>,
 ) -> impl Iterator<Item = &'a Variable> {
     let name = component.name();
     component.packed.description.variables.iter().filter(move |v| match v.causality {
         Causality::Output => true,
-        Causality::Input => connections.iter().any(|c| c.to == name && c.input == v.name),
+        Causality::Input => structure.is_fed(name, &v.name),
         _ => false,
     })
 }
 
-fn connector(xml: &mut Xml, variable: &Variable) -> io::Result<()> {
+fn connector(
+    xml: &mut Xml,
+    name: &str,
+    causality: Causality,
+    kind: Kind,
+    unit: Option<&str>,
+) -> io::Result<()> {
     xml.create_element("ssd:Connector")
-        .with_attributes([("name", variable.name.as_str()), ("kind", variable.causality.as_str())])
+        .with_attributes([("name", name), ("kind", causality.as_str())])
         .write_inner_content(|xml| {
-            let unit = variable.unit.as_deref().filter(|_| variable.kind == Kind::Real);
-            xml.create_element(format!("ssc:{}", variable.kind.as_str()))
+            xml.create_element(format!("ssc:{}", kind.as_str()))
                 .with_attributes(unit.map(|unit| ("unit", unit)))
                 .write_empty()?;
             Ok(())
@@ -193,36 +239,37 @@ fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::R
     Ok(())
 }
 
-fn wires(xml: &mut Xml, connections: &[Connection]) -> io::Result<()> {
-    if connections.is_empty() {
+/// The connections of the system's connectors, which have no start element, and those between components.
+fn wires(xml: &mut Xml, structure: &Structure<'_>) -> io::Result<()> {
+    let connections = structure.connections;
+    if connections.is_empty() && structure.inputs.is_empty() {
         return Ok(());
     }
     nested(xml, &["ssd:Connections"], &|xml| {
-        connections.iter().try_for_each(|c| {
-            xml.create_element("ssd:Connection")
-                .with_attributes([
-                    ("startElement", c.from.as_str()),
-                    ("startConnector", c.output.as_str()),
-                    ("endElement", c.to.as_str()),
-                    ("endConnector", c.input.as_str()),
-                ])
-                .write_empty()?;
-            Ok(())
-        })
+        for input in structure.inputs {
+            for component in &input.components {
+                wire(xml, None, input.name, component, input.name)?;
+            }
+        }
+        connections.iter().try_for_each(|c| wire(xml, Some(&c.from), &c.output, &c.to, &c.input))
     })
 }
 
+fn wire(xml: &mut Xml, from: Option<&str>, output: &str, to: &str, input: &str) -> io::Result<()> {
+    xml.create_element("ssd:Connection")
+        .with_attributes(from.map(|from| ("startElement", from)))
+        .with_attributes([("startConnector", output), ("endElement", to), ("endConnector", input)])
+        .write_empty()?;
+    Ok(())
+}
+
 /// The units that connectors and parameters cite.
-fn units(
-    xml: &mut Xml,
-    components: &[Component<'_>],
-    connections: &[Connection],
-) -> io::Result<()> {
+fn units(xml: &mut Xml, structure: &Structure<'_>) -> io::Result<()> {
     let mut cited: Vec<&Unit> = Vec::new();
-    for component in components {
+    for component in structure.components {
         let description = &component.packed.description;
         let started = component.start.iter().filter_map(|(name, _)| description.variable(name));
-        let variables = connectors(component, connections).chain(started);
+        let variables = connectors(component, structure).chain(started);
         for name in variables.filter_map(|v| v.unit.as_deref()) {
             let unit = description.units.iter().find(|unit| unit.name == name);
             cited.extend(unit.filter(|_| cited.iter().all(|known| known.name != name)));

@@ -5,7 +5,7 @@
 
 use model_description::{Causality, Unit, Variable};
 
-use super::structure::{Component, Place};
+use super::structure::{Component, Connector, Place};
 use crate::Error;
 use crate::archive::Archive;
 use crate::names::near_text;
@@ -50,11 +50,14 @@ pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String
     remarks
 }
 
-/// One end of a connection.
+/// One end of a connection: a variable of a component, or a connector of the system.
 pub(super) struct End<'a> {
-    component: &'a Component,
-    archive: &'a Archive,
-    name: &'a str,
+    /// The unit that the connector states.
+    stated: Option<&'a str>,
+    /// `None` for a connector of the system.
+    variable: Option<&'a Variable>,
+    /// The units of the FMU.
+    units: &'a [Unit],
 }
 
 impl<'a> End<'a> {
@@ -62,31 +65,28 @@ impl<'a> End<'a> {
     pub(super) fn find(
         mut all: impl Iterator<Item = (&'a Component, &'a Archive)>,
         component: &str,
-        name: &'a str,
+        name: &str,
     ) -> Option<Self> {
         let (component, archive) = all.find(|(known, _)| known.name == component)?;
-        Some(Self { component, archive, name })
+        let connector = component.connectors.iter().find(|connector| connector.name == name);
+        Some(Self {
+            stated: connector.and_then(|connector| connector.unit.as_deref()),
+            variable: archive.model().variable(name),
+            units: &archive.model().description().units,
+        })
     }
 
-    fn variable(&self) -> Option<&Variable> {
-        self.archive.model().variable(self.name)
+    /// A connector of the system.
+    pub(super) fn of_system(connector: &'a Connector) -> Self {
+        Self { stated: connector.unit.as_deref(), variable: None, units: &[] }
     }
 
     pub(super) fn causality(&self) -> Option<Causality> {
-        self.variable().map(|v| v.causality)
+        self.variable.map(|v| v.causality)
     }
 
     fn unit_of_fmu(&self) -> Option<&str> {
-        self.variable()?.unit.as_deref()
-    }
-
-    fn unit_of_connector(&self) -> Option<&str> {
-        let mut all = self.component.connectors.iter();
-        all.find(|connector| connector.name == self.name)?.unit.as_deref()
-    }
-
-    fn units(&self) -> &[Unit] {
-        &self.archive.model().description().units
+        self.variable?.unit.as_deref()
     }
 }
 
@@ -104,7 +104,7 @@ pub(super) fn units(
         (quoted(connection.source(), from_unit), quoted(connection.target(), to_unit))
     };
     let related = |one: &str, other: &str| {
-        let bases = (base_of(one, from.units(), package), base_of(other, to.units(), package));
+        let bases = (base_of(one, from.units, package), base_of(other, to.units, package));
         match bases {
             _ if one == other => Some(Relation::Same),
             (Some(one), Some(other)) => Some(relation(&one, &other)),
@@ -115,13 +115,13 @@ pub(super) fn units(
         let ((from, from_unit), (to, to_unit)) = ends(one, other);
         Error::UnitDimension { from, from_unit, to, to_unit }
     };
-    let stated = |end: &End<'_>| end.unit_of_connector().or(end.unit_of_fmu()).map(str::to_owned);
+    let stated = |end: &End<'_>| end.stated.or(end.unit_of_fmu()).map(str::to_owned);
     if let (Some(one), Some(other)) = (stated(from), stated(to))
         && related(&one, &other) == Some(Relation::OtherDimension)
     {
         return Err(other_dimension(&one, &other));
     }
-    let meant = |end: &End<'_>| end.unit_of_fmu().or(end.unit_of_connector()).map(str::to_owned);
+    let meant = |end: &End<'_>| end.unit_of_fmu().or(end.stated).map(str::to_owned);
     let (Some(one), Some(other)) = (meant(from), meant(to)) else { return Ok(None) };
     let relation = related(&one, &other);
     match relation {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use model_description::{Causality, Kind, Unit, Value, Variable};
 
-pub use structure::{Component, Connector, Parameter, Place, SystemStructure};
+pub use structure::{Component, Connector, Parameter, Place, SystemInput, SystemStructure};
 
 use crate::archive::{Archive, Limits, extract};
 use crate::instance::Instance;
@@ -39,26 +39,41 @@ pub struct SystemPackage {
 }
 
 impl SystemPackage {
-    /// Opens a `.ssp` file.
+    /// Opens a `.ssp` file with the structure of its `SystemStructure.ssd`.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let (file, name) = extract::open(path.as_ref())?;
-        Self::from_reader(file, &name, &Limits::default())
+        Self::from_reader(file, &name, None, &Limits::default())
+    }
+
+    /// Opens a `.ssp` file with the structure of a variant, its file `variant.ssd`.
+    pub fn open_variant(path: impl AsRef<Path>, variant: &str) -> Result<Self, Error> {
+        let (file, name) = extract::open(path.as_ref())?;
+        Self::from_reader(file, &name, Some(variant), &Limits::default())
     }
 
     /// Opens a package in memory; `name` is its name in errors.
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, Error> {
-        Self::from_reader(Cursor::new(bytes), name, &Limits::default())
+        Self::from_reader(Cursor::new(bytes), name, None, &Limits::default())
     }
 
-    fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
+    fn from_reader<R: Read + Seek>(
+        reader: R,
+        name: &str,
+        variant: Option<&str>,
+        limits: &Limits,
+    ) -> Result<Self, Error> {
         // The FMUs have folders of their own, so this one may go when they are open.
         let folder = extract::extract(reader, name, limits)?;
         if !folder.path().join(STRUCTURE).is_file() {
             return Err(Error::NoSystemStructure { package: name.to_owned() });
         }
+        let file_name = match variant {
+            None => STRUCTURE.to_owned(),
+            Some(variant) => variant_file(folder.path(), name, variant)?,
+        };
         let load = |source: &str| text_of(folder.path(), name, source);
-        let file = element::File { package: name, name: STRUCTURE };
-        let structure = read::structure(&load(STRUCTURE)?, file, &load)?;
+        let file = element::File { package: name, name: &file_name };
+        let structure = read::structure(&load(&file_name)?, file, &load)?;
         let mut archives: Vec<std::sync::Arc<Archive>> = Vec::new();
         for (index, component) in structure.components.iter().enumerate() {
             let same =
@@ -80,7 +95,7 @@ impl SystemPackage {
         &self.name
     }
 
-    /// The content of its `SystemStructure.ssd`.
+    /// The content of its `SystemStructure.ssd`, or of the variant.
     #[must_use]
     pub fn structure(&self) -> &SystemStructure {
         &self.structure
@@ -108,6 +123,9 @@ impl SystemPackage {
             self.connect(&mut system, connection, how, &mut remarks)
                 .map_err(|error| checks::at(&self.name, &how.place, connection, error))?;
         }
+        for input in &self.structure.inputs {
+            self.connect_input(&mut system, input, &mut remarks)?;
+        }
         for component in &self.structure.components {
             for parameter in &component.parameters {
                 let path = format!("{}.{}", component.name, parameter.name);
@@ -128,10 +146,52 @@ impl SystemPackage {
                     ));
                     continue;
                 }
-                system.set(&component.name, &parameter.name, value)?;
+                system.start_with(&component.name, &parameter.name, value)?;
             }
         }
+        for parameter in &self.structure.parameters {
+            self.start_inputs(&mut system, parameter)?;
+        }
         Ok((system, remarks))
+    }
+
+    /// Feeds an input of a component from a connector of the system.
+    fn connect_input(
+        &self,
+        system: &mut System,
+        written: &SystemInput,
+        remarks: &mut Vec<String>,
+    ) -> Result<(), Error> {
+        let SystemInput { connector, component, input, written: how } = written;
+        let connection = Connection::new(&self.structure.name, connector, component, input);
+        let all = || self.structure.components.iter().zip(self.archives());
+        let start = self.structure.input_connector(connector).map(checks::End::of_system);
+        let result = match (start, checks::End::find(all(), component, input)) {
+            (Some(start), Some(end)) => {
+                let ends = (&start, &end);
+                checks::units(&connection, ends, &self.structure.units, how.suppressed)
+            }
+            // Unknown ends are refused while reading.
+            _ => Ok(None),
+        };
+        let result = result.and_then(|remark| {
+            remarks.extend(remark.map(|remark| format!("{}: {remark}", how.place)));
+            system.connect_input(connector, component, input)
+        });
+        result.map_err(|error| checks::at(&self.name, &how.place, &connection, error))
+    }
+
+    /// Lets the inputs that a connector of the system feeds start with its value.
+    fn start_inputs(&self, system: &mut System, parameter: &Parameter) -> Result<(), Error> {
+        let fed = self.structure.inputs.iter().filter(|input| input.connector == parameter.name);
+        for SystemInput { component, input, .. } in fed {
+            let path = format!("{component}.{input}");
+            let instance = system.instance_mut(component)?;
+            let units = &instance.model().description().units;
+            let value = self.fitting(instance.variable(input)?, parameter, &path, units)?;
+            system.start_with(component, input, value)?;
+        }
+        Ok(())
     }
 
     /// Makes a connection from its output to its input, whichever end was written first.
@@ -201,6 +261,23 @@ impl SystemPackage {
         };
         units::converted(number, given, unit, of_fmu, &defined).map(Value::Real).ok_or_else(refused)
     }
+}
+
+/// The file of a variant, which lies beside `SystemStructure.ssd`.
+fn variant_file(folder: &Path, package: &str, variant: &str) -> Result<String, Error> {
+    let io = |source: std::io::Error| Error::Io { path: folder.to_path_buf(), source };
+    let mut variants: Vec<String> = Vec::new();
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let file = PathBuf::from(entry.map_err(io)?.file_name());
+        if file.extension().is_some_and(|ending| ending == "ssd") {
+            variants.extend(file.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+        }
+    }
+    variants.sort();
+    if variants.iter().any(|known| known == variant) {
+        return Ok(format!("{variant}.ssd"));
+    }
+    Err(Error::NoVariant { package: package.to_owned(), variant: variant.to_owned(), variants })
 }
 
 fn refused(package: &str, source: &str, reason: &'static str) -> Error {

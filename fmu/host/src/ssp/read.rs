@@ -8,7 +8,7 @@
 use model_description::{BaseUnit, Unit, Value};
 
 use super::element::{Element, File};
-use super::structure::{Component, Connector, Parameter, SystemStructure, Written};
+use super::structure::{Component, Connector, Parameter, SystemInput, SystemStructure, Written};
 use crate::Error;
 use crate::names::{near, near_text};
 use crate::system::Connection;
@@ -37,6 +37,9 @@ pub(super) fn structure(
     let mut structure =
         SystemStructure { name: system.attribute("name")?.to_owned(), ..Default::default() };
     structure.units = read_units(root, SSD)?;
+    for written in system.inside(SSD, "Connectors").filter(|e| e.is(SSD, "Connector")) {
+        structure.connectors.push(connector(written)?);
+    }
     for element in system.inside(SSD, "Elements") {
         let component = component(element, load)?;
         if structure.components.iter().any(|other| other.name == component.name) {
@@ -173,8 +176,13 @@ fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Erro
     .collect()
 }
 
-/// Gives a parameter of the system, `component.variable`, to its component.
+/// Gives a parameter of the system, `component.variable`, to its component; one named after an input
+/// connector of the system is the value of that.
 fn distribute(structure: &mut SystemStructure, parameter: Parameter) {
+    if structure.input_connector(&parameter.name).is_some() {
+        structure.parameters.push(parameter);
+        return;
+    }
     for component in &mut structure.components {
         let rest = parameter.name.strip_prefix(&component.name);
         if let Some(name) = rest.and_then(|rest| rest.strip_prefix('.')) {
@@ -194,21 +202,17 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
     }
     let ends = (element.optional("startElement"), element.optional("endElement"));
     let connectors = (element.attribute("startConnector")?, element.attribute("endConnector")?);
-    let (Some(start), Some(end)) = ends else {
-        // Connectors of the system itself have no effect on a system without surroundings.
-        structure.remarks.push(format!(
-            "the connection of {} and {} is left out: it leads to a connector of the system itself",
-            connectors.0, connectors.1
-        ));
-        return Ok(());
+    let place = |name: Option<&str>, connector: &str| match name {
+        Some(name) => format!("{name}.{connector}"),
+        None => connector.to_owned(),
     };
-    for name in [start, end] {
+    for name in [ends.0, ends.1].into_iter().flatten() {
         if !structure.components.iter().any(|component| component.name == name) {
             let known = structure.components.iter().map(|component| component.name.as_str());
             return Err(element.error(format!(
-                "the connection of {start}.{} and {end}.{} names {name:?}, which is no component{}",
-                connectors.0,
-                connectors.1,
+                "the connection of {} and {} names {name:?}, which is no component{}",
+                place(ends.0, connectors.0),
+                place(ends.1, connectors.1),
                 near_text(&near(name, known))
             )));
         }
@@ -221,8 +225,33 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
             return Err(element.error(problem));
         }
     };
-    structure.connections.push(Connection::new(start, connectors.0, end, connectors.1));
-    structure.written.push(Written { place: element.place(), suppressed });
+    let written = Written { place: element.place(), suppressed };
+    let (of_system, component, input) = match ends {
+        (Some(start), Some(end)) => {
+            structure.connections.push(Connection::new(start, connectors.0, end, connectors.1));
+            structure.written.push(written);
+            return Ok(());
+        }
+        (None, Some(end)) => (connectors.0, Some(end), connectors.1),
+        (Some(start), None) => (connectors.1, Some(start), connectors.0),
+        (None, None) => (connectors.0, None, connectors.1),
+    };
+    match component {
+        Some(component) if structure.input_connector(of_system).is_some() => {
+            structure.inputs.push(SystemInput {
+                connector: of_system.to_owned(),
+                component: component.to_owned(),
+                input: input.to_owned(),
+                written,
+            });
+        }
+        // Outputs of the system have no effect on a system without surroundings.
+        _ => structure.remarks.push(format!(
+            "the connection of {} and {} is left out: it leads to a connector of the system itself \
+             that is no declared input",
+            connectors.0, connectors.1
+        )),
+    }
     Ok(())
 }
 

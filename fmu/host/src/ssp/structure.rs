@@ -11,6 +11,12 @@ pub struct SystemStructure {
     pub name: String,
     /// In the order of the file, which is that in which a Gauss–Seidel master steps them.
     pub components: Vec<Component>,
+    /// The connectors of the system itself.
+    pub connectors: Vec<Connector>,
+    /// Values that its input connectors have without a source; of several for one the last counts.
+    pub parameters: Vec<Parameter>,
+    /// Which inputs of components its input connectors feed.
+    pub inputs: Vec<SystemInput>,
     /// As written; start and end of SSP have no direction (see [`SystemPackage::system`]).
     ///
     /// [`SystemPackage::system`]: crate::SystemPackage::system
@@ -27,6 +33,25 @@ pub struct SystemStructure {
     pub step: Option<f64>,
     /// Ignored content.
     pub remarks: Vec<String>,
+}
+
+impl SystemStructure {
+    /// An input connector of the system itself.
+    pub(super) fn input_connector(&self, name: &str) -> Option<&Connector> {
+        self.connectors.iter().find(|c| c.name == name && c.kind == "input")
+    }
+}
+
+/// A connection from an input connector of the system to an input of a component.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SystemInput {
+    /// The connector of the system.
+    pub connector: String,
+    /// The component.
+    pub component: String,
+    /// Its input.
+    pub input: String,
+    pub(super) written: Written,
 }
 
 /// An FMU in a system.
@@ -57,10 +82,10 @@ pub struct Parameter {
     pub place: Place,
 }
 
-/// A variable of an FMU as the package describes it.
+/// A variable of an FMU, or a signal of the system, as the package describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Connector {
-    /// The variable.
+    /// The variable or signal.
     pub name: String,
     /// `input`, `output`, `parameter` or `calculatedParameter`.
     pub kind: String,
@@ -88,7 +113,7 @@ impl std::fmt::Display for Place {
 }
 
 /// How a connection is written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Written {
     pub(super) place: Place,
     /// `suppressUnitConversion`.

@@ -2,8 +2,8 @@
 
 use model_description::Causality;
 
-use super::System;
 use super::by_name::{Connection, Measurement, Unit, wires_by_name};
+use super::{OutsideInput, System};
 use crate::Error;
 
 impl System {
@@ -58,6 +58,43 @@ impl System {
         }
         self.connections.push(connection);
         Ok(self)
+    }
+
+    /// Feeds an input from a connector of the system itself: from the column of the table that has the
+    /// connector's name, otherwise with the input's own value.
+    pub fn connect_input(
+        &mut self,
+        connector: &str,
+        instance: &str,
+        input: &str,
+    ) -> Result<(), Error> {
+        let to = self.instances[self.index(instance)?].variable(input)?;
+        let end = format!("{instance}.{input}");
+        if to.causality != Causality::Input {
+            return Err(Error::WrongCausality { end, need: "input", got: to.causality });
+        }
+        let connected = self.feeding(instance, input).map(Connection::source);
+        let outside = self.inputs.iter().find(|i| i.instance == instance && i.input == input);
+        if let Some(present) = connected.or(outside.map(|i| i.connector.clone())) {
+            return Err(Error::AlreadyConnected { to: end, present, from: connector.to_owned() });
+        }
+        let (instance, input) = (instance.to_owned(), input.to_owned());
+        self.inputs.push(OutsideInput { connector: connector.to_owned(), instance, input });
+        Ok(())
+    }
+
+    /// Whether a column of the table names an input: by the connector of the system that feeds it, as
+    /// `instance.input`, or, where no connector of the system has the name, as `input`.
+    pub(super) fn is_column_of(&self, column: &str, index: usize, input: &str) -> bool {
+        if self.path(index, input) == column {
+            return true;
+        }
+        let named = || self.inputs.iter().filter(|outside| outside.connector == column);
+        let instance = self.instances[index].name();
+        match named().next() {
+            Some(_) => named().any(|i| i.instance == instance && i.input == input),
+            None => input == column,
+        }
     }
 
     /// Wires each input that has no connection yet by its name ([`wires_by_name`]); an input without a

@@ -1,5 +1,6 @@
 //! Inputs from a table: CSV with a header, the time in s in the first column, `time`, and a column
-//! for each input, named `instance.input`, or `input` for every unconnected input of that name.
+//! for each input, named `instance.input`, as a connector of the system for the inputs that this feeds, or
+//! `input` for every unconnected input of that name.
 //!
 //! Values are held from their time until the next row's (zero-order hold), the last row's for ever.
 //! Booleans are `true`/`false` or 1/0. Times must rise; the first must not be after the run's start.

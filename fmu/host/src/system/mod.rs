@@ -29,11 +29,21 @@ use crate::names::near;
 pub struct System {
     instances: Vec<Instance>,
     connections: Vec<Connection>,
+    /// Inputs that connectors of the system itself feed.
+    inputs: Vec<OutsideInput>,
     settings: Vec<Setting>,
     table: Option<InputTable>,
     /// Variables to record instead of the default.
     recorded: Option<Vec<(String, String)>>,
     tolerance: Option<f64>,
+}
+
+/// An input that a connector of the system feeds: from a table, otherwise with its start value.
+#[derive(Debug, Clone)]
+struct OutsideInput {
+    connector: String,
+    instance: String,
+    input: String,
 }
 
 /// A value to set before the run: a parameter's before initialization, an input's in it.
@@ -42,6 +52,8 @@ pub(crate) struct Setting {
     pub(crate) instance: usize,
     pub(crate) variable: String,
     pub(crate) value: Value,
+    /// Whether it is a start value, which a column of the table replaces.
+    pub(crate) is_start: bool,
 }
 
 impl System {
@@ -108,7 +120,26 @@ impl System {
         variable: &str,
         value: impl Into<Value>,
     ) -> Result<&mut Self, Error> {
-        let value = value.into();
+        self.assign(instance, variable, value.into(), false)
+    }
+
+    /// As [`System::set`], for the start value of a package: a column of the table replaces it.
+    pub fn start_with(
+        &mut self,
+        instance: &str,
+        variable: &str,
+        value: impl Into<Value>,
+    ) -> Result<&mut Self, Error> {
+        self.assign(instance, variable, value.into(), true)
+    }
+
+    fn assign(
+        &mut self,
+        instance: &str,
+        variable: &str,
+        value: Value,
+        is_start: bool,
+    ) -> Result<&mut Self, Error> {
         let index = self.index(instance)?;
         let found = self.instances[index].variable(variable)?;
         if found.kind != value.kind() {
@@ -117,7 +148,8 @@ impl System {
             return Err(Error::WrongKind { instance, variable, need, got });
         }
         self.settings.retain(|s| !(s.instance == index && s.variable == variable));
-        self.settings.push(Setting { instance: index, variable: variable.to_owned(), value });
+        let variable = variable.to_owned();
+        self.settings.push(Setting { instance: index, variable, value, is_start });
         Ok(self)
     }
 
@@ -199,7 +231,8 @@ impl System {
         let paths: Vec<String> =
             self.inputs().map(|(index, v)| self.path(index, &v.name)).collect();
         let plain: Vec<&str> = self.inputs().map(|(_, v)| v.name.as_str()).collect();
-        let mut found = near(name, paths.iter().map(String::as_str).chain(plain));
+        let connectors = self.inputs.iter().map(|input| input.connector.as_str());
+        let mut found = near(name, connectors.chain(paths.iter().map(String::as_str)).chain(plain));
         found.dedup();
         found
     }

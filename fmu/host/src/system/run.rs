@@ -152,10 +152,13 @@ impl System {
             let (index, name) = (setting.instance, &setting.variable);
             let instance = &self.instances[index];
             let key = (index, name.clone());
+            if setting.is_start && fed.contains_key(&key) {
+                continue;
+            }
             let column = || {
                 let table = self.table.as_ref()?;
-                let path = self.path(index, name);
-                let column = table.columns().iter().find(|c| *c == name || **c == path)?;
+                let mut columns = table.columns().iter();
+                let column = columns.find(|c| self.is_column_of(c, index, name))?;
                 Some(format!("column {column:?} of {}", table.name()))
             };
             let source = match self.feeding(instance.name(), name) {
@@ -220,7 +223,8 @@ struct Feed {
 
 impl Feed {
     /// Assigns the table's columns to the inputs they name. A column named `instance.input` feeds
-    /// that input, one named `input` feeds every input of that name without a connection.
+    /// that input, one named as a connector of the system the inputs that this feeds, another named
+    /// `input` every input of that name without a connection.
     fn new(
         system: &System,
         table: &InputTable,
@@ -234,9 +238,8 @@ impl Feed {
         let mut columns = Vec::new();
         for (column, name) in table.columns().iter().enumerate() {
             // Names of variables may have dots in them, so a dot alone does not make a path.
-            let named = |(index, v): &(usize, &Variable)| {
-                v.name == *name || system.path(*index, &v.name) == *name
-            };
+            let named =
+                |(index, v): &(usize, &Variable)| system.is_column_of(name, *index, &v.name);
             let all: Vec<(usize, &Variable)> = system.inputs().filter(named).collect();
             let Some(&any) = all.first() else {
                 return Err(Error::TableColumn {

@@ -2,7 +2,7 @@
 
 use crate::support::{Behaviour, binary_path, library, xml, zip_of};
 use model_description::Value;
-use steerwright_host::{Connection, Coupling, Error, Instance, System, SystemPackage};
+use steerwright_host::{Connection, Coupling, Error, InputTable, Instance, System, SystemPackage};
 
 /// A structure file. Other prefixes than the usual ones on purpose: namespaces count.
 fn ssd(system: &str, experiment: &str) -> String {
@@ -238,6 +238,84 @@ fn connectors_of_the_system_itself_are_left_out_and_reported() {
     let (system, remarks) = package.unwrap().system().unwrap();
     assert!(system.connections().is_empty());
     assert!(remarks[0].contains("shown"), "{remarks:?}");
+}
+
+/// One connector, `push`, feeds both FMUs; the second connection is written backwards.
+fn pushed(unit: &str, value: &str) -> String {
+    let connectors = format!(
+        r#"<Connectors><Connector name="push" kind="input"><c:Real unit="{unit}"/></Connector></Connectors>"#
+    );
+    let set = set("push", value);
+    let bindings = format!(
+        "<ParameterBindings><ParameterBinding>{set}</ParameterBinding></ParameterBindings>"
+    );
+    let wires = r#"<Connections>
+<Connection startConnector="push" endElement="integrator" endConnector="u"/>
+<Connection startElement="gain" startConnector="u" endConnector="push"/></Connections>"#;
+    ssd(&format!("{connectors}{bindings}{PAIR}{wires}"), "")
+}
+
+#[test]
+fn a_connector_of_the_system_feeds_its_inputs() {
+    let Some(package) = package(&pushed("m", r#"<v:Real value="2" unit="m"/>"#), &[]) else {
+        return;
+    };
+    let package = package.unwrap();
+    assert_eq!(package.structure().connectors[0].name, "push");
+    let run = |csv: Option<&str>| {
+        let (mut system, remarks) = package.system().unwrap();
+        assert!(remarks.is_empty(), "{remarks:?}");
+        if let Some(csv) = csv {
+            system.feed(InputTable::read(csv.as_bytes(), "in.csv").unwrap());
+        }
+        let recording = system.run(Coupling::GaussSeidel, 0.0, 2.0, 0.5)?;
+        let last = |name: &str| *recording.column(name).unwrap().last().unwrap();
+        Ok::<_, Error>(["integrator.u", "gain.u", "integrator.y"].map(last))
+    };
+    // Without a table its start value holds, in both.
+    let [first, second, reached] = run(None).unwrap();
+    assert_eq!((first, second), (2.0, 2.0));
+    let [first, second, further] = run(Some("time,push\n0,3\n")).unwrap();
+    assert_eq!((first, second), (3.0, 3.0));
+    assert!(further > reached, "{further} {reached}");
+    // A column of one input leaves the other at its start value.
+    assert_eq!(run(Some("time,gain.u\n0,3\n")).unwrap()[..2], [2.0, 3.0]);
+    let error = run(Some("time,pusch\n0,3\n")).unwrap_err();
+    assert!(matches!(&error, Error::TableColumn { near, .. } if near == &["push"]), "{error}");
+    // A value that is set, not a start value, excludes a column.
+    let (mut system, _) = package.system().unwrap();
+    system.set("gain", "u", 1.0).unwrap();
+    system.feed(InputTable::read("time,push\n0,3\n".as_bytes(), "in.csv").unwrap());
+    let error = system.run(Coupling::GaussSeidel, 0.0, 1.0, 0.5).unwrap_err().to_string();
+    assert!(error.contains("gain.u") && error.contains("\"push\""), "{error}");
+}
+
+#[test]
+fn connectors_of_the_system_have_to_fit_their_inputs() {
+    let metre = r#"<v:Real value="2" unit="m"/>"#;
+    for (text, what) in [
+        (pushed("kg", metre), "the connection of loop.push and integrator.u: "),
+        (
+            pushed("m", r#"<v:Real value="2" unit="km"/>"#),
+            "integrator.u is in \"m\", its value is given in \"km\"",
+        ),
+        (
+            pushed("m", metre).replace(r#"endConnector="u""#, r#"endConnector="v""#),
+            "integrator has no variable \"v\"",
+        ),
+        (
+            pushed("m", metre).replace(r#"endConnector="u""#, r#"endConnector="y""#),
+            "integrator.y is",
+        ),
+    ] {
+        let Some(package) = package(&text, &[]) else { return };
+        let error = package.unwrap().system().unwrap_err();
+        assert!(error.to_string().contains(what), "{what:?} is not in {error}");
+        assert!(!error.hint().is_empty());
+    }
+    let nowhere = pushed("m", metre).replace(r#"endElement="integrator""#, r#"endElement="int""#);
+    let Some(message) = refused(&nowhere) else { return };
+    assert!(message.contains("the connection of push and int.u names \"int\""), "{message}");
 }
 
 #[test]
