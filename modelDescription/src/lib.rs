@@ -64,6 +64,7 @@
 mod description;
 mod encoding;
 mod error;
+mod excess;
 mod from_table;
 mod guid;
 mod legality;
@@ -80,6 +81,7 @@ pub use description::{
 };
 pub use encoding::{declared_encoding, decoded};
 pub use error::Error;
+pub use excess::{Excess, ExcessKind};
 pub use from_table::ExposedState;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};

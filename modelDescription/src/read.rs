@@ -10,6 +10,7 @@ use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, ModelExchange, Unknown,
     Variable, VendorAnnotation,
 };
+use crate::excess::Excess;
 use crate::units::{BaseUnit, DisplayUnit, Unit};
 use crate::vocabulary::{
     Causality, DependencyKind, Initial, Kind, NamingConvention, Value, Variability,
@@ -28,6 +29,9 @@ impl ModelDescription {
     pub fn from_xml(text: &str) -> Result<Self, Error> {
         let options = ParsingOptions { nodes_limit: NODES_LIMIT, ..ParsingOptions::default() };
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        if let Some(Excess { kind, line }) = Excess::find(text) {
+            return Err(Error::Malformed { line, column: 1, problem: kind.to_string() });
+        }
         let document =
             Document::parse_with_options(text, options).map_err(|error| match error {
                 roxmltree::Error::DtdDetected => Error::DocumentType,

@@ -61,6 +61,10 @@ fn faults_are_named_with_their_line() {
     assert!(matches!(error, Error::MissingElement { line: 16, .. }), "{error}");
     let error = broken("</ModelVariables>", "");
     assert!(matches!(error, Error::Malformed { .. }), "{error}");
+    let many: String = (0..1001).map(|k| format!("\n a{k}='1'")).collect();
+    let error = ModelDescription::from_xml(&format!("<a>\n<b {many}/></a>")).unwrap_err();
+    assert!(error.to_string().contains("xml:2:1: "), "{error}");
+    assert!(error.to_string().contains("more than 1000 attributes"), "{error}");
     assert!(matches!(ModelDescription::from_xml(""), Err(Error::Malformed { .. })));
     assert!(matches!(ModelDescription::from_xml("<a/>"), Err(Error::NotFmi2 { .. })));
 }

@@ -233,6 +233,12 @@ impl Output {
         if !metadata.is_file() {
             return refused("this is neither a file nor a FIFO", "name a file");
         }
+        if is_claimed(&path) {
+            return refused(
+                "another run is writing this file",
+                "name another file, or wait for that run",
+            );
+        }
         if !self.rules.force {
             if metadata.permissions().readonly() {
                 return refused("this file is read-only", FORCE);
@@ -247,6 +253,12 @@ impl Output {
         folder_of(&path)?;
         Ok(Destination::File(path))
     }
+}
+
+/// Whether a process has the file for itself, as a sweep has its results.
+fn is_claimed(path: &Path) -> bool {
+    let Ok(file) = fs::File::open(path) else { return false };
+    matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock))
 }
 
 fn no_folder(path: &Path) -> Failure {

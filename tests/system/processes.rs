@@ -160,6 +160,14 @@ fn two_sweeps_share_no_results() {
         let text = text_of(&refused);
         assert!(text.contains("another run is writing this file"), "{other}: {text}");
     }
+    // Nor does another command write over them.
+    let refused = place.run("simulate one.fmu --stop 1s -o one.csv --force");
+    assert_eq!(refused.status.code(), Some(2), "{}", text_of(&refused));
+    assert!(
+        text_of(&refused).contains("another run is writing this file"),
+        "{}",
+        text_of(&refused)
+    );
     assert!(!before.is_empty() && before == fs::read(place.path().join("one.csv")).unwrap());
     first.kill().unwrap();
     first.wait().unwrap();

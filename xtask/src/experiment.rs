@@ -15,8 +15,11 @@ pub(crate) struct Options {
     /// Models of a whole drive instead: evaluation/experiment/whole_drive.py
     #[arg(long, conflicts_with = "engagement")]
     whole_drive: bool,
-    /// A few minutes at speeds that nothing was tuned on instead: evaluation/experiment/smoke.py
+    /// Designs over a range of speeds instead: evaluation/experiment/over_speed.py
     #[arg(long, conflicts_with_all = ["test", "engagement", "whole_drive"])]
+    over_speed: bool,
+    /// A few minutes at speeds that nothing was tuned on instead: evaluation/experiment/smoke.py
+    #[arg(long, conflicts_with_all = ["test", "engagement", "whole_drive", "over_speed"])]
     smoke: bool,
     /// Arguments of the Python program, such as `--quick`, `--seeds 40`, or `--seed 7` of `--smoke`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -36,6 +39,8 @@ pub(crate) fn experiment(options: &Options) -> Result<(), String> {
         "engagement.py"
     } else if options.whole_drive {
         "whole_drive.py"
+    } else if options.over_speed {
+        "over_speed.py"
     } else if options.smoke {
         "smoke.py"
     } else {

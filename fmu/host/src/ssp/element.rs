@@ -1,5 +1,6 @@
 //! The elements of a package's XML files: found by namespace and name, errors with file and line.
 
+use model_description::Excess;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::structure::Place;
@@ -13,6 +14,18 @@ const NODES_LIMIT: u32 = 4_000_000;
 pub(super) struct File<'a> {
     pub(super) package: &'a str,
     pub(super) name: &'a str,
+    /// Where its lines end: a parser counts them from the start for each place that it is asked for.
+    pub(super) line_ends: &'a [usize],
+}
+
+/// The places of the line feeds in a text.
+pub(super) fn line_ends(text: &str) -> Vec<usize> {
+    text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect()
+}
+
+/// A text without a byte order mark.
+pub(super) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
 impl File<'_> {
@@ -27,7 +40,9 @@ impl File<'_> {
 
     pub(super) fn parse(self, text: &str) -> Result<Document<'_>, Error> {
         let options = ParsingOptions { nodes_limit: NODES_LIMIT, ..ParsingOptions::default() };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        if let Some(Excess { kind, line }) = Excess::find(text) {
+            return Err(self.error(line, kind.to_string()));
+        }
         Document::parse_with_options(text, options)
             .map_err(|error| self.error(error.pos().row, error.to_string()))
     }
@@ -68,7 +83,8 @@ impl<'a, 'input> Element<'a, 'input> {
     }
 
     pub(super) fn line(self) -> u32 {
-        self.node.document().text_pos_at(self.node.range().start).row
+        let start = self.node.range().start;
+        1 + self.file.line_ends.partition_point(|end| *end < start) as u32
     }
 
     pub(super) fn place(self) -> Place {

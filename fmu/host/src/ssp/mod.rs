@@ -72,8 +72,11 @@ impl SystemPackage {
             Some(variant) => variant_file(folder.path(), name, variant)?,
         };
         let load = |source: &str| text_of(folder.path(), name, source);
-        let file = element::File { package: name, name: &file_name };
-        let structure = read::structure(&load(&file_name)?, file, &load)?;
+        let text = load(&file_name)?;
+        let text = element::without_mark(&text);
+        let line_ends = element::line_ends(text);
+        let file = element::File { package: name, name: &file_name, line_ends: &line_ends };
+        let structure = read::structure(text, file, &load)?;
         let mut archives: Vec<std::sync::Arc<Archive>> = Vec::new();
         for (index, component) in structure.components.iter().enumerate() {
             let same =

@@ -7,7 +7,7 @@
 
 use model_description::{BaseUnit, Unit, Value};
 
-use super::element::{Element, File};
+use super::element::{Element, File, line_ends, without_mark};
 use super::structure::{Component, Connector, Parameter, SystemInput, SystemStructure, Written};
 use crate::Error;
 use crate::names::{near, near_text};
@@ -135,8 +135,10 @@ fn bound(
         }
         Some(source) => {
             let text = load(source)?;
-            let file = File { package: binding.file.package, name: source };
-            let document = file.parse(&text)?;
+            let text = without_mark(&text);
+            let line_ends = line_ends(text);
+            let file = File { package: binding.file.package, name: source, line_ends: &line_ends };
+            let document = file.parse(text)?;
             let set = Element { node: document.root_element(), file };
             if !set.is(SSV, "ParameterSet") {
                 return Err(set.error("the root is no ParameterSet of SSP 1"));

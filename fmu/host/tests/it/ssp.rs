@@ -197,6 +197,15 @@ fn broken_packages_are_refused() {
         let Some(message) = refused(&text) else { return };
         assert!(message.contains(what), "{what:?} is not in {message}");
     }
+    let many: String = (0..1001).map(|k| format!("\n a{k}='1'")).collect();
+    for (text, expected) in [
+        (format!("<a>\n<b {many}/></a>"), "SystemStructure.ssd:2: an element has more than 1000"),
+        ("<a>".repeat(300), "SystemStructure.ssd:1: its elements are nested more than 256 deep"),
+    ] {
+        let bytes = zip_of(&[("SystemStructure.ssd", text.as_bytes())]);
+        let message = SystemPackage::from_bytes(&bytes, "loop.ssp").unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
     let empty = SystemPackage::from_bytes(&zip_of(&[("x/SystemStructure.ssd", b"")]), "loop.ssp");
     assert!(matches!(empty.unwrap_err(), Error::NoSystemStructure { .. }));
     let evil = SystemPackage::from_bytes(&zip_of(&[("../evil", b"")]), "loop.ssp").unwrap_err();

@@ -2,13 +2,12 @@
 
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};
+use model_description::{Excess, ExcessKind};
 
 pub(crate) const DESCRIPTION: &str = "modelDescription.xml";
 
 /// The largest size of a description, bytes; the largest known ones have about 10⁸.
 const LARGEST: usize = 256 << 20;
-/// The deepest nesting of elements. The schema's own depth is 5; annotations may be deeper.
-const DEEPEST: usize = 256;
 
 /// The text of the description, or `None` if it must not be parsed.
 pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<String> {
@@ -66,59 +65,12 @@ fn declaration(bytes: &[u8], report: &mut impl FnMut(&'static str, String)) {
     }
 }
 
-/// The largest number of attributes of an element; a parser compares each pair.
-const MOST_ATTRIBUTES: usize = 1000;
-
 /// The rule and message if the text must not be parsed, by a count of open elements and attributes.
 pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
-    let bytes = text.as_bytes();
-    let mut depth = 0_usize;
-    let mut at = 0;
-    while let Some(open) = bytes[at..].iter().position(|b| *b == b'<') {
-        at += open + 1;
-        let rest = &text[at..];
-        // Comments, CDATA and processing instructions contain no elements.
-        let skip = |end: &str| rest.find(end).map_or(rest.len(), |found| found + end.len());
-        if rest.starts_with("!--") {
-            at += skip("-->");
-        } else if rest.starts_with("![CDATA[") {
-            at += skip("]]>");
-        } else if rest.starts_with('?') {
-            at += skip("?>");
-        } else if rest.starts_with('/') {
-            depth = depth.saturating_sub(1);
-        } else if !rest.starts_with('!') {
-            let (end, attributes) = tag_end(rest.as_bytes());
-            if attributes > MOST_ATTRIBUTES {
-                let message = format!("an element has more than {MOST_ATTRIBUTES} attributes");
-                return Some(("xml-refused", message));
-            }
-            if !rest[..end].ends_with('/') {
-                depth += 1;
-                if depth > DEEPEST {
-                    let message = format!("its elements are nested more than {DEEPEST} deep");
-                    return Some(("not-examined", message));
-                }
-            }
-            at += end;
-        }
-    }
-    None
-}
-
-/// The end of a start tag, at its first `>` outside quotes, and the number of its values.
-fn tag_end(bytes: &[u8]) -> (usize, usize) {
-    let (mut quote, mut values) = (None, 0);
-    for (at, byte) in bytes.iter().enumerate() {
-        match (quote, byte) {
-            (None, b'>') => return (at, values),
-            (None, b'"' | b'\'') => quote = Some(*byte),
-            (Some(open), _) if open == *byte => {
-                quote = None;
-                values += 1;
-            }
-            _ => {}
-        }
-    }
-    (bytes.len(), values)
+    let Excess { kind, .. } = Excess::find(text)?;
+    let rule = match kind {
+        ExcessKind::Attributes => "xml-refused",
+        ExcessKind::Depth => "not-examined",
+    };
+    Some((rule, kind.to_string()))
 }
