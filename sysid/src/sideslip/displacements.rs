@@ -223,7 +223,7 @@ impl<'a> Odometry<'a> {
         let longitudinal = piece.longitudinal_acceleration();
         let mut place = Place::default();
         let mut places = vec![place];
-        for k in 1..piece.time.len() {
+        for (k, longitudinal) in longitudinal.into_iter().enumerate().skip(1) {
             let h = piece.time[k] - piece.time[k - 1];
             let (before, after) = (piece.yaw_rate[k - 1], piece.yaw_rate[k]);
             let rate = 0.5 * (before + after);
@@ -243,7 +243,7 @@ impl<'a> Odometry<'a> {
                 share * turned * acceleration * acceleration,
                 after - before,
                 distance * turned,
-                turned * speed * longitudinal[k],
+                turned * speed * longitudinal,
             ];
             let ahead = [h * speed * cos, h * speed * sin];
             let aside = terms.map(|term| [-term * speed * sin, term * speed * cos]);
