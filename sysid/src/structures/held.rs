@@ -5,6 +5,7 @@ use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
+use crate::structures::bicycle::wheelbase;
 use crate::validation::open_hold::{Preferred, preferred, with_half_a_period};
 use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::{ResponseError, uncertain_response};
@@ -63,16 +64,23 @@ pub(crate) struct Steering<'a> {
     options: &'a IdentifyOptions,
     faults: OnceCell<SteeringFaults>,
     read: OnceCell<Result<Read<'a>, Error>>,
+    wheelbase: OnceCell<Option<[f64; 2]>>,
 }
 
 impl<'a> Steering<'a> {
     /// Of a log whose delay, if one is stated, is that of the options.
     pub(crate) fn new(log: &'a DriveLog, options: &'a IdentifyOptions) -> Self {
-        Self { log, options, faults: OnceCell::new(), read: OnceCell::new() }
+        let (faults, read, wheelbase) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { log, options, faults, read, wheelbase }
     }
 
     pub(crate) fn faults(&self) -> SteeringFaults {
         *self.faults.get_or_init(|| SteeringFaults::of(self.log))
+    }
+
+    /// The wheelbase with its standard error, m, where the drive determines it.
+    pub(crate) fn wheelbase(&self) -> Option<[f64; 2]> {
+        *self.wheelbase.get_or_init(|| wheelbase(self))
     }
 
     /// Fails for a log that is too short to show how its steering is held.

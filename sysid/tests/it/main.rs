@@ -16,6 +16,7 @@ mod held_input;
 #[path = "../known/mod.rs"]
 mod known;
 mod known_drives;
+mod linear_car;
 mod recovery;
 mod refine;
 mod selection;
@@ -24,3 +25,4 @@ mod sideslip;
 mod single_track;
 mod steering_faults;
 mod validate;
+mod vehicle_class;

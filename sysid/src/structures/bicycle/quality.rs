@@ -23,7 +23,7 @@ use steerwright_drivelog::signal::standard_deviation;
 use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode, VehicleData};
 
 /// Relative standard error of the yaw rate's gain beyond which it is undetermined.
-const LARGEST_ERROR: f64 = 0.15;
+pub(super) const LARGEST_ERROR: f64 = 0.15;
 
 impl Known<'_> {
     pub(super) fn quality(&self, e: &BicycleEvidence, vehicle: &VehicleData) -> Quality {
