@@ -17,6 +17,7 @@ mod held_input;
 mod known;
 mod known_drives;
 mod linear_car;
+mod open_hold;
 mod recovery;
 mod refine;
 mod selection;
