@@ -5,12 +5,15 @@ use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
-use crate::validation::open_hold::{Preferred, preferred, with_half_a_period};
+use crate::structures::bicycle::wheelbase;
+use crate::validation::open_hold::{HoldEvidence, Preferred, preferred, with_half_a_period};
 use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::{ResponseError, uncertain_response};
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
+use steerwright_formats::LEAST_SPREAD;
 
 /// Times that the input is held as suits the vehicle that the input before it determines.
 const TURNS: usize = 2;
@@ -63,21 +66,30 @@ pub(crate) struct Steering<'a> {
     options: &'a IdentifyOptions,
     faults: OnceCell<SteeringFaults>,
     read: OnceCell<Result<Read<'a>, Error>>,
+    wheelbase: OnceCell<Option<[f64; 2]>>,
 }
 
 impl<'a> Steering<'a> {
     /// Of a log whose delay, if one is stated, is that of the options.
     pub(crate) fn new(log: &'a DriveLog, options: &'a IdentifyOptions) -> Self {
-        Self { log, options, faults: OnceCell::new(), read: OnceCell::new() }
+        let (faults, read, wheelbase) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { log, options, faults, read, wheelbase }
     }
 
     pub(crate) fn faults(&self) -> SteeringFaults {
         *self.faults.get_or_init(|| SteeringFaults::of(self.log))
     }
 
+    /// The wheelbase with its standard error, m, where the drive, held as it was read, determines it.
+    pub(crate) fn wheelbase(&self) -> Option<[f64; 2]> {
+        let log = self.read().map_or(self.log, |read| &*read.held.log);
+        *self.wheelbase.get_or_init(|| wheelbase(log))
+    }
+
     /// Fails for a log that is too short to show how its steering is held.
     pub(crate) fn read(&self) -> Result<&Read<'a>, Error> {
-        let read = self.read.get_or_init(|| Read::new(self.log, self.options));
+        let read =
+            self.read.get_or_init(|| Read::new(self.log, self.options, || self.faults().delay_s));
         read.as_ref().map_err(Clone::clone)
     }
 
@@ -101,6 +113,12 @@ pub(crate) fn with_open_hold(
     (wider, Some(period_s))
 }
 
+/// Whether the speed hardly varies, or is not known to.
+fn is_one_speed(log: &DriveLog) -> bool {
+    let varies = |v: &Vec<f64>| standard_deviation(v) >= LEAST_SPREAD * mean(v);
+    !log.speed.as_ref().is_some_and(varies)
+}
+
 /// A drive whose steering is read as held or as moving on between its samples.
 pub(crate) struct Read<'a> {
     pub(crate) held: Held<'a>,
@@ -110,15 +128,27 @@ pub(crate) struct Read<'a> {
 }
 
 impl<'a> Read<'a> {
-    /// As the reader of the log took it, or as the data prefer where that is not stated.
-    fn new(log: &'a DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+    /// As the reader of the log took it, or as the data prefer where that is not stated; by the delay with its standard
+    /// error, s, of a bicycle with the speed of each sample after the steering as it was read.
+    fn new(
+        log: &'a DriveLog,
+        options: &IdentifyOptions,
+        delay_s: impl FnOnce() -> Option<[f64; 2]>,
+    ) -> Result<Self, Error> {
         let as_read = Held::new(log, Between::AsRead, options)?;
         let Some(period_s) = log.open_hold_s() else {
             return Ok(Self { held: as_read, open_hold_s: None, warning: None });
         };
         let as_held = Held::new(log, Between::Held(period_s), options)?;
         let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
-        Ok(match preferred(period_s, criterion(&as_read), criterion(&as_held)) {
+        let stated_s = options.delay_s.unwrap_or_default();
+        let evidence = HoldEvidence {
+            moving_on: criterion(&as_read),
+            held: criterion(&as_held),
+            delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
+            is_one_speed: is_one_speed(log),
+        };
+        Ok(match preferred(period_s, &evidence) {
             Preferred::MovingOn => Self { held: as_read, open_hold_s: None, warning: None },
             Preferred::OpenMovingOn => {
                 Self { held: as_read, open_hold_s: Some(period_s), warning: None }

@@ -5,6 +5,12 @@
 //! period, which no model does. Of one that is held, the first has a delay of half a period: it fits nearly as well, and
 //! a logger may have such a delay. So the data can exclude that the steering is held, but not that it moves on.
 //!
+//! These models have one speed. Where the speed varies, the difference of their fits is that of what they lack, in either
+//! direction and however many samples there are. So the delay of a bicycle with the speed of each sample
+//! ([`crate::structures::bicycle::reference`]) after the steering as it was read has to agree: half a period where it is
+//! held, and none where it moves on and nothing else delays it. At one speed that delay may exclude a hold, but a drive may
+//! leave it open whether there is a delay or a lag, so that a hold does not need it.
+//!
 //! Where it stays open, the steering is read as moving on unless half a period matters and it is likelier to
 //! be held; the truth may be the other one.
 
@@ -24,6 +30,36 @@ const EXCLUDED: f64 = 20.0;
 /// positive evidence (Kass and Raftery 1995).
 const PREFERRED: f64 = 2.0;
 
+/// Delay of a steering that is held, in its periods, where it is read as moving on.
+const HOLD: f64 = 0.5;
+/// Standard errors from which a delay is certain.
+const CLEAR: f64 = 2.0;
+
+/// What the data show of a steering between its samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct HoldEvidence {
+    /// Least criterion of the models of one speed by a steering that moves on.
+    pub(crate) moving_on: Option<f64>,
+    /// … and by one that is held.
+    pub(crate) held: Option<f64>,
+    /// Delay of a bicycle with the speed of each sample after the steering as it moves on, with its standard error, s.
+    pub(crate) delay_s: Option<[f64; 2]>,
+    /// Whether the speed hardly varies.
+    pub(crate) is_one_speed: bool,
+}
+
+impl HoldEvidence {
+    /// Whether the delay is certainly rather that of a hold than none.
+    fn is_delayed(&self, period_s: f64) -> bool {
+        self.delay_s.is_some_and(|[delay, error]| delay - CLEAR * error > 0.5 * HOLD * period_s)
+    }
+
+    /// Whether a steering that is held would certainly lead the yaw rate.
+    fn would_lead(&self, period_s: f64) -> bool {
+        self.delay_s.is_some_and(|[delay, error]| delay + CLEAR * error < HOLD * period_s)
+    }
+}
+
 /// What the data prefer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Preferred {
@@ -35,13 +71,18 @@ pub(crate) enum Preferred {
     OpenHeld,
 }
 
-/// By the least criteria of models of a steering that moves on and of one that is held over `period_s`. Where half a period
-/// changes the response by less than a pass may leave uncertain, the steering stays as it was read.
-pub(crate) fn preferred(period_s: f64, moving_on: Option<f64>, held: Option<f64>) -> Preferred {
+/// By the evidence of a steering that moves on and of one that is held over `period_s`. Where half a period changes the
+/// response by less than a pass may leave uncertain, the steering stays as it was read.
+pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
     let matters = 0.5 * TAU * HIGHEST_HZ * period_s > LARGEST_GAIN_ERROR;
-    match moving_on.zip(held).map(|(moving_on, held)| held - moving_on) {
-        Some(more) if more > EXCLUDED => Preferred::MovingOn,
-        Some(more) if more < -PREFERRED && matters => Preferred::OpenHeld,
+    let is_delayed = evidence.is_delayed(period_s);
+    let (may_move_on, may_be_held) = match evidence.is_one_speed {
+        true => (true, !evidence.would_lead(period_s)),
+        false => (!is_delayed, is_delayed),
+    };
+    match evidence.moving_on.zip(evidence.held).map(|(moving_on, held)| held - moving_on) {
+        Some(more) if more > EXCLUDED && may_move_on => Preferred::MovingOn,
+        Some(more) if more < -PREFERRED && may_be_held && matters => Preferred::OpenHeld,
         _ => Preferred::OpenMovingOn,
     }
 }
@@ -98,14 +139,40 @@ pub(crate) fn widened(
 mod tests {
     use super::*;
 
+    fn by(moving_on: Option<f64>, held: Option<f64>) -> HoldEvidence {
+        HoldEvidence { moving_on, held, delay_s: Some([0.05, 0.01]), is_one_speed: true }
+    }
+
     #[test]
     fn only_a_steering_that_moves_on_is_certain() {
-        assert_eq!(preferred(0.1, Some(-1000.0), Some(-950.0)), Preferred::MovingOn);
-        assert_eq!(preferred(0.1, Some(-1000.0), Some(-990.0)), Preferred::OpenMovingOn);
-        assert_eq!(preferred(0.1, Some(-1000.0), Some(-1001.0)), Preferred::OpenMovingOn);
-        assert_eq!(preferred(0.1, Some(-1000.0), Some(-1100.0)), Preferred::OpenHeld);
-        assert_eq!(preferred(0.01, Some(-1000.0), Some(-1100.0)), Preferred::OpenMovingOn);
-        assert_eq!(preferred(0.1, None, Some(0.0)), Preferred::OpenMovingOn);
-        assert_eq!(preferred(0.1, Some(f64::NAN), Some(0.0)), Preferred::OpenMovingOn);
+        let of = |period_s, moving_on, held| preferred(period_s, &by(moving_on, held));
+        assert_eq!(of(0.1, Some(-1000.0), Some(-950.0)), Preferred::MovingOn);
+        assert_eq!(of(0.1, Some(-1000.0), Some(-990.0)), Preferred::OpenMovingOn);
+        assert_eq!(of(0.1, Some(-1000.0), Some(-1001.0)), Preferred::OpenMovingOn);
+        assert_eq!(of(0.1, Some(-1000.0), Some(-1100.0)), Preferred::OpenHeld);
+        assert_eq!(of(0.01, Some(-1000.0), Some(-1100.0)), Preferred::OpenMovingOn);
+        assert_eq!(of(0.1, None, Some(0.0)), Preferred::OpenMovingOn);
+        assert_eq!(of(0.1, Some(f64::NAN), Some(0.0)), Preferred::OpenMovingOn);
+    }
+
+    /// Whatever models of one speed prefer.
+    #[test]
+    fn the_delay_at_the_speed_of_each_sample_has_to_agree() {
+        let by_more = |more: f64| (Some(-1000.0), Some(-1000.0 + more));
+        let [is_held, moves_on] = [-100.0, 50.0].map(by_more);
+        let of = |(moving_on, held), delay_s, is_one_speed| {
+            let evidence = HoldEvidence { delay_s, is_one_speed, ..by(moving_on, held) };
+            preferred(0.1, &evidence)
+        };
+        let (none, half, unknown) = (Some([0.0, 0.01]), Some([0.05, 0.01]), Some([0.05, 0.05]));
+        for delay_s in [none, half, unknown, None] {
+            let held = if delay_s == none { Preferred::OpenMovingOn } else { Preferred::OpenHeld };
+            assert_eq!(of(is_held, delay_s, true), held, "{delay_s:?}");
+            assert_eq!(of(moves_on, delay_s, true), Preferred::MovingOn, "{delay_s:?}");
+            let held = if delay_s == half { Preferred::OpenHeld } else { Preferred::OpenMovingOn };
+            assert_eq!(of(is_held, delay_s, false), held, "{delay_s:?}");
+            let moves = if delay_s == half { Preferred::OpenMovingOn } else { Preferred::MovingOn };
+            assert_eq!(of(moves_on, delay_s, false), moves, "{delay_s:?}");
+        }
     }
 }

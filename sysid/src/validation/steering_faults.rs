@@ -19,11 +19,18 @@ pub(crate) struct SteeringFaults {
     pub(crate) yaw_rate_lead_s: Option<f64>,
     /// It comes so much later than the steering, s, which is later than a vehicle's.
     pub(crate) yaw_rate_lag_s: Option<f64>,
+    /// Delay of the yaw rate after the steering as it was read, with its standard error, s, by a bicycle with the speed
+    /// of each sample; no fault by itself.
+    pub(crate) delay_s: Option<[f64; 2]>,
 }
 
 impl SteeringFaults {
     /// Those of a log of steering and yaw rate.
     pub(crate) fn of(log: &DriveLog) -> Self {
+        let is_even = |signal: &Vec<f64>| signal.len() == log.len();
+        if !(is_even(&log.output) && log.speed.as_ref().is_none_or(is_even)) {
+            return Self::default();
+        }
         let pairs = pairs(log);
         let Some(reference) = Reference::new(&pairs, log.sample_time_s) else {
             return Self::default();
@@ -35,6 +42,7 @@ impl SteeringFaults {
         let to_road_wheel = reference.unit / log.steering_ratio;
         let open_s = 0.5 * log.sample_time_s;
         Self {
+            delay_s: recorded.delay_error_s().map(|error| [recorded.delay_s(), error]),
             play_rad: play(&reference, &recorded)
                 .map(|(width, error)| (width * to_road_wheel, error * to_road_wheel)),
             yaw_rate_lead_s: yaw_rate_lead(&reference, &recorded, open_s),

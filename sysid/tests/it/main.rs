@@ -16,6 +16,8 @@ mod held_input;
 #[path = "../known/mod.rs"]
 mod known;
 mod known_drives;
+mod linear_car;
+mod open_hold;
 mod recovery;
 mod refine;
 mod selection;
@@ -24,3 +26,4 @@ mod sideslip;
 mod single_track;
 mod steering_faults;
 mod validate;
+mod vehicle_class;

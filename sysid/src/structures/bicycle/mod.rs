@@ -17,6 +17,7 @@ mod simulate;
 mod simulation;
 mod uncertainty;
 mod validate;
+mod wheelbase;
 
 use crate::Error;
 use crate::data::moving::{least_speed, moving};
@@ -43,6 +44,7 @@ pub(crate) use crate::structures::bicycle::response::{
     response_errors, response_in_gentle_driving,
 };
 pub use crate::structures::bicycle::validate::validate_bicycle;
+pub(crate) use crate::structures::bicycle::wheelbase::wheelbase;
 
 /// A bicycle with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]

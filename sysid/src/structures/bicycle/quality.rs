@@ -5,6 +5,7 @@
 use crate::structures::bicycle::evidence::Known;
 use crate::structures::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
 use crate::structures::bicycle::response::{response, response_errors};
+use crate::structures::bicycle::uncertainty::LARGEST_ERROR;
 use crate::structures::held::with_open_hold;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::modelled::bandwidth_hz;
@@ -21,9 +22,6 @@ use crate::validation::vehicle_class::implausible_vehicle;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode, VehicleData};
-
-/// Relative standard error of the yaw rate's gain beyond which it is undetermined.
-const LARGEST_ERROR: f64 = 0.15;
 
 impl Known<'_> {
     pub(super) fn quality(&self, e: &BicycleEvidence, vehicle: &VehicleData) -> Quality {

@@ -13,7 +13,7 @@ use crate::structures::bicycle::parameters::{
     DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET,
 };
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment};
-use crate::validation::pairs::Pair;
+use crate::validation::pairs::{Pair, jackknife};
 use faer::Mat;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 
@@ -63,6 +63,8 @@ struct Part<'a> {
 /// A fitted reference.
 pub(crate) struct Fitted {
     estimate: Estimate,
+    /// Place of the delay among the parameters that are fitted.
+    delay_at: Option<usize>,
     blocks: Vec<Sums>,
 }
 
@@ -73,9 +75,22 @@ struct Sums {
     curvature: Mat<f64>,
 }
 
+/// A parameter's step, and the gradient over −2 that it follows.
+struct Step {
+    step: f64,
+    gradient: f64,
+}
+
 impl Fitted {
     pub(crate) fn delay_s(&self) -> f64 {
         self.estimate.parameters[DELAY]
+    }
+
+    /// Standard error of the delay, s, by the block jackknife; `None` where it was fixed.
+    pub(crate) fn delay_error_s(&self) -> Option<f64> {
+        let at = self.delay_at?;
+        let without: Vec<f64> = (0..BLOCKS).map(|b| self.step_without(b)[at].step).collect();
+        Some(jackknife(&without)).filter(|error| error.is_finite())
     }
 
     /// Sum of squares that is left.
@@ -86,11 +101,17 @@ impl Fitted {
     /// The same of all blocks but one, with the parameters that suit those.
     pub(crate) fn left_without(&self, block: usize) -> f64 {
         let others = self.blocks.iter().enumerate().filter(|(b, _)| *b != block);
+        let squares: f64 = others.map(|(_, b)| b.squares).sum();
+        let gained: f64 = self.step_without(block).iter().map(|s| s.step * s.gradient).sum();
+        if gained.is_finite() { (squares - gained).max(0.0) } else { squares }
+    }
+
+    /// Gauss and Newton's step of each parameter without one of the blocks.
+    fn step_without(&self, block: usize) -> Vec<Step> {
+        let others = self.blocks.iter().enumerate().filter(|(b, _)| *b != block);
         let n = self.blocks[block].gradient.nrows();
-        let (mut squares, mut gradient, mut curvature) =
-            (0.0, Mat::<f64>::zeros(n, 1), Mat::<f64>::zeros(n, n));
+        let (mut gradient, mut curvature) = (Mat::<f64>::zeros(n, 1), Mat::<f64>::zeros(n, n));
         for (_, b) in others {
-            squares += b.squares;
             gradient += &b.gradient;
             curvature += &b.curvature;
         }
@@ -102,8 +123,7 @@ impl Fitted {
         });
         let right = Mat::from_fn(n, 1, |i, _| gradient[(i, 0)] / scale[i]);
         let step = solve(normal.as_ref(), right.as_ref());
-        let gained: f64 = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
-        if gained.is_finite() { (squares - gained).max(0.0) } else { squares }
+        (0..n).map(|i| Step { step: step[(i, 0)] / scale[i], gradient: gradient[(i, 0)] }).collect()
     }
 }
 
@@ -237,5 +257,6 @@ fn fitted(problem: &Problem<'_>, estimate: Estimate) -> Result<Option<Fitted>, E
             taken += 1;
         }
     }
-    Ok(Some(Fitted { estimate, blocks }))
+    let delay_at = problem.free.iter().position(|i| *i == DELAY);
+    Ok(Some(Fitted { estimate, delay_at, blocks }))
 }

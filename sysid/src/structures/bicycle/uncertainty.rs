@@ -17,6 +17,8 @@ use steerwright_formats::VehicleDirection;
 const OWN: usize = ALL - PARAMETERS;
 /// Blocks of time whose scores are summed.
 const BLOCKS: usize = 20;
+/// Relative standard error of the yaw rate's gain beyond which it is undetermined.
+pub(super) const LARGEST_ERROR: f64 = 0.15;
 
 /// Covariance of all parameters, zero for those that are not free.
 pub(super) fn covariance(

@@ -135,6 +135,7 @@ pub(crate) fn identify_judged(
         input_kind: options.input_kind,
         steering_ratio: log.steering_ratio,
         vehicle_class: log.vehicle_class,
+        wheelbase: steering.wheelbase(),
         delay_s: delay.seconds,
         sample_time_s: data.sample_time,
         model: &model,

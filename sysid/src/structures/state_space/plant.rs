@@ -102,6 +102,8 @@ pub(crate) struct Outcome<'a> {
     pub(crate) input_kind: InputKind,
     pub(crate) steering_ratio: f64,
     pub(crate) vehicle_class: Option<VehicleClass>,
+    /// Wheelbase of the drive with its standard error, m, where that is determined.
+    pub(crate) wheelbase: Option<[f64; 2]>,
     pub(crate) delay_s: f64,
     pub(crate) sample_time_s: f64,
     pub(crate) model: &'a StateSpace,
@@ -155,7 +157,7 @@ impl Outcome<'_> {
             zeros: &map.continuous_zeros,
             spreads: &map.continuous_zero_spreads,
         });
-        implausible.extend(implausible_vehicle(self.vehicle_class, None, speed_mps));
+        implausible.extend(implausible_vehicle(self.vehicle_class, self.wheelbase, speed_mps));
         evidence.poles_and_zeros = Some(map);
         evidence.conversion_round_trip = self.continuous.map(|c| c.round_trip);
         let point = self.operating_point();

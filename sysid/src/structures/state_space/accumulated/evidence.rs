@@ -75,6 +75,7 @@ impl Accumulated {
             input_kind: self.input_kind,
             steering_ratio: self.steering_ratio,
             vehicle_class: None,
+            wheelbase: None,
             delay_s: 0.0,
             sample_time_s: step,
             model: &model,
