@@ -2,6 +2,7 @@
 
 use crate::failure::{BAD_INPUT, Failure, Outcome};
 use crate::output::{Files, Kind, Outputs};
+use crate::program::GUARDED_BY;
 use crate::progress::Progress;
 use crate::{Global, console, program, quantity};
 use serde::Serialize;
@@ -16,6 +17,9 @@ use steerwright_sweep::{
     Cause, FailureSummary, Finished, MetricSummary, Options, Piece, Requirement, Study, Summary,
     Sweep,
 };
+
+/// How long `merge` waits for the FMUs, as a sweep does without --timeout.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Run a Monte Carlo study: simulate a system of FMUs many times and evaluate every run
 ///
@@ -121,30 +125,48 @@ impl Arguments {
 impl Arguments {
     /// Whether it calls FMUs in its own process.
     pub(crate) fn calls_fmus(&self) -> bool {
-        self.merge.is_none() && !self.isolate && !self.serve
+        // With --isolate, too, and to merge, FMUs are instantiated to prepare the study.
+        !self.serve
     }
 
     /// What is left of a sweep that began then and whose process did not come to its end.
     pub(crate) fn kept(&self, began: SystemTime) -> Option<String> {
+        if self.merge.is_some() {
+            return None;
+        }
         if self.shard.is_some() {
-            return Some("the piece is not kept; with --isolate such a run is a row".into());
+            let isolate = if self.isolate { "" } else { "; with --isolate such a run is a row" };
+            return Some(format!("the piece is not kept{isolate}"));
         }
         let out = self.out();
         let written = std::fs::metadata(out).and_then(|file| file.modified()).ok()?;
         if written < began {
             return None;
         }
-        Some(format!(
-            "{} has the runs that were done: continue with --resume --isolate, where such a run is a row",
-            out.display()
-        ))
+        let how = if self.isolate { "" } else { " --isolate, where such a run is a row" };
+        Some(format!("{} has the runs that were done: continue with --resume{how}", out.display()))
     }
 }
 
-fn prepared(study: &Study) -> Result<Sweep, Failure> {
+/// A study whose FMUs are instantiated and, where `is_tried`, make a first step; ends the process where that hangs.
+fn prepared(study: &Study, limit: Duration, is_tried: bool) -> Result<Sweep, Failure> {
+    let (done, wait) = mpsc::channel::<()>();
+    std::thread::spawn(move || {
+        if wait.recv_timeout(limit) == Err(mpsc::RecvTimeoutError::Timeout) {
+            let limit = limit.as_secs_f64();
+            let problem = format!("an FMU does not return within {limit} s, before the first run");
+            Failure::new(problem, "increase --timeout, or try the FMU with check --run")
+                .exit(BAD_INPUT)
+        }
+    });
     // Our FMUs reset exactly, which a test verifies; for others the study states it.
     let resets = |tool: &str| tool.starts_with("steerwright ");
-    Ok(Sweep::prepare(study, &steerwright_packaging::ssp::MEASUREMENTS, &resets)?)
+    let sweep = Sweep::prepare(study, &steerwright_packaging::ssp::MEASUREMENTS, &resets)?;
+    if is_tried {
+        sweep.try_first_step(study)?;
+    }
+    drop(done);
+    Ok(sweep)
 }
 
 fn merge(arguments: &MergeArguments, global: &Global) -> Result<Outcome, Failure> {
@@ -152,7 +174,8 @@ fn merge(arguments: &MergeArguments, global: &Global) -> Result<Outcome, Failure
     let inputs = study.files().into_iter().chain([arguments.study.clone()]);
     let inputs: Vec<PathBuf> = inputs.chain(arguments.pieces.iter().cloned()).collect();
     Outputs::new(global.force, &inputs).file(&arguments.out, Kind::SweepResults)?;
-    let finished = prepared(&study)?.merge(&arguments.pieces, &arguments.out, global.force)?;
+    let sweep = prepared(&study, PATIENCE, false)?;
+    let finished = sweep.merge(&arguments.pieces, &arguments.out, global.force)?;
     report(finished, Some(arguments.out.clone()), Vec::new())
 }
 
@@ -178,16 +201,13 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let study = Study::open(arguments.study())?;
     let trajectories = decide(arguments, global, &study)?;
-    let sweep = prepared(&study)?;
-    if let Some(files) = &trajectories {
-        files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
-    }
-    let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
-    let timeout = timeout.ok_or_else(|| {
+    let limit = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
+    let limit = limit.ok_or_else(|| {
         Failure::new("--timeout: not above 0", "state the longest duration of a run, such as 60s")
     })?;
-    if !(arguments.isolate || arguments.serve) {
-        try_first_step(&study, &sweep, timeout)?;
+    let sweep = prepared(&study, limit, !(arguments.isolate || arguments.serve))?;
+    if let Some(files) = &trajectories {
+        files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
     }
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
@@ -205,7 +225,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         overwrite: global.force,
         trajectories: arguments.trajectories.clone().map(|dir| (dir, arguments.of.clone())),
         isolate: if arguments.isolate { Some(&start) } else { None },
-        timeout: Some(timeout),
+        timeout: Some(limit),
         // The thread that hangs cannot be waited for.
         hung: &|run, rows| {
             if stop.load(Ordering::Relaxed) {
@@ -313,21 +333,6 @@ fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
     warnings
 }
 
-/// Whether a first step can be made at all; ends the process where it hangs.
-fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(), Failure> {
-    let (done, wait) = mpsc::channel::<()>();
-    std::thread::spawn(move || {
-        if wait.recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Timeout) {
-            let problem = format!("the first step takes longer than {} s", timeout.as_secs_f64());
-            Failure::new(problem, "increase --timeout, or try the FMU with check --run")
-                .exit(BAD_INPUT)
-        }
-    });
-    let tried = sweep.try_first_step(study);
-    drop(done);
-    Ok(tried?)
-}
-
 /// The error of an FMU that does not return.
 fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure {
     let (out, limit) = (arguments.out().display(), arguments.timeout);
@@ -345,7 +350,7 @@ fn isolated(arguments: &Arguments) -> Command {
     // Without the path of this program, the start fails with an error.
     let (program, first) = program::words().unwrap_or_default();
     let mut command = Command::new(program);
-    command.args(first);
+    command.env_remove(GUARDED_BY).args(first);
     command.arg("sweep").arg(arguments.study()).arg("--serve");
     command.arg("--timeout").arg(format!("{}s", arguments.timeout));
     if let Some(folder) = &arguments.trajectories {

@@ -325,6 +325,45 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     assert!(table.contains("error: the process ended: "), "{table}");
 }
 
+/// However the runs are shared out, FMUs are instantiated before the first one.
+#[test]
+fn an_fmu_that_ends_the_process_or_hangs_before_the_first_run_is_an_error() {
+    use crate::crashing::{Behaviour, binary_path, library, xml, zip_of};
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("study.toml");
+    fs::write(&file, CRASHING).unwrap();
+    let described = xml(("u", ""), ("y", ""));
+    for (behaviour, expected) in [
+        (Behaviour::EndsLoaded, "ended with exit status: 0 before the command was done"),
+        (Behaviour::EndsInstantiated, "ended with exit status: 0 before the command was done"),
+        (Behaviour::Uninstantiable, "an FMU does not return within 1 s, before the first run"),
+    ] {
+        let Some(library) = library(behaviour) else { return };
+        let files = [("modelDescription.xml", described.as_bytes()), (&binary_path(), library)];
+        fs::write(folder.path().join("crashing.fmu"), zip_of(&files)).unwrap();
+        let of_all =
+            [&["--isolate"][..], &["--shard", "0/2"], &["--shard", "0/2", "--isolate"], &[]];
+        for more in of_all {
+            let output = sweep(folder.path(), &file, &[more, &["--timeout", "1s"]].concat());
+            let text = text_of(&output);
+            assert_eq!(output.status.code(), Some(2), "{more:?}: {text}");
+            assert!(text.contains(expected), "{more:?}: {text}");
+        }
+        let piece = folder.path().join("piece.csv");
+        fs::write(&piece, "").unwrap();
+        let words = ["sweep", "merge", "study.toml", "piece.csv"].map(std::ffi::OsStr::new);
+        if !expected.contains("return") {
+            let output = steerwright(folder.path(), &words);
+            assert_eq!(output.status.code(), Some(2), "{}", text_of(&output));
+            assert!(text_of(&output).contains(expected), "{}", text_of(&output));
+        }
+    }
+    let mut left: Vec<_> =
+        fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["crashing.fmu", "piece.csv", "study.toml"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_cleanly_and_is_resumed() {

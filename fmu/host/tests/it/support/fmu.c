@@ -6,6 +6,8 @@
  * BROKEN: fmi2GetVersion says 1.0
  * PYTHON: calls a function of a library that it does not link
  * HANGING: no step ends
+ * ENDS_PROCESS: the library ends the process when it is loaded; 2: when it is instantiated
+ * UNINSTANTIABLE: fmi2Instantiate does not return
  *
  * Value references: 0 u, 1 y, 2 gain, 3 offset (Real); 4 misbehaviour, 5 steps, 10 living states of
  * the library, 11 living instances of the library (Integer); 6 enabled, 7 y > 0 (Boolean);
@@ -92,6 +94,9 @@ EXPORT Status fmi2SetDebugLogging(Component c, int on, size_t n, const char *con
         if (strcmp(names[i], "logStatusError")) return say(c, ERROR, "unknown category");
     return OK;
 }
+#if ENDS_PROCESS == 1
+__attribute__((constructor)) static void end_process(void) { _Exit(0); }
+#endif
 static void start(State *s) {
     memset(s, 0, sizeof *s);
     s->gain = 1; s->enabled = 1; s->phase = I;
@@ -100,6 +105,12 @@ static void start(State *s) {
 EXPORT Component fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                                  const Callbacks *callbacks, int visible, int logging) {
     (void)visible; (void)logging;
+#if ENDS_PROCESS == 2
+    _Exit(0);
+#endif
+#ifdef UNINSTANTIABLE
+    hang();
+#endif
     if (type != 1 || strcmp(guid, "{test-guid}")) {
         callbacks->logger(callbacks->environment, name, ERROR, "logStatusError",
                           "the GUID is %s", guid);

@@ -23,11 +23,17 @@ pub(crate) enum Behaviour {
     Python,
     /// An integrator of which no step ends.
     Hanging,
+    /// Ends the process, with status 0, when it is loaded.
+    EndsLoaded,
+    /// The same when it is instantiated.
+    EndsInstantiated,
+    /// An instantiation does not end.
+    Uninstantiable,
 }
 
 /// The compiled library's bytes, or `None`, said on stdout, where there is no C compiler.
 pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
-    static BUILT: [OnceLock<Option<Vec<u8>>>; 7] = [const { OnceLock::new() }; 7];
+    static BUILT: [OnceLock<Option<Vec<u8>>>; 10] = [const { OnceLock::new() }; 10];
     let flags: &[&str] = match behaviour {
         Behaviour::Integrator => &["-DKIND=0"],
         Behaviour::Gain => &["-DKIND=1"],
@@ -36,6 +42,9 @@ pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
         Behaviour::Version1 => &["-DKIND=0", "-DBROKEN"],
         Behaviour::Python => &["-DKIND=0", "-DPYTHON"],
         Behaviour::Hanging => &["-DKIND=0", "-DHANGING"],
+        Behaviour::EndsLoaded => &["-DKIND=0", "-DENDS_PROCESS=1"],
+        Behaviour::EndsInstantiated => &["-DKIND=0", "-DENDS_PROCESS=2"],
+        Behaviour::Uninstantiable => &["-DKIND=0", "-DUNINSTANTIABLE"],
     };
     BUILT[behaviour as usize].get_or_init(|| compile(flags)).as_deref()
 }
