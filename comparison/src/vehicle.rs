@@ -6,11 +6,12 @@
 //! one did not has the errors of that.
 
 use crate::Error;
+use std::borrow::Cow;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::Vehicle;
 use steerwright_models::{Error as ModelError, NonlinearVehicle, files};
-use steerwright_sysid::{Validated, fit_percent};
+use steerwright_sysid::{Validated, fit_percent, held_as};
 
 /// Validates a vehicle on a drive, with the recorded speed, or its own where none was recorded. The last
 /// `validation_fraction` of the samples is validation data.
@@ -22,6 +23,10 @@ pub(crate) fn validate_vehicle(
     validation_fraction: f64,
     vehicle: &Vehicle,
 ) -> Result<Validated, Error> {
+    let log = &*match &vehicle.evidence {
+        Some(e) => held_as(log, &e.channels, e.open_hold_s.is_some(), None)?,
+        None => Cow::Borrowed(log),
+    };
     let first = ((1.0 - validation_fraction) * log.len() as f64).round() as usize;
     let mut simulated = Vec::with_capacity(log.len());
     for segment in &log.segments {

@@ -25,6 +25,9 @@ pub struct VehicleEvidence {
     pub lateral_acceleration_mps2: f64,
     /// Roles of the channels that were fitted.
     pub fitted: Vec<String>,
+    /// Period of the steering, s, where the data do not determine whether it is held between its samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open_hold_s: Option<f64>,
     /// Free simulation of the estimation data.
     pub estimation: SimulationFit,
     /// Free simulation of the validation data.
@@ -131,6 +134,7 @@ impl VehicleEvidence {
             largest_steering_rate_radps: Some(self.largest_steering_rate_radps),
             with_delay: WithDelay::default(),
             channels: self.channels.clone(),
+            open_hold_s: self.open_hold_s,
             warnings: self.warnings.clone(),
             ..BicycleEvidence::default()
         }
@@ -140,6 +144,9 @@ impl VehicleEvidence {
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
         check_fields!(c.finite(self, at): lateral_acceleration_mps2 spin_margin);
+        if let Some(period) = self.open_hold_s {
+            c.positive(period, &format!("{at}open_hold_s"));
+        }
         let fits = [(Some(self.estimation), "estimation"), (self.validation, "validation")];
         for (fit, key) in fits {
             let Some(fit) = fit else { continue };

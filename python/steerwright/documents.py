@@ -721,6 +721,8 @@ class VehicleEvidence(Record):
     speed."""
     fitted: tuple[str, ...]
     """Roles of the channels that were fitted."""
+    open_hold_s: Union[float, None]
+    """Period of the steering, s, where the data do not determine whether it is held between its samples."""
     estimation: SimulationFit
     """Free simulation of the estimation data."""
     validation: Union[SimulationFit, None]

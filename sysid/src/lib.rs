@@ -52,4 +52,4 @@ pub use structures::state_space::plant::{Identified, Traces};
 pub use structures::state_space::{Automatic, TriedOrder, automatic, identify};
 pub use structures::{bicycle, single_track, torque};
 pub use subspace::Weighting;
-pub use validation::validate::{Validated, validate, validate_plant};
+pub use validation::validate::{Validated, held_as, validate, validate_plant};

@@ -6,9 +6,11 @@ use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::structures::bicycle::wheelbase;
-use crate::validation::open_hold::{HoldEvidence, Preferred, preferred, with_half_a_period};
+use crate::validation::open_hold::{HoldEvidence, Preferred, preferred};
 use crate::validation::steering_faults::SteeringFaults;
-use crate::validation::uncertain_response::{ResponseError, uncertain_response};
+use crate::validation::uncertain_response::{
+    ResponseError, uncertain_response, with_half_a_period,
+};
 use std::borrow::Cow;
 use std::cell::OnceCell;
 use steerwright_drivelog::signal::{mean, standard_deviation};

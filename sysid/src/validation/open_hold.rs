@@ -17,7 +17,7 @@
 use crate::data::held_input::ContinuousResponse;
 use crate::model::StateSpace;
 use crate::model::conversion::ContinuousModel;
-use crate::validation::uncertain_response::{HIGHEST_HZ, LARGEST_GAIN_ERROR, ResponseError};
+use crate::validation::uncertain_response::{HIGHEST_HZ, LARGEST_GAIN_ERROR};
 use faer::c64;
 use std::f64::consts::TAU;
 use steerwright_formats::{NORMAL_95, Uncertainty};
@@ -85,15 +85,6 @@ pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
         Some(more) if more < -PREFERRED && may_be_held && matters => Preferred::OpenHeld,
         _ => Preferred::OpenMovingOn,
     }
-}
-
-/// Standard errors of a response that also cover half a period of phase.
-pub(crate) fn with_half_a_period(errors: &[ResponseError], period_s: f64) -> Vec<ResponseError> {
-    let wider = |e: &ResponseError| {
-        let half = 0.5 * TAU * e.frequency_hz * period_s;
-        ResponseError { phase_rad: e.phase_rad + half / NORMAL_95, ..*e }
-    };
-    errors.iter().map(wider).collect()
 }
 
 /// What to do about a hold that is open and matters.

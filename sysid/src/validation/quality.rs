@@ -50,10 +50,7 @@ pub(crate) fn quality(
     let weak = !reasons.is_empty();
     if !weak {
         reasons.extend(uncertain_response(&drive.response_errors));
-        let is_uncertain = reasons.iter().any(|r| r.code == ReasonCode::UncertainPhase);
-        if let Some(period_s) = drive.open_hold_s.filter(|_| is_uncertain) {
-            advice.push(open_hold::advice(period_s));
-        }
+        advice.extend(drive.open_hold_s.map(open_hold::advice));
         // Windows of accumulated drives have no blocks of time.
         if let Some(h) = evidence.held_out.as_ref().filter(|h| h.selection != "windows") {
             reasons.extend(short_validation(h.fit_standard_error, h.blocks));

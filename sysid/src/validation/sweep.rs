@@ -26,7 +26,7 @@ pub(crate) struct Drive<'a> {
     pub(crate) implausible: Vec<(Reason, String)>,
     /// What is known of the response at the frequencies that count.
     pub(crate) response_errors: Vec<ResponseError>,
-    /// Period of a steering, s, of which it is open whether it is held between its samples.
+    /// Period of a steering, s, where a pass depends on whether it is held between its samples.
     pub(crate) open_hold_s: Option<f64>,
 }
 

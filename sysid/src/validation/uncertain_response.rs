@@ -2,7 +2,7 @@
 //! the frequencies at which a yaw controller works. The rule is the same for every structure.
 
 use crate::validation::bands::inside;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use steerwright_formats::{ExcitationBand, Grade, Reason, ReasonCode, Uncertainty};
 
 /// From a lane change to the crossover of a fast yaw loop, Hz.
@@ -21,6 +21,8 @@ pub(crate) struct ResponseError {
     pub(crate) gain: f64,
     /// Of the phase.
     pub(crate) phase_rad: f64,
+    /// By which the phase is wrong where the steering, held or not, was read the other way; 0 where that is known.
+    pub(crate) open_phase_rad: f64,
 }
 
 impl ResponseError {
@@ -28,7 +30,7 @@ impl ResponseError {
     pub(crate) fn all(mut errors: impl FnMut(f64) -> Option<[f64; 2]>) -> Vec<Self> {
         let at = |frequency_hz: f64| {
             let [gain, phase_rad] = errors(frequency_hz).unwrap_or([f64::INFINITY; 2]);
-            Self { frequency_hz, gain, phase_rad }
+            Self { frequency_hz, gain, phase_rad, open_phase_rad: 0.0 }
         };
         FREQUENCIES_HZ.map(at).to_vec()
     }
@@ -46,6 +48,15 @@ impl ResponseError {
             }
         })
     }
+}
+
+/// The standard errors of a response with a steering that may be held over `period_s` instead, or move on instead.
+pub(crate) fn with_half_a_period(errors: &[ResponseError], period_s: f64) -> Vec<ResponseError> {
+    let open = |e: &ResponseError| ResponseError {
+        open_phase_rad: 0.5 * TAU * e.frequency_hz * period_s,
+        ..*e
+    };
+    errors.iter().map(open).collect()
 }
 
 /// The reasons for which the response is too uncertain for a pass.
@@ -68,11 +79,17 @@ pub(crate) fn uncertain_response(errors: &[ResponseError]) -> Vec<Reason> {
         let reason = Reason::new(ReasonCode::UncertainGain, Grade::Warn, message);
         reasons.push(reason.compared(percent, limit, "%"));
     }
-    if let Some((error, hz)) = worst(|e| e.phase_rad)
+    // The phase is that of one reading: the other is no standard error, but wrong by all of it.
+    let open = errors.iter().map(|e| e.open_phase_rad).fold(0.0, f64::max);
+    if let Some((error, hz)) = worst(|e| e.phase_rad + e.open_phase_rad)
         && (error.is_nan() || error > LARGEST_PHASE_ERROR_RAD)
     {
         let (degrees, limit) = (error.to_degrees(), LARGEST_PHASE_ERROR_RAD.to_degrees());
-        let message = if error < 1.0 {
+        let message = if error < 1.0 && open > 0.0 {
+            format!(
+                "the phase at {hz} Hz may be wrong by {degrees:.0}°, above {limit:.0}°: it is open whether the steering is held between its samples"
+            )
+        } else if error < 1.0 {
             format!(
                 "the standard error of the phase at {hz} Hz is {degrees:.0}°, above {limit:.0}°"
             )
@@ -104,6 +121,17 @@ mod tests {
         let both = [ReasonCode::UncertainGain, ReasonCode::UncertainPhase];
         assert_eq!(codes([known, known, [f64::NAN, f64::NAN]]), both);
         assert_eq!(uncertain_response(&ResponseError::all(|_| None)).len(), 2);
+    }
+
+    #[test]
+    fn a_hold_that_is_open_counts_whole() {
+        let known = ResponseError::all(|_| Some([0.02, 0.02]));
+        let of = |period_s| uncertain_response(&with_half_a_period(&known, period_s));
+        assert_eq!(of(0.02), []);
+        // Half a period of 0.05 s is 18° at 2 Hz.
+        let [reason] = &of(0.05)[..] else { panic!() };
+        assert_eq!(reason.code, ReasonCode::UncertainPhase);
+        assert!(reason.message.starts_with("the phase at 2 Hz may be wrong by 19°, above 15°: "));
     }
 
     #[test]

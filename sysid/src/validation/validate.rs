@@ -82,7 +82,10 @@ pub fn validate_plant(
 
 /// The log with its steering held as that of a model was, whose evidence has these channels and was held for this
 /// vehicle. Where both logs leave it open whether the steering is held, it is read as the model's own was.
-pub(crate) fn held_as<'a>(
+///
+/// # Errors
+/// [`Error`] where the vehicle's matrices have other shapes or no finite numbers.
+pub fn held_as<'a>(
     log: &'a DriveLog,
     channels: &[ChannelSummary],
     is_open: bool,

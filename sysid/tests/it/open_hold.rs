@@ -1,8 +1,10 @@
 //! Whether the steering of linear cars is held between its samples, over speeds, rates and lags.
 
 use crate::linear_car::{CAR, LinearCar, Pattern};
-use steerwright_formats::BicycleEvidence;
+use steerwright_drivelog::Intersample;
+use steerwright_formats::{BicycleEvidence, Grade, ReasonCode};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::single_track::{IdentifyVehicleOptions, identify_vehicle};
 
 fn identified(drive: LinearCar) -> BicycleEvidence {
     let found = identify_bicycle(&drive.log(), &BicycleOptions::default()).unwrap();
@@ -15,6 +17,35 @@ fn value(e: &BicycleEvidence, name: &str) -> f64 {
 
 fn is_read_as_held(e: &BicycleEvidence) -> bool {
     e.warnings.iter().any(|w| w.contains("read as held"))
+}
+
+/// A vehicle reads the steering as the other structures do, and is no pass where that is open and matters.
+#[test]
+fn a_vehicle_is_no_pass_by_a_steering_that_may_be_held() {
+    let drive = LinearCar {
+        pattern: Pattern::Multisine,
+        rate_hz: 20.0,
+        is_held: true,
+        seed: 3,
+        mean_mps: 22.0,
+        varies_mps: 5.0,
+        ..CAR
+    };
+    let found = identify_vehicle(&drive.log(), &IdentifyVehicleOptions::default()).unwrap();
+    let e = found.vehicle.evidence.as_ref().unwrap();
+    let delay = e.parameters.iter().find(|p| p.name == "actuator_delay").unwrap();
+    println!("{delay:?}");
+    assert!(e.warnings.iter().any(|w| w.contains("read as held")), "{:?}", e.warnings);
+    assert_eq!(e.open_hold_s, Some(0.05));
+    // Half a period of 0.05 s is no delay of the vehicle.
+    assert!(delay.value < 0.01);
+    assert_eq!(found.vehicle.quality.grade, Grade::Warn);
+    let codes: Vec<_> = found.vehicle.quality.reasons.iter().map(|r| r.code).collect();
+    assert!(codes.contains(&ReasonCode::UncertainPhase), "{codes:?}");
+    // Stated, it is one.
+    let stated = LinearCar { intersample: Some(Intersample::Zoh), ..drive };
+    let found = identify_vehicle(&stated.log(), &IdentifyVehicleOptions::default()).unwrap();
+    assert_eq!(found.vehicle.quality.grade, Grade::Pass, "{:?}", found.vehicle.quality.reasons);
 }
 
 /// Drives over patterns and speeds, for sample rates and lags of the actuator.

@@ -80,8 +80,11 @@ pub(crate) fn identify_moving(
     least_mps: f64,
     options: &IdentifyVehicleOptions,
 ) -> Result<IdentifiedVehicle, Error> {
-    let log = steering.log;
     options.check()?;
+    let log = steering.log;
+    // A log that is too short to show how its steering is held is taken as it was read.
+    let read = steering.read().ok();
+    let held = read.map_or(log, |read| &*read.held.log);
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation_fraction)
             .thinned(options.max_samples, log.sample_time_s)
@@ -100,11 +103,12 @@ pub(crate) fn identify_moving(
             log.sample_time_s,
         ));
     }
-    let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(log, ranges));
+    let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(held, ranges));
     let validated = (!ranges[1].is_empty()).then_some(&validation);
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
     let from_fixes = sideslip(log);
-    warnings.splice(0..0, log.warnings.iter().cloned().chain(from_fixes.warnings));
+    let as_held = read.and_then(|read| read.warning.clone());
+    warnings.splice(0..0, log.warnings.iter().cloned().chain(from_fixes.warnings).chain(as_held));
     if log.others.contains_key(&Role::LongitudinalAcceleration) {
         warnings.push(
             "the longitudinal acceleration is compared with the speed, and not used: what braking does follows from the speed".into(),
@@ -113,7 +117,7 @@ pub(crate) fn identify_moving(
     let mut simulated = log.output.clone();
     let [estimated, validated] = &ranges;
     let unused = long(&Split::unused(log, [estimated, validated]));
-    let rest = drive(log, &unused);
+    let rest = drive(held, &unused);
     for (drive, ranges) in [(&estimation, estimated), (&validation, validated), (&rest, &unused)] {
         if ranges.is_empty() {
             continue;
@@ -125,6 +129,8 @@ pub(crate) fn identify_moving(
     // A file holds finite numbers only.
     simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
     let mut evidence = evidence(log, &recording, &ranges, &found, warnings)?;
+    evidence.channels.clone_from(&held.channels);
+    evidence.open_hold_s = steering.open_hold_s();
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("least_speed_mps".into(), least_mps.to_string());
@@ -266,6 +272,7 @@ fn evidence(
         speed: recording.speed_summary(),
         lateral_acceleration_mps2: lateral.get(at).copied().unwrap_or_default(),
         fitted: fitted.iter().filter(|f| f.1).map(|f| f.0.key().into()).collect(),
+        open_hold_s: None,
         estimation: found.estimation,
         validation: found.validation,
         parameters: found.parameters.iter().map(VehicleParameter::from).collect(),

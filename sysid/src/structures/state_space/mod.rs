@@ -23,7 +23,6 @@ use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::evidence::Found;
 use crate::structures::state_space::open_response::{with_other_orders, with_uncertain_delay};
 use crate::structures::state_space::plant::{Identified, Outcome, traces};
-use crate::validation::open_hold::widened;
 use std::borrow::Cow;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Response};
@@ -115,10 +114,6 @@ pub(crate) fn identify_judged(
             with_uncertain_delay(stated, &held.log, &estimated.delay, chosen, options);
         }
     }
-    let uncertainty = uncertainty.map(|stated| match open_hold_s {
-        Some(period_s) => widened(stated, *period_s, continuous.as_ref(), &model),
-        None => stated,
-    });
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
@@ -149,6 +144,7 @@ pub(crate) fn identify_judged(
         seconds: log.len() as f64 * data.sample_time,
         residual,
         uncertainty,
+        open_hold_s: *open_hold_s,
         sideslip: from_fixes.sideslip,
         sources: &log.sources,
         used,

@@ -6,8 +6,10 @@ use crate::model::StateSpace;
 use crate::model::conversion::ContinuousModel;
 use crate::selection::candidate::{Candidate, Choice, initial_states, output};
 use crate::selection::options::IdentifyOptions;
+use crate::structures::held::with_open_hold;
 use crate::subspace::closed_loop::Feedback;
 use crate::validation::modelled::bandwidth_hz;
+use crate::validation::open_hold::widened;
 use crate::validation::plausible::{Response, implausible};
 use crate::validation::poles::poles_and_zeros;
 use crate::validation::quality::quality;
@@ -121,6 +123,8 @@ pub(crate) struct Outcome<'a> {
     /// Variance of the one-step residuals in units of the output's scale.
     pub(crate) residual: f64,
     pub(crate) uncertainty: Option<Uncertainty>,
+    /// Period of a steering, s, of which it is open whether it is held between its samples; the uncertainty does not cover it.
+    pub(crate) open_hold_s: Option<f64>,
     pub(crate) sideslip: Option<Sideslip>,
     pub(crate) sources: &'a [SourceFile],
     pub(crate) used: BTreeMap<String, String>,
@@ -163,6 +167,9 @@ impl Outcome<'_> {
         let point = self.operating_point();
         let straight = point.steering_offset_rad / self.steering_ratio;
         let [_, y] = self.scales;
+        let response_errors =
+            ResponseError::of_plant(self.uncertainty.as_ref(), &evidence.excitation.bands);
+        let (response_errors, open_hold_s) = with_open_hold(response_errors, self.open_hold_s);
         let drive = Drive {
             has_continuous: self.continuous.is_some(),
             speed_mps,
@@ -177,13 +184,16 @@ impl Outcome<'_> {
             road_wheel_offset_rad: straight,
             yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
             implausible,
-            open_hold_s: self.uncertainty.as_ref().and_then(|u| u.open_hold_s),
-            response_errors: ResponseError::of_plant(
-                self.uncertainty.as_ref(),
-                &evidence.excitation.bands,
-            ),
+            open_hold_s,
+            response_errors,
         };
         let quality = quality(&evidence, &drive, self.options);
+        let uncertainty = match (self.uncertainty, self.open_hold_s) {
+            (Some(stated), Some(period_s)) => {
+                Some(widened(stated, period_s, self.continuous, model))
+            }
+            (stated, _) => stated,
+        };
         let plant = Plant {
             schema: Plant::SCHEMA.into(),
             name: self.name.into(),
@@ -207,7 +217,7 @@ impl Outcome<'_> {
             }),
             noise: Noise { innovation_variance: self.residual * y * y },
             sideslip: self.sideslip,
-            uncertainty: self.uncertainty,
+            uncertainty,
             evidence,
             quality,
             provenance: Provenance {

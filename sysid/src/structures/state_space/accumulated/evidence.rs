@@ -89,6 +89,7 @@ impl Accumulated {
             seconds: (estimated + validated) as f64 * step,
             residual,
             uncertainty: None,
+            open_hold_s: None,
             sideslip: None,
             sources: &self.sources,
             used,
