@@ -4,20 +4,30 @@ use crate::console;
 use std::fmt::Write;
 use steerwright_control::Requirement;
 use steerwright_formats::{
-    Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMetrics,
+    Breaking, DesignEvidence, DesignedFor, Grade, OnACurve, Pid, Robustness, StepMetrics,
 };
 use steerwright_report::Table;
+
+/// The actuator before the model, if one was stated.
+fn behind(on: &DesignedFor) -> String {
+    if on.actuator_lag_s == 0.0 && on.actuator_delay_s == 0.0 {
+        return String::new();
+    }
+    let [lag, delay] = [on.actuator_lag_s, on.actuator_delay_s].map(|s| 1e3 * s);
+    format!(" behind an actuator with a lag of {lag:.0} ms and a delay of {delay:.0} ms")
+}
 
 /// Gains, requirements, margins and robustness.
 pub(crate) fn summary(pid: &Pid) -> String {
     let (g, e, on) = (&pid.gains, &pid.evidence, &pid.designed_for);
     let [kp, ki, kd, filter] = [g.kp, g.ki, g.kd, g.derivative_filter_time_s];
     let mut text = format!(
-        "designed on {} {} at {:.1} m/s\n\
+        "designed on {} {} at {:.1} m/s{}\n\
          gains    kp {kp:.4}, ki {ki:.4} 1/s, kd {kd:.4} s, filter {filter:.4} s, weights {:.3} and {:.3}\n\n",
         on.model,
         on.name,
         on.speed_mps,
+        behind(on),
         g.setpoint_weight_proportional,
         g.setpoint_weight_derivative
     );

@@ -15,7 +15,7 @@ use crate::quantity::{
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use steerwright_control::{DesignOptions, Master, RobustOptions};
+use steerwright_control::{Actuator, DesignOptions, Master, RobustOptions};
 use steerwright_formats::Specification;
 use toml::{Spanned, Table, Value};
 
@@ -61,8 +61,8 @@ struct Options {
     /// Longest settling time
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     settling: Option<OrNone<Time>>,
-    /// Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on
-    /// a curve of constant curvature with feedforward
+    /// Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
+    /// the largest angle where that is less), and on a curve of constant curvature with feedforward
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     steady_state_error: Option<OrNone<Percent>>,
     /// Longest rise time, 10 to 90 %
@@ -99,6 +99,13 @@ struct Options {
     /// steering of the drive. Required for a model without a drive
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     max_rate: Option<OrNone<AngleRate>>,
+    /// Time constant of the actuator that moves the steering to the commanded angle, for a model whose drive has the measured
+    /// angle: such a model has none
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    actuator_lag: Option<Time>,
+    /// Delay of that actuator
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    actuator_delay: Option<Time>,
     /// Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     /// [default: 6m/s2]
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
@@ -200,6 +207,7 @@ impl Options {
         either!(
             overshoot settling steady_state_error rise_time iae gain_margin phase_margin
             modulus_margin delay_margin disk_margin settling_band max_angle max_increment max_rate
+            actuator_lag actuator_delay
             max_lateral_acceleration pid_sample_time master latency loop_delay path_delay
             estimator_delay robust latency_spread speed_spread ensemble seed
         )
@@ -247,8 +255,12 @@ impl Options {
             speed_share: self.speed_spread.map_or(usual.speed_share, |p| f64::from(p) / 100.0),
             ..usual
         };
+        let actuator = [self.actuator_lag, self.actuator_delay];
+        let is_stated = actuator.iter().any(Option::is_some);
+        let [time_constant_s, delay_s] = actuator.map(time);
         let design = DesignOptions {
             requirements,
+            actuator: is_stated.then_some(Actuator { time_constant_s, delay_s }),
             max_angle_rad: bound(self.max_angle, defaults.max_angle_rad),
             max_increment_rad: bound(self.max_increment, defaults.max_increment_rad),
             max_rate_radps: bound(self.max_rate, defaults.max_rate_radps),

@@ -48,8 +48,13 @@ pub fn yaw_step_with_offset(
     master: Coupling,
 ) -> Result<Option<LoopStep>, Error> {
     let Some(plant) = model.plant() else { return Ok(None) };
-    let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
+    let offset = -steering_offset(pid, plant.steering_ratio);
     step(&with_offset(plant, offset)?, controller, pid, 0, master).map(Some)
+}
+
+/// Of the specification's second step, in steering coordinates, rad.
+fn steering_offset(pid: &Pid, steering_ratio: f64) -> f64 {
+    pid.specification.steering_offset_within(pid.largest_angle_rad(), steering_ratio)
 }
 
 /// Samples of a straight course before the step.
@@ -125,7 +130,7 @@ pub(crate) fn step_of(
 /// Those of packing and running the FMUs.
 pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), Error> {
     let controller = archive(&pid.to_json(), "the controller")?;
-    let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
+    let offset = -steering_offset(pid, plant.steering_ratio);
     let (straight, off) = match Plant::from_json(document, "the plant") {
         Ok(model) => (with_offset(&model, 0.0)?, Some(with_offset(&model, offset)?)),
         // A bicycle has no parameter for a steering offset.

@@ -45,7 +45,8 @@ pub struct Specification {
     pub settling_band_percent: f64,
     /// Height of the step, rad.
     pub step_rad: f64,
-    /// Steering offset of the second step, rad at the road wheel.
+    /// Steering offset of the second step, rad at the road wheel; at a speed at which the steering is limited to little
+    /// more, 0.8 of that limit.
     pub steering_offset_rad: f64,
     /// When the steady-state error is read, s after the step.
     pub steady_state_time_s: f64,
@@ -76,6 +77,16 @@ impl Default for Specification {
 }
 
 impl Specification {
+    /// Share of the largest steering angle that the steering offset takes at most: the rest corrects the heading.
+    const LARGEST_OFFSET: f64 = 0.8;
+
+    /// Steering offset of the second step where the controller steers by at most `largest_angle_rad`, both in steering
+    /// coordinates, rad.
+    #[must_use]
+    pub fn steering_offset_within(&self, largest_angle_rad: f64, steering_ratio: f64) -> f64 {
+        (steering_ratio * self.steering_offset_rad).min(Self::LARGEST_OFFSET * largest_angle_rad)
+    }
+
     /// The step, the offset and the curve, without requirements.
     #[must_use]
     pub fn none() -> Self {

@@ -92,6 +92,9 @@ pub enum ReasonCode {
     UnusualParameter,
     /// A vehicle with slightly less grip at the rear axle would spin on the drive.
     NearSpin,
+    /// The model of a controller has the measured steering angle as its input, and the controller misses its requirements
+    /// behind a usual actuator.
+    NoActuator,
 }
 
 impl ReasonCode {

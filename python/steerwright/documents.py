@@ -67,6 +67,7 @@ ReasonCode = Literal[
     "late-yaw-rate",
     "unusual-parameter",
     "near-spin",
+    "no-actuator",
 ]
 """The subject of a reason; its name in files is stable."""
 
@@ -796,6 +797,10 @@ class DesignedFor(Record):
     """Delay of the loop through the path beyond the model's own, s."""
     estimator_delay_s: Union[float, None]
     """Delay of the loop through pose estimator and path beyond the model's own, s."""
+    actuator_lag_s: Union[float, None]
+    """Time constant of the actuator that was put before the model, s; 0 where the model has its own."""
+    actuator_delay_s: Union[float, None]
+    """Delay of that actuator, s."""
     quality: Union[Quality, None]
     """The quality of the model."""
 
@@ -829,7 +834,8 @@ class Specification(Record):
     step_rad: float
     """Height of the step, rad."""
     steering_offset_rad: float
-    """Steering offset of the second step, rad at the road wheel."""
+    """Steering offset of the second step, rad at the road wheel; at a speed at which the steering is
+    limited to little more, 0.8 of that limit."""
     steady_state_time_s: float
     """When the steady-state error is read, s after the step."""
     curve_lateral_acceleration_mps2: Union[float, None]

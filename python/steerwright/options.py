@@ -293,8 +293,8 @@ class DesignOptions(TypedDict, total=False):
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
-    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
-    curve of constant curvature with feedforward."""
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
+    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -318,6 +318,11 @@ class DesignOptions(TypedDict, total=False):
     max_rate: Quantity
     """Largest rate of the steering angle that the actuator follows; by default twice the fastest
     steering of the drive. Required for a model without a drive."""
+    actuator_lag: Quantity
+    """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
+    drive has the measured angle: such a model has none."""
+    actuator_delay: Quantity
+    """Delay of that actuator."""
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""
@@ -537,8 +542,8 @@ class CompareOptions(TypedDict, total=False):
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
-    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
-    curve of constant curvature with feedforward."""
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
+    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -562,6 +567,11 @@ class CompareOptions(TypedDict, total=False):
     max_rate: Quantity
     """Largest rate of the steering angle that the actuator follows; by default twice the fastest
     steering of the drive. Required for a model without a drive."""
+    actuator_lag: Quantity
+    """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
+    drive has the measured angle: such a model has none."""
+    actuator_delay: Quantity
+    """Delay of that actuator."""
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""
@@ -636,8 +646,8 @@ class BuildOptions(IdentifyOptions, total=False):
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
-    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on a
-    curve of constant curvature with feedforward."""
+    """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
+    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -661,6 +671,11 @@ class BuildOptions(IdentifyOptions, total=False):
     max_rate: Quantity
     """Largest rate of the steering angle that the actuator follows; by default twice the fastest
     steering of the drive. Required for a model without a drive."""
+    actuator_lag: Quantity
+    """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
+    drive has the measured angle: such a model has none."""
+    actuator_delay: Quantity
+    """Delay of that actuator."""
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""

@@ -60,17 +60,22 @@ pub fn step_response(
 ) -> Result<Trace, Error> {
     require(until > 0.0 && until <= 3600.0, "time", (until, " s"), "between 0 and 3600 s")?;
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
-    let offset = if with_offset { plant.steering_ratio } else { 0.0 };
+    let parameters = pid_parameters_at(pid, plant.speed);
+    let largest = parameters.largest_angle(plant.speed);
+    let offset = match with_offset {
+        true => pid.specification.steering_offset_within(largest, plant.steering_ratio),
+        false => 0.0,
+    };
     let excitation = Excitation {
         step: pid.specification.step_rad,
         ramp: 0.0,
         feedforward: 0.0,
-        offset: offset * pid.specification.steering_offset_rad,
+        offset,
         until,
         quiet: 0.0,
     };
     let mut simulator = Simulator::default();
-    simulator.run(&sampled, &pid_parameters_at(pid, plant.speed), &excitation);
+    simulator.run(&sampled, &parameters, &excitation);
     Ok(simulator.trace)
 }
 
@@ -139,7 +144,8 @@ pub(crate) fn evidence(
     advice: &Advice,
 ) -> DesignEvidence {
     let mut simulator = Simulator::default();
-    let offset = plant.steering_ratio * spec.steering_offset_rad;
+    let largest = pid.largest_angle(sampled.speed);
+    let offset = spec.steering_offset_within(largest, plant.steering_ratio);
     let step = simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
     let with_offset =
         simulated_step(&mut simulator, sampled, pid, spec, Step { offset, ..Step::of(spec) });

@@ -111,7 +111,7 @@ impl Scenario {
         spec: &Specification,
         view: View,
     ) -> f64 {
-        let offset = self.ratio * spec.steering_offset_rad;
+        let offset = spec.steering_offset_within(pid.largest_angle(self.plant.speed), self.ratio);
         let step = Step { offset, until: view.until, ..Step::of(spec) };
         let decay = Decay::of(step.height, view.until, self.plant.sample_time);
         let bounds = StoppingBounds { decay: view.early.then_some(decay), ..StoppingBounds::NONE };

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::error::{positive, require};
+use crate::plants::actuator::Actuator;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use steerwright_formats::Specification;
@@ -22,6 +23,8 @@ pub struct DesignOptions {
     /// Fastest steering of a drive of the vehicle, rad/s in the plant's steering coordinates: where no rate is
     /// stated and the plant comes from no drive, twice that is assumed.
     pub driven_rate_radps: Option<f64>,
+    /// What moves the steering of a vehicle whose model has the measured angle as its input; `None` where the model has it.
+    pub actuator: Option<Actuator>,
     /// Largest lateral acceleration of a steady turn, m/s²: it bounds the steering angle at each speed.
     pub max_lateral_acceleration_mps2: f64,
     /// Time between the controller's ticks, s.
@@ -66,6 +69,7 @@ impl Default for DesignOptions {
             max_increment_rad: None,
             max_rate_radps: None,
             driven_rate_radps: None,
+            actuator: None,
             max_lateral_acceleration_mps2: 6.0,
             sample_time_s: 0.01,
             loop_delay_s: 0.0,
@@ -107,10 +111,13 @@ impl DesignOptions {
             ("sample time", self.sample_time_s, " s"),
             ("settling band", s.settling_band_percent, " %"),
         ])?;
+        let actuator = self.actuator.unwrap_or_default();
         for (option, value) in [
             ("loop delay", self.loop_delay_s),
             ("delay through the path", self.path_delay_s),
             ("delay through the estimator", self.estimator_delay_s),
+            ("time constant of the actuator", actuator.time_constant_s),
+            ("delay of the actuator", actuator.delay_s),
             ("latency spread", self.robust.map_or(0.0, |r| r.latency_s)),
         ] {
             require(value.is_finite() && value >= 0.0, option, (value, " s"), "0 or more")?;

@@ -5,6 +5,7 @@
 //! form, its discrete one moves on its own grid and the output is held between, as in the FMU.
 
 use crate::Error;
+use crate::plants::actuator::Actuator;
 use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mode};
 use crate::plants::logarithm;
 use nalgebra::{DMatrix, DVector};
@@ -29,6 +30,8 @@ pub struct DesignPlant {
     pub quality: Quality,
     pub(crate) dynamics: Dynamics,
     pub(crate) family: Family,
+    /// What was put before the model of the document.
+    pub(crate) actuator: Actuator,
     gain: f64,
 }
 
@@ -99,6 +102,7 @@ impl DesignPlant {
             input_delay: plant.input_delay_s,
             quality: plant.quality.clone(),
             family: Family::Alone,
+            actuator: Actuator::default(),
             gain: steady_state_gain(&dynamics),
             dynamics,
         }
@@ -127,6 +131,7 @@ impl DesignPlant {
             input_delay: vehicle.actuator_delay_s,
             quality: bicycle.quality.clone(),
             family: Family::Bicycle(Box::new(bicycle.clone())),
+            actuator: Actuator::default(),
             gain: steady_state_gain(&dynamics),
             dynamics,
         }
@@ -157,6 +162,7 @@ impl DesignPlant {
             input_delay,
             quality: Quality::default(),
             family: Family::Alone,
+            actuator: Actuator::default(),
             gain: steady_state_gain(&dynamics),
             dynamics,
         }

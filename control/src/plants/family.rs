@@ -41,12 +41,12 @@ impl DesignPlant {
                 // With the latency of the loop, if it has been added.
                 let change = drawn.input_delay - bicycle.vehicle.actuator_delay_s;
                 drawn.input_delay = (self.input_delay + change).max(0.0);
-                return Some(drawn);
+                return Some(drawn.with_actuator_of(self));
             }
             Family::Alone => return None,
         };
         drawn.input_delay = self.input_delay;
-        Some(drawn)
+        Some(drawn.with_actuator_of(self))
     }
 
     /// Steering angle of a steady turn: per curvature, rad·m, and the understeer gradient, rad·s²/m. A model
@@ -107,6 +107,6 @@ impl DesignPlant {
             _ => return Err(Error::NotScheduled { model: self.name.clone() }),
         };
         moved.input_delay = self.input_delay;
-        Ok(moved)
+        Ok(moved.with_actuator_of(self))
     }
 }

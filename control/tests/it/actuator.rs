@@ -1,0 +1,63 @@
+//! Controllers of models whose drive has the measured steering angle, on the vehicle behind an actuator.
+
+use crate::common::{car, designed, options};
+use steerwright_control::{Actuator, DesignOptions, DesignPlant, evaluate};
+use steerwright_formats::{
+    Bicycle, BicycleEvidence, ChannelSummary, Grade, Intersample, Pid, ReasonCode,
+};
+
+const FAST: Actuator = Actuator { time_constant_s: 0.0005, delay_s: 0.0 };
+const SERVO: Actuator = Actuator { time_constant_s: 0.05, delay_s: 0.01 };
+
+fn identified(own: Actuator, intersample: Intersample) -> Bicycle {
+    let mut bicycle = car(1.0);
+    bicycle.vehicle.actuator_time_constant_s = own.time_constant_s;
+    bicycle.vehicle.actuator_delay_s = own.delay_s;
+    let steering = ChannelSummary {
+        role: "steering".into(),
+        intersample: Some(intersample),
+        ..ChannelSummary::default()
+    };
+    let channels = vec![steering];
+    bicycle.evidence = Some(BicycleEvidence { channels, ..BicycleEvidence::default() });
+    bicycle
+}
+
+fn lacks(pid: &Pid) -> bool {
+    pid.designed_for.quality.reasons.iter().any(|r| r.code == ReasonCode::NoActuator)
+}
+
+#[test]
+fn a_model_of_a_measured_angle_needs_an_actuator() {
+    let plant = DesignPlant::from_bicycle(&identified(FAST, Intersample::Bl)).unwrap();
+    assert!(plant.lacks_actuator());
+    let on_the_vehicle = plant.behind(SERVO);
+    let alone = designed(&plant, &options());
+    let quality = &alone.designed_for.quality;
+    assert!(alone.evidence.met && quality.grade == Grade::Warn, "{quality:?}");
+    assert!(lacks(&alone), "{quality:?}");
+    let promised = alone.evidence.step.overshoot_percent;
+    let reached = evaluate(&on_the_vehicle, &alone).unwrap();
+    assert!(!reached.met && reached.step.overshoot_percent > promised + 1.0, "{reached:?}");
+
+    let pid = designed(&plant, &DesignOptions { actuator: Some(SERVO), ..options() });
+    assert!(pid.evidence.met && !lacks(&pid));
+    assert_eq!(Actuator::of(&pid), SERVO);
+    let reached = evaluate(&on_the_vehicle, &pid).unwrap();
+    assert_eq!(reached.step, pid.evidence.step);
+    // At other speeds, too.
+    let robust = pid.evidence.robustness.as_ref().unwrap();
+    let [low, _] = robust.speed_range_mps.unwrap();
+    assert_eq!(plant.at_speed(low).unwrap().behind(SERVO), on_the_vehicle.at_speed(low).unwrap());
+}
+
+#[test]
+fn a_command_or_an_own_lag_is_an_actuator() {
+    for (own, intersample) in [(FAST, Intersample::Zoh), (SERVO, Intersample::Bl)] {
+        let plant = DesignPlant::from_bicycle(&identified(own, intersample)).unwrap();
+        assert!(!plant.lacks_actuator());
+        let pid = designed(&plant, &options());
+        assert!(!lacks(&pid));
+    }
+    assert!(!DesignPlant::from_bicycle(&car(1.0)).unwrap().lacks_actuator());
+}
