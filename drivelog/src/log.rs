@@ -166,6 +166,17 @@ impl DriveLog {
         Some(1.0 / channel.rate_hz).filter(|period| is_open && period.is_finite() && *period > 0.0)
     }
 
+    /// Period of the steering, s, where it is read as held between its samples by its name, unit or values alone: a command may
+    /// be set more often than it is logged.
+    #[must_use]
+    pub fn assumed_hold_s(&self) -> Option<f64> {
+        let is_stated = self.options.get("intersample").is_some_and(|stated| stated != "auto");
+        let channel = self.channels.iter().find(|c| c.role == Role::Steering.key())?;
+        let is_assumed = channel.intersample == Some(Intersample::Zoh) && !is_stated;
+        Some(1.0 / channel.rate_hz)
+            .filter(|period| is_assumed && period.is_finite() && *period > 0.0)
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

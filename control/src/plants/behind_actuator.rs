@@ -64,10 +64,10 @@ impl DesignPlant {
     }
 }
 
-/// Whether the steering moves on between its samples: an angle, and no command.
+/// Whether the steering is a measured angle: a command is held, or goes on straight between its samples.
 fn is_measured(channels: &[ChannelSummary]) -> bool {
     let steering = channels.iter().find(|channel| channel.role == "steering");
-    steering.is_some_and(|c| matches!(c.intersample, Some(Intersample::Bl | Intersample::Foh)))
+    steering.is_some_and(|c| c.intersample == Some(Intersample::Bl))
 }
 
 /// A first-order lag with the state `pole` and the input `gain` before a model.

@@ -91,6 +91,8 @@ pub(crate) enum Between {
     AsRead,
     /// It was held over each period of its own clock, s, though the reader took it for moving on.
     Held(f64),
+    /// It moved on, though the reader took it for held.
+    MovingOn,
 }
 
 /// The drive with its steering, as it was read, held over each sample as suits the vehicle; as suits one that
@@ -102,9 +104,16 @@ pub(crate) fn held_for<'a>(
 ) -> Cow<'a, DriveLog> {
     let Some(taps) = taps(log, between, vehicle) else { return Cow::Borrowed(log) };
     let mut held = log.clone();
-    if matches!(between, Between::Held(_)) {
-        let steering = held.channels.iter_mut().filter(|c| c.role == Role::Steering.key());
-        steering.for_each(|channel| channel.intersample = Some(Intersample::Zoh));
+    let taken_for = match between {
+        Between::AsRead => None,
+        Between::Held(_) => Some(Intersample::Zoh),
+        // Of a command; only an angle is band-limited.
+        Between::MovingOn => Some(Intersample::Foh),
+    };
+    for channel in &mut held.channels {
+        if channel.role == Role::Steering.key() {
+            channel.intersample = taken_for.or(channel.intersample);
+        }
     }
     for segment in &log.segments {
         let samples = &log.input[segment.range.clone()];
@@ -132,6 +141,7 @@ fn taps(
     let period = match between {
         Between::AsRead => as_read,
         Between::Held(period) => Some(period),
+        Between::MovingOn => None,
     };
     if period.is_some_and(|p| !p.is_finite()) {
         return None;

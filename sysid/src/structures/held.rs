@@ -6,7 +6,7 @@ use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::structures::bicycle::wheelbase;
-use crate::validation::open_hold::{HoldEvidence, Preferred, preferred};
+use crate::validation::open_hold::{HoldEvidence, Preferred, matters, preferred};
 use crate::validation::steering_faults::SteeringFaults;
 use crate::validation::uncertain_response::{
     ResponseError, uncertain_response, with_half_a_period,
@@ -53,9 +53,20 @@ impl<'a> Held<'a> {
         Ok(Self { log: held, vehicle, estimated })
     }
 
-    fn held_in_words(&self, period_s: f64) -> String {
+    fn column(&self) -> &str {
         let mut channels = self.log.channels.iter().filter(|c| c.role == Role::Steering.key());
-        let column = channels.next().map_or("steering", |channel| &channel.column);
+        channels.next().map_or("steering", |channel| &channel.column)
+    }
+
+    fn moving_on_in_words(&self, period_s: f64) -> String {
+        format!(
+            "the yaw rate comes before column `{}` as held over {period_s:.3} s: it is read as moving on between its samples, since it was set more often than it was logged; a stated behaviour between samples decides it",
+            self.column()
+        )
+    }
+
+    fn held_in_words(&self, period_s: f64) -> String {
+        let column = self.column();
         format!(
             "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
         )
@@ -135,15 +146,28 @@ impl<'a> Read<'a> {
     fn new(
         log: &'a DriveLog,
         options: &IdentifyOptions,
-        delay_s: impl FnOnce() -> Option<[f64; 2]>,
+        delay_s: impl Fn() -> Option<[f64; 2]>,
     ) -> Result<Self, Error> {
         let as_read = Held::new(log, Between::AsRead, options)?;
+        let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
+        let stated_s = options.delay_s.unwrap_or_default();
+        if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
+            let moving_on = Held::new(log, Between::MovingOn, options)?;
+            let evidence = HoldEvidence {
+                moving_on: criterion(&moving_on),
+                held: criterion(&as_read),
+                delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
+                is_one_speed: is_one_speed(log),
+            };
+            if evidence.excludes_the_hold_read(period_s) {
+                let warning = Some(moving_on.moving_on_in_words(period_s));
+                return Ok(Self { held: moving_on, open_hold_s: None, warning });
+            }
+        }
         let Some(period_s) = log.open_hold_s() else {
             return Ok(Self { held: as_read, open_hold_s: None, warning: None });
         };
         let as_held = Held::new(log, Between::Held(period_s), options)?;
-        let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
-        let stated_s = options.delay_s.unwrap_or_default();
         let evidence = HoldEvidence {
             moving_on: criterion(&as_read),
             held: criterion(&as_held),

@@ -54,6 +54,15 @@ impl HoldEvidence {
         self.delay_s.is_some_and(|[delay, error]| delay - CLEAR * error > 0.5 * HOLD * period_s)
     }
 
+    /// Whether a steering that was read as held certainly moves on between its samples: a hold over `period_s` leads the yaw
+    /// rate.
+    pub(crate) fn excludes_the_hold_read(&self, period_s: f64) -> bool {
+        let leads =
+            self.delay_s.is_some_and(|[d, error]| d + CLEAR * error < -0.5 * HOLD * period_s);
+        let more = self.moving_on.zip(self.held).map(|(moving_on, held)| held - moving_on);
+        more.is_some_and(|more| more > EXCLUDED) && (leads || self.is_one_speed)
+    }
+
     /// Whether a steering that is held would certainly lead the yaw rate.
     fn would_lead(&self, period_s: f64) -> bool {
         self.delay_s.is_some_and(|[delay, error]| delay + CLEAR * error < HOLD * period_s)
@@ -71,10 +80,14 @@ pub(crate) enum Preferred {
     OpenHeld,
 }
 
+/// Whether half a period changes the response by more than a pass may leave uncertain.
+pub(crate) fn matters(period_s: f64) -> bool {
+    0.5 * TAU * HIGHEST_HZ * period_s > LARGEST_GAIN_ERROR
+}
+
 /// By the evidence of a steering that moves on and of one that is held over `period_s`. Where half a period changes the
 /// response by less than a pass may leave uncertain, the steering stays as it was read.
 pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
-    let matters = 0.5 * TAU * HIGHEST_HZ * period_s > LARGEST_GAIN_ERROR;
     let is_delayed = evidence.is_delayed(period_s);
     let (may_move_on, may_be_held) = match evidence.is_one_speed {
         true => (true, !evidence.would_lead(period_s)),
@@ -82,7 +95,7 @@ pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
     };
     match evidence.moving_on.zip(evidence.held).map(|(moving_on, held)| held - moving_on) {
         Some(more) if more > EXCLUDED && may_move_on => Preferred::MovingOn,
-        Some(more) if more < -PREFERRED && may_be_held && matters => Preferred::OpenHeld,
+        Some(more) if more < -PREFERRED && may_be_held && matters(period_s) => Preferred::OpenHeld,
         _ => Preferred::OpenMovingOn,
     }
 }

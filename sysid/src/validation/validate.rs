@@ -93,7 +93,15 @@ pub fn held_as<'a>(
 ) -> Result<Cow<'a, DriveLog>, Error> {
     let own = channels.iter().find(|c| c.role == Role::Steering.key());
     let is_held = is_open && own.is_some_and(|c| c.intersample == Some(Intersample::Zoh));
-    let between = log.open_hold_s().filter(|_| is_held).map_or(Between::AsRead, Between::Held);
+    // A command that was set more often than it was logged is so in other logs of the same column.
+    let mut same = log.channels.iter().filter(|c| c.role == Role::Steering.key());
+    let is_same = same.any(|c| own.is_some_and(|own| own.column == c.column));
+    let moves_on = is_same && own.is_some_and(|c| c.intersample == Some(Intersample::Foh));
+    let between = match (log.open_hold_s(), log.assumed_hold_s()) {
+        (Some(period_s), _) if is_held => Between::Held(period_s),
+        (_, Some(_)) if moves_on => Between::MovingOn,
+        _ => Between::AsRead,
+    };
     let vehicle = held_for_vehicle.map(|m| {
         let none = Matrix::from_fn(1, 1, |_, _| 0.0);
         continuous([&m.f, &m.g, &m.h, &none])

@@ -148,6 +148,30 @@ fn a_hold_that_the_log_does_not_show_widens_the_phase() {
     }
 }
 
+/// A command that was set more often than it was logged, held over the rows, would come after the yaw rate; the file reads
+/// the same log in the same way.
+#[test]
+fn a_command_that_is_set_more_often_than_logged_moves_on() {
+    let command = "roadwheel_command_rad";
+    let moves_on = |log: &DriveLog| {
+        let found = identify(log, &IdentifyOptions::default()).unwrap().plant;
+        let warnings = &found.evidence.warnings;
+        let seen = warnings.iter().any(|w| w.contains("set more often than it was logged"));
+        (seen, found)
+    };
+    for rate_hz in [10.0, 20.0] {
+        let log = angle(rate_hz, false, command, None);
+        let (seen, plant) = moves_on(&log);
+        println!("{rate_hz} Hz: {:?}", plant.evidence.warnings);
+        assert!(seen);
+        let fit = validate_plant(&log, &IdentifyOptions::default(), &plant).unwrap();
+        let apart = fit.validation_fit - plant.evidence.fit.validation;
+        assert!(apart.abs() < 1e-6, "{apart}");
+        assert!(!moves_on(&angle(rate_hz, true, command, None)).0);
+        assert!(!moves_on(&angle(rate_hz, false, command, Some(Intersample::Zoh))).0);
+    }
+}
+
 /// A bicycle of a held angle has the response of the car, the phase of half a period included, and reproduces its fit;
 /// its grade knows what is open.
 #[test]
