@@ -9,7 +9,7 @@ use crate::quantity::SpeedRange;
 use crate::specification::{SpecificationArguments, Specified};
 use crate::{Global, console, feasibility};
 use std::path::{Path, PathBuf};
-use steerwright_control::{Actuator, DesignPlant};
+use steerwright_control::DesignPlant;
 use steerwright_formats::{Pid, SourceFile};
 use steerwright_report::figures::{self, OpenLoop};
 use steerwright_report::{Figure, StepResponse, WIDTH};
@@ -116,7 +116,7 @@ pub(crate) fn figures(
     plant: &DesignPlant,
     pid: &Pid,
 ) -> Result<[(&'static str, Figure, u32); 4], Failure> {
-    let plant = &plant.behind(Actuator::of(pid));
+    let plant = &plant.behind(pid.designed_for.actuator);
     let points = steerwright_control::loop_response(plant, pid, POINTS)?;
     let open = OpenLoop {
         frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),

@@ -10,10 +10,8 @@ use steerwright_report::Table;
 
 /// The actuator before the model, if one was stated.
 fn behind(on: &DesignedFor) -> String {
-    if on.actuator_lag_s == 0.0 && on.actuator_delay_s == 0.0 {
-        return String::new();
-    }
-    let [lag, delay] = [on.actuator_lag_s, on.actuator_delay_s].map(|s| 1e3 * s);
+    let Some(actuator) = on.actuator else { return String::new() };
+    let [lag, delay] = [actuator.time_constant_s, actuator.delay_s].map(|s| 1e3 * s);
     format!(" behind an actuator with a lag of {lag:.0} ms and a delay of {delay:.0} ms")
 }
 

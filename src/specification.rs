@@ -15,8 +15,8 @@ use crate::quantity::{
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use steerwright_control::{Actuator, DesignOptions, Master, RobustOptions};
-use steerwright_formats::Specification;
+use steerwright_control::{DesignOptions, Master, RobustOptions};
+use steerwright_formats::{Specification, StatedActuator};
 use toml::{Spanned, Table, Value};
 
 /// The order in which FMUs are stepped.
@@ -255,12 +255,14 @@ impl Options {
             speed_share: self.speed_spread.map_or(usual.speed_share, |p| f64::from(p) / 100.0),
             ..usual
         };
-        let actuator = [self.actuator_lag, self.actuator_delay];
-        let is_stated = actuator.iter().any(Option::is_some);
-        let [time_constant_s, delay_s] = actuator.map(time);
+        let is_stated = self.actuator_lag.is_some() || self.actuator_delay.is_some();
+        let actuator = StatedActuator {
+            time_constant_s: time(self.actuator_lag),
+            delay_s: time(self.actuator_delay),
+        };
         let design = DesignOptions {
             requirements,
-            actuator: is_stated.then_some(Actuator { time_constant_s, delay_s }),
+            actuator: if is_stated { Some(actuator) } else { None },
             max_angle_rad: bound(self.max_angle, defaults.max_angle_rad),
             max_increment_rad: bound(self.max_increment, defaults.max_increment_rad),
             max_rate_radps: bound(self.max_rate, defaults.max_rate_radps),

@@ -9,7 +9,7 @@ use crate::progress::{self, Progress};
 use crate::{accumulate, design as design_command, identify as identify_command};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::{Path, PathBuf};
-use steerwright_control::{Actuator, DesignPlant};
+use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
     AccumulatedDrives, Bicycle, Document, Model, Path as PathFile, Pid, Plant, Provenance,
@@ -332,7 +332,7 @@ pub fn page_of_model(document: &str, traces: &Traces) -> Result<String, Failure>
 pub fn yaw_step(document: &str, controller: &str, until_s: f64) -> Result<[Vec<f64>; 3], Failure> {
     let plant = DesignPlant::from_model(&Model::from_json(document, "the model")?)?;
     let pid = Pid::from_json(controller, "pid.json")?;
-    let plant = plant.behind(Actuator::of(&pid));
+    let plant = plant.behind(pid.designed_for.actuator);
     let trace = steerwright_control::step_response(&plant, &pid, false, until_s)?;
     Ok([trace.time, trace.yaw, trace.steering])
 }

@@ -68,7 +68,7 @@ pub use matrix::Matrix;
 pub use model::{Model, Structure};
 pub use over_speed::{FrozenSpeed, OverSpeed, SpeedRamp, SpeedRampKind};
 pub use path::{Guidance, Path, PathPoint};
-pub use pid::{DesignedFor, LargeErrors, LateralAcceleration, Limits, Pid};
+pub use pid::{DesignedFor, LargeErrors, LateralAcceleration, Limits, Pid, StatedActuator};
 pub use plant::{InputKind, Noise, OperatingPoint, Plant};
 pub use provenance::{HashingReader, Provenance, SampleHash, SourceFile, sha256_hex};
 pub use quality::{Grade, Quality, Reason, ReasonCode};

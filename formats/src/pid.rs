@@ -145,15 +145,22 @@ pub struct DesignedFor {
     /// Delay of the loop through pose estimator and path beyond the model's own, s.
     #[serde(default)]
     pub estimator_delay_s: f64,
-    /// Time constant of the actuator that was put before the model, s; 0 where the model has its own.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub actuator_lag_s: f64,
-    /// Delay of that actuator, s.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub actuator_delay_s: f64,
+    /// The actuator before the model; absent where the model has its own, and in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator: Option<StatedActuator>,
     /// The quality of the model.
     #[serde(default)]
     pub quality: Quality,
+}
+
+/// What moves the steering to a commanded angle, where the model's drive has the angle behind it: `T δ̇ + δ = u(t − τ)`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StatedActuator {
+    /// Time constant T, s.
+    pub time_constant_s: f64,
+    /// Delay τ, s.
+    pub delay_s: f64,
 }
 
 impl Document for Pid {
@@ -177,7 +184,11 @@ impl Document for Pid {
         check_fields!(c.positive(self.specification, "specification."):
             step_rad steady_state_time_s settling_band_percent);
         check_fields!(c.not_negative(self.designed_for, "designed_for."):
-            loop_delay_s path_delay_s estimator_delay_s actuator_lag_s actuator_delay_s);
+            loop_delay_s path_delay_s estimator_delay_s);
+        if let Some(actuator) = self.designed_for.actuator {
+            check_fields!(c.not_negative(actuator, "designed_for.actuator."):
+                time_constant_s delay_s);
+        }
         self.designed_for.quality.check(c, "designed_for.quality.");
         self.guidance.check(c, "guidance.");
         check_speeds(c, self.schedule.iter().map(|entry| entry.speed_mps));

@@ -797,10 +797,8 @@ class DesignedFor(Record):
     """Delay of the loop through the path beyond the model's own, s."""
     estimator_delay_s: Union[float, None]
     """Delay of the loop through pose estimator and path beyond the model's own, s."""
-    actuator_lag_s: Union[float, None]
-    """Time constant of the actuator that was put before the model, s; 0 where the model has its own."""
-    actuator_delay_s: Union[float, None]
-    """Delay of that actuator, s."""
+    actuator: Union[StatedActuator, None]
+    """The actuator before the model; absent where the model has its own, and in files of earlier versions."""
     quality: Union[Quality, None]
     """The quality of the model."""
 
@@ -1468,6 +1466,16 @@ class LateralAcceleration(Record):
     """Steering angle per curvature in a slow turn, rad·m."""
     understeer_gradient_rads2pm: float
     """Steering angle per lateral acceleration beyond that, rad·s²/m."""
+
+
+class StatedActuator(Record):
+    """What moves the steering to a commanded angle, where the model's drive has the angle behind it: `T δ̇
+    + δ = u(t − τ)`."""
+
+    time_constant_s: float
+    """Time constant T, s."""
+    delay_s: float
+    """Delay τ, s."""
 
 
 class Shortfall(Record):

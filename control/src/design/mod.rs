@@ -24,24 +24,24 @@ mod search;
 mod target;
 
 use crate::Error;
-use crate::closed_loop::evaluate::{evidence, step_metrics};
+use crate::closed_loop::evaluate::evidence;
 use crate::closed_loop::feedforward::{Advice, ramp_lag};
 use crate::design::ensemble::Ensemble;
 use crate::design::evidence::advice;
 use crate::design::evidence::engagement::engagement;
 use crate::design::evidence::infeasibility::infeasibility;
+use crate::design::evidence::no_actuator::{no_actuator, without_actuator};
 use crate::design::limits::large_errors;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::design::robust::Robust;
 use crate::design::search::{Found, significant};
-use crate::plants::actuator::Actuator;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use std::collections::BTreeMap;
 use steerwright_formats::{
-    DesignedFor, Document, Grade, GuidanceAdvice, Limits, Pid, PidGains, Provenance, Quality,
-    Reason, ReasonCode, ScheduleEntry, SourceFile,
+    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, ScheduleEntry,
+    SourceFile,
 };
 use steerwright_models::PidParameters;
 use steerwright_models::files::controller_parameters;
@@ -60,7 +60,7 @@ pub fn design(
     options: &DesignOptions,
 ) -> Result<Pid, Error> {
     options.check()?;
-    let plant = &plant.behind(options.actuator.unwrap_or_default());
+    let plant = &plant.behind(options.actuator);
     documented(plant, source, options, Tuned::new(plant, options)?, Vec::new())
 }
 
@@ -112,8 +112,7 @@ fn documented(
             loop_delay_s: options.loop_delay_s,
             path_delay_s,
             estimator_delay_s,
-            actuator_lag_s: plant.actuator.time_constant_s,
-            actuator_delay_s: plant.actuator.delay_s,
+            actuator: plant.actuator,
             quality: plant.quality.clone(),
         },
         specification: objective.spec,
@@ -125,57 +124,11 @@ fn documented(
     if stable {
         document.evidence.engagement = engagement(plant, &document)?;
     }
-    if options.actuator.is_none()
-        && let Some(reason) = no_actuator(plant, &document)?
-    {
-        let Quality { summary, mut reasons, remarks, advice, .. } = document.designed_for.quality;
-        let lacking = format!("The model has no actuator: {}.", reason.message);
-        let summary = match reasons.is_empty() {
-            // It says that the model is fit to design on.
-            true => lacking,
-            false => format!("{summary} {lacking}"),
-        };
-        reasons.push(reason);
-        document.designed_for.quality =
-            Quality::new(summary, reasons, advice).with_remarks(remarks);
+    if let Some(reason) = no_actuator(plant, &document)? {
+        document.designed_for.quality = without_actuator(document.designed_for.quality, reason);
     }
     document.checked("the designed controller")?;
     Ok(document)
-}
-
-/// A reason why a controller of a model without an actuator may not keep its promise: on the vehicle behind one that is
-/// usual it misses the overshoot or the settling time.
-fn no_actuator(plant: &DesignPlant, pid: &Pid) -> Result<Option<Reason>, Error> {
-    // Of another controller it is no news that it keeps no promise.
-    let is_promised = pid.evidence.met && plant.quality.allows_design();
-    if !(is_promised && plant.lacks_actuator()) {
-        return Ok(None);
-    }
-    let delay = pid.designed_for.loop_delay_s;
-    let required = &pid.specification;
-    let (mut is_kept, mut overshoot) = (true, 0.0_f64);
-    let mut settling = Some(0.0_f64);
-    for time_constant_s in Actuator::USUAL_LAGS_S {
-        let actuator = Actuator { time_constant_s, delay_s: 0.0 };
-        let reached = step_metrics(&plant.behind(actuator), pid, delay)?;
-        overshoot = overshoot.max(reached.overshoot_percent);
-        settling = settling.zip(reached.settling_time_s).map(|(a, b)| a.max(b));
-        let settles = |longest: f64| reached.settling_time_s.is_some_and(|time| time <= longest);
-        is_kept &= required.overshoot_percent.is_none_or(|most| reached.overshoot_percent <= most)
-            && required.settling_time_s.is_none_or(settles);
-    }
-    if is_kept {
-        return Ok(None);
-    }
-    let [short, long] = Actuator::USUAL_LAGS_S.map(|lag| 1000.0 * lag);
-    let settling = match settling {
-        Some(time) => format!("a settling time of {time:.2} s"),
-        None => "a step that does not settle".into(),
-    };
-    let message = format!(
-        "the steering of the drive is a measured angle, and behind an actuator with a lag of {short:.0} to {long:.0} ms the controller reaches an overshoot of {overshoot:.0} % and {settling}: state the actuator (--actuator-lag, --actuator-delay) and design again"
-    );
-    Ok(Some(Reason::new(ReasonCode::NoActuator, Grade::Warn, message)))
 }
 
 /// The gains found for a plant, with the limits and the settings of a path follower that belong to them.
@@ -257,7 +210,7 @@ fn provenance(source: &SourceFile, options: &DesignOptions) -> Provenance {
         all.insert(key.into(), value.map_or("default".into(), |v| v.to_string()));
     }
     if let Some(actuator) = options.actuator {
-        all.insert("actuator_time_constant_s".into(), actuator.time_constant_s.to_string());
+        all.insert("actuator_lag_s".into(), actuator.time_constant_s.to_string());
         all.insert("actuator_delay_s".into(), actuator.delay_s.to_string());
     }
     let robust = options.robust.map_or("off".into(), |r| {

@@ -2,10 +2,9 @@
 
 use crate::Error;
 use crate::error::{positive, require};
-use crate::plants::actuator::Actuator;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use steerwright_formats::Specification;
+use steerwright_formats::{Specification, StatedActuator};
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +23,7 @@ pub struct DesignOptions {
     /// stated and the plant comes from no drive, twice that is assumed.
     pub driven_rate_radps: Option<f64>,
     /// What moves the steering of a vehicle whose model has the measured angle as its input; `None` where the model has it.
-    pub actuator: Option<Actuator>,
+    pub actuator: Option<StatedActuator>,
     /// Largest lateral acceleration of a steady turn, m/s²: it bounds the steering angle at each speed.
     pub max_lateral_acceleration_mps2: f64,
     /// Time between the controller's ticks, s.

@@ -1,36 +1,32 @@
 //! A plant behind an actuator that its model has not.
 
-use crate::plants::actuator::Actuator;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::{Dynamics, Matrices};
 use nalgebra::{DMatrix, DVector};
-use steerwright_formats::{ChannelSummary, Intersample};
+use steerwright_formats::{ChannelSummary, Intersample, StatedActuator};
 
 /// Lag and delay below which a model of a measured angle has no actuator, s: tyres that relax within 0.3 m at 15 m/s have as
 /// much.
 const NO_ACTUATOR_S: f64 = 0.02;
 
 impl DesignPlant {
-    /// The same plant behind an actuator.
+    /// The plant of a model behind an actuator; `None` is the plant itself.
     #[must_use]
-    pub fn behind(&self, actuator: Actuator) -> Self {
-        let lag = self.actuator.time_constant_s + actuator.time_constant_s;
-        let mut behind = self.behind_lag(actuator.time_constant_s);
-        behind.input_delay += actuator.delay_s;
-        let delay_s = self.actuator.delay_s + actuator.delay_s;
-        behind.actuator = Actuator { time_constant_s: lag, delay_s };
+    pub fn behind(&self, actuator: Option<StatedActuator>) -> Self {
+        let mut behind = self.behind_lag(actuator);
+        behind.input_delay += actuator.unwrap_or_default().delay_s;
         behind
     }
 
     /// A plant of the same vehicle without an actuator, behind that of this one; its delay is this one's already.
     pub(crate) fn with_actuator_of(&self, other: &Self) -> Self {
-        let mut behind = self.behind_lag(other.actuator.time_constant_s);
-        behind.actuator = other.actuator;
-        behind
+        self.behind_lag(other.actuator)
     }
 
-    fn behind_lag(&self, lag: f64) -> Self {
+    fn behind_lag(&self, actuator: Option<StatedActuator>) -> Self {
         let mut behind = self.clone();
+        behind.actuator = actuator;
+        let lag = actuator.unwrap_or_default().time_constant_s;
         if lag <= 0.0 {
             return behind;
         }
@@ -48,7 +44,7 @@ impl DesignPlant {
     /// Whether the model is that of a drive with the measured steering angle, and has no actuator.
     #[must_use]
     pub fn lacks_actuator(&self) -> bool {
-        if self.actuator != Actuator::default() {
+        if self.actuator.is_some() {
             return false;
         }
         match &self.family {
@@ -96,8 +92,8 @@ mod tests {
     #[test]
     fn a_plant_behind_an_actuator_is_their_product() {
         let plant = DesignPlant::from_matrices(&[-2.0], &[3.0], &[1.0], 0.5, 0.02).unwrap();
-        let actuator = Actuator { time_constant_s: 0.05, delay_s: 0.03 };
-        let behind = plant.behind(actuator);
+        let actuator = StatedActuator { time_constant_s: 0.05, delay_s: 0.03 };
+        let behind = plant.behind(Some(actuator));
         assert!((behind.input_delay - 0.05).abs() < 1e-12);
         assert!((behind.gain() - plant.gain()).abs() < 1e-12);
         let Dynamics::Continuous(m) = &behind.dynamics else { panic!() };

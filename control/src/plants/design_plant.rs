@@ -5,11 +5,10 @@
 //! form, its discrete one moves on its own grid and the output is held between, as in the FMU.
 
 use crate::Error;
-use crate::plants::actuator::Actuator;
 use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mode};
 use crate::plants::logarithm;
 use nalgebra::{DMatrix, DVector};
-use steerwright_formats::{Bicycle, Document, InputKind, Matrix, Plant, Quality};
+use steerwright_formats::{Bicycle, Document, InputKind, Matrix, Plant, Quality, StatedActuator};
 use steerwright_models::bicycle_body_frame;
 use steerwright_models::files::identified_model;
 
@@ -31,7 +30,7 @@ pub struct DesignPlant {
     pub(crate) dynamics: Dynamics,
     pub(crate) family: Family,
     /// What was put before the model of the document.
-    pub(crate) actuator: Actuator,
+    pub(crate) actuator: Option<StatedActuator>,
     gain: f64,
 }
 
@@ -102,7 +101,7 @@ impl DesignPlant {
             input_delay: plant.input_delay_s,
             quality: plant.quality.clone(),
             family: Family::Alone,
-            actuator: Actuator::default(),
+            actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,
         }
@@ -131,7 +130,7 @@ impl DesignPlant {
             input_delay: vehicle.actuator_delay_s,
             quality: bicycle.quality.clone(),
             family: Family::Bicycle(Box::new(bicycle.clone())),
-            actuator: Actuator::default(),
+            actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,
         }
@@ -162,7 +161,7 @@ impl DesignPlant {
             input_delay,
             quality: Quality::default(),
             family: Family::Alone,
-            actuator: Actuator::default(),
+            actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,
         }

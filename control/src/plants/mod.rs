@@ -1,6 +1,5 @@
 //! The plants that a controller is designed on: yaw rate from steering, one input and one output.
 
-pub(crate) mod actuator;
 mod behind_actuator;
 pub(crate) mod design_plant;
 pub(crate) mod dynamics;

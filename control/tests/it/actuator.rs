@@ -1,15 +1,15 @@
 //! Controllers of models whose drive has the measured steering angle, on the vehicle behind an actuator.
 
 use crate::common::{car, designed, options};
-use steerwright_control::{Actuator, DesignOptions, DesignPlant, evaluate};
+use steerwright_control::{DesignOptions, DesignPlant, evaluate};
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, ChannelSummary, Grade, Intersample, Pid, ReasonCode,
+    Bicycle, BicycleEvidence, ChannelSummary, Grade, Intersample, Pid, ReasonCode, StatedActuator,
 };
 
-const FAST: Actuator = Actuator { time_constant_s: 0.0005, delay_s: 0.0 };
-const SERVO: Actuator = Actuator { time_constant_s: 0.05, delay_s: 0.01 };
+const FAST: StatedActuator = StatedActuator { time_constant_s: 0.0005, delay_s: 0.0 };
+const SERVO: StatedActuator = StatedActuator { time_constant_s: 0.05, delay_s: 0.01 };
 
-fn identified(own: Actuator, intersample: Intersample) -> Bicycle {
+fn identified(own: StatedActuator, intersample: Intersample) -> Bicycle {
     let mut bicycle = car(1.0);
     bicycle.vehicle.actuator_time_constant_s = own.time_constant_s;
     bicycle.vehicle.actuator_delay_s = own.delay_s;
@@ -31,7 +31,7 @@ fn lacks(pid: &Pid) -> bool {
 fn a_model_of_a_measured_angle_needs_an_actuator() {
     let plant = DesignPlant::from_bicycle(&identified(FAST, Intersample::Bl)).unwrap();
     assert!(plant.lacks_actuator());
-    let on_the_vehicle = plant.behind(SERVO);
+    let on_the_vehicle = plant.behind(Some(SERVO));
     let alone = designed(&plant, &options());
     let quality = &alone.designed_for.quality;
     assert!(alone.evidence.met && quality.grade == Grade::Warn, "{quality:?}");
@@ -42,13 +42,16 @@ fn a_model_of_a_measured_angle_needs_an_actuator() {
 
     let pid = designed(&plant, &DesignOptions { actuator: Some(SERVO), ..options() });
     assert!(pid.evidence.met && !lacks(&pid));
-    assert_eq!(Actuator::of(&pid), SERVO);
+    assert_eq!(pid.designed_for.actuator, Some(SERVO));
     let reached = evaluate(&on_the_vehicle, &pid).unwrap();
     assert_eq!(reached.step, pid.evidence.step);
     // At other speeds, too.
     let robust = pid.evidence.robustness.as_ref().unwrap();
     let [low, _] = robust.speed_range_mps.unwrap();
-    assert_eq!(plant.at_speed(low).unwrap().behind(SERVO), on_the_vehicle.at_speed(low).unwrap());
+    assert_eq!(
+        plant.at_speed(low).unwrap().behind(Some(SERVO)),
+        on_the_vehicle.at_speed(low).unwrap()
+    );
 }
 
 #[test]

@@ -151,15 +151,15 @@ impl<'a> Read<'a> {
         let as_read = Held::new(log, Between::AsRead, options)?;
         let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
         let stated_s = options.delay_s.unwrap_or_default();
+        let evidence = |moving_on: &Held<'_>, held: &Held<'_>| HoldEvidence {
+            moving_on: criterion(moving_on),
+            held: criterion(held),
+            delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
+            is_one_speed: is_one_speed(log),
+        };
         if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
-            let evidence = HoldEvidence {
-                moving_on: criterion(&moving_on),
-                held: criterion(&as_read),
-                delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
-                is_one_speed: is_one_speed(log),
-            };
-            if evidence.excludes_the_hold_read(period_s) {
+            if evidence(&moving_on, &as_read).excludes_the_hold_read(period_s) {
                 let warning = Some(moving_on.moving_on_in_words(period_s));
                 return Ok(Self { held: moving_on, open_hold_s: None, warning });
             }
@@ -168,13 +168,7 @@ impl<'a> Read<'a> {
             return Ok(Self { held: as_read, open_hold_s: None, warning: None });
         };
         let as_held = Held::new(log, Between::Held(period_s), options)?;
-        let evidence = HoldEvidence {
-            moving_on: criterion(&as_read),
-            held: criterion(&as_held),
-            delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
-            is_one_speed: is_one_speed(log),
-        };
-        Ok(match preferred(period_s, &evidence) {
+        Ok(match preferred(period_s, &evidence(&as_read, &as_held)) {
             Preferred::MovingOn => Self { held: as_read, open_hold_s: None, warning: None },
             Preferred::OpenMovingOn => {
                 Self { held: as_read, open_hold_s: Some(period_s), warning: None }

@@ -3,4 +3,5 @@
 pub(crate) mod advice;
 pub(crate) mod engagement;
 pub(crate) mod infeasibility;
+pub(crate) mod no_actuator;
 pub(crate) mod robustness;

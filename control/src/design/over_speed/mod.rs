@@ -51,7 +51,7 @@ pub fn design_over_speeds(
     now: &dyn Fn(&str),
 ) -> Result<Pid, Error> {
     options.check()?;
-    let plant = &plant.behind(options.actuator.unwrap_or_default());
+    let plant = &plant.behind(options.actuator);
     let [low, high] = speeds;
     require(low >= LOWEST_MPS, "lowest speed", (low, " m/s"), "at least 1 m/s")?;
     let wide = high.is_finite() && high >= LEAST_RATIO * low;
