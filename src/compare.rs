@@ -13,7 +13,7 @@ use steerwright_comparison::{ComparedModel, ControllerFile, Job, Road, Truth};
 use steerwright_drivelog::{LogOptions, Response};
 use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
-use steerwright_sysid::IdentifyOptions;
+use steerwright_sysid::{IdentifyOptions, ValidationData};
 
 /// Compare models and the controllers designed on them: with a drive, on each other's plants, and on a
 /// vehicle that represents the truth
@@ -180,7 +180,10 @@ impl Arguments {
         }
         let log = self.log.read(&self.logs, Response::YawRate)?;
         let options = IdentifyOptions {
-            validation_fraction: self.validation_fraction / 100.0,
+            validation: ValidationData {
+                fraction: self.validation_fraction / 100.0,
+                ..ValidationData::default()
+            },
             ..IdentifyOptions::default()
         };
         Ok(Some((log, options)))

@@ -9,10 +9,10 @@ use crate::{Global, console, overview};
 use std::path::PathBuf;
 use steerwright_control::DesignOptions;
 use steerwright_drivelog::LogOptions;
-use steerwright_sysid::IdentifyOptions;
 use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
 use steerwright_sysid::structures::ChoiceOptions;
+use steerwright_sysid::{IdentifyOptions, ValidationData};
 
 /// Run all stages on the three recorded drives in this program
 #[derive(clap::Args)]
@@ -139,19 +139,20 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         )?;
         log.name = drive.name.into();
         let text = |(name, text): File| Text { name: name.into(), text: text.into() };
-        let validation_fraction = drive.validation_fraction;
-        let validation = IdentifyOptions { validation_fraction, ..IdentifyOptions::default() };
+        let validation =
+            ValidationData { fraction: drive.validation_fraction, ..ValidationData::default() };
+        let state_space = IdentifyOptions { validation, ..IdentifyOptions::default() };
         built.push(pipeline::build(&Job {
             log,
             wanted: Wanted::Auto(Box::new(ChoiceOptions {
-                state_space: validation.clone(),
-                bicycle: BicycleOptions { validation_fraction, ..BicycleOptions::default() },
+                state_space: state_space.clone(),
+                bicycle: BicycleOptions { validation, ..BicycleOptions::default() },
                 single_track: IdentifyVehicleOptions {
-                    validation_fraction,
+                    validation,
                     ..IdentifyVehicleOptions::default()
                 },
             })),
-            validation,
+            validation: state_space,
             design: DesignOptions {
                 max_rate_radps: drive.servo_rate_radps,
                 ..DesignOptions::default()

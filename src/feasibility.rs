@@ -46,18 +46,41 @@ fn of_speed(other: &OtherSpeed) -> String {
     )
 }
 
-/// Warnings of a design about the standard road at its speed.
+/// Warnings of a design about the standard road at the speeds that it was designed for: of each quantity, at the speed at
+/// which the road needs most of it.
 pub(crate) fn on_standard_road(pid: &Pid, model: &Model) -> Result<Vec<String>, Failure> {
-    let speed = pid.designed_for.speed_mps;
-    // A road of this lateral acceleration has no lane change at the lowest speeds.
-    let Ok(mut road) = paths::reference_road(speed, STANDARD_ACCELERATION) else {
+    let mut speeds: Vec<f64> = pid.schedule.iter().map(|entry| entry.speed_mps).collect();
+    if speeds.is_empty() {
+        speeds.push(pid.designed_for.speed_mps);
+    }
+    let mut worst: Vec<(f64, Demand)> = Vec::new();
+    for speed_mps in speeds {
+        for demand in demands_of_standard_road(pid, model, speed_mps)? {
+            match worst.iter_mut().find(|(_, other)| other.quantity == demand.quantity) {
+                Some(largest) if demand.share() > largest.1.share() => {
+                    *largest = (speed_mps, demand)
+                }
+                Some(_) => {}
+                None => worst.push((speed_mps, demand)),
+            }
+        }
+    }
+    let excessive = worst.iter().filter(|(_, demand)| demand.is_excessive());
+    let road = format!("the standard road of {STANDARD_ACCELERATION} m/s² at");
+    Ok(excessive.map(|(speed, demand)| format!("{road} {speed:.1} m/s {demand}")).collect())
+}
+
+/// None at the lowest speeds, at which a road of this lateral acceleration has no lane change.
+fn demands_of_standard_road(
+    pid: &Pid,
+    model: &Model,
+    speed_mps: f64,
+) -> Result<Vec<Demand>, Failure> {
+    let Ok(mut road) = paths::reference_road(speed_mps, STANDARD_ACCELERATION) else {
         return Ok(Vec::new());
     };
-    let sideslip = steerwright_control::model_sideslip(model, Some(speed))?.unwrap_or_default();
-    let guidance = steerwright_control::guidance_for(pid, speed);
-    road.guidance = steerwright_control::with_sideslip(guidance, &sideslip, speed);
-    let needed = demands(&road, pid, steerwright_control::evidence_acceleration(model))?;
-    let excessive = needed.iter().filter(|demand| demand.is_excessive());
-    let road = format!("the standard road of {STANDARD_ACCELERATION} m/s² at {speed:.1} m/s");
-    Ok(excessive.map(|demand| format!("{road} {demand}")).collect())
+    let sideslip = steerwright_control::model_sideslip(model, Some(speed_mps))?.unwrap_or_default();
+    let guidance = steerwright_control::guidance_for(pid, speed_mps);
+    road.guidance = steerwright_control::with_sideslip(guidance, &sideslip, speed_mps);
+    Ok(demands(&road, pid, steerwright_control::evidence_acceleration(model))?)
 }

@@ -9,7 +9,9 @@ use steerwright_drivelog::{
     DecimalMark, DriveLog, LogFile, LogOptions, Mapping, Response, VehicleClass,
 };
 use steerwright_formats::UnknownWord;
-use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
+use steerwright_sysid::{
+    Detrend, IdentifyOptions, InputKind, Intersample, Method, ValidationData, ValidationPlace,
+};
 
 /// How the channels in a log file are found.
 #[derive(clap::Args, Debug, Clone)]
@@ -142,9 +144,13 @@ pub(crate) struct IdentifyArguments {
     /// Largest number of estimation samples, in blocks spread over a long log
     #[arg(long, value_name = "N|all", default_value = "60000", value_parser = samples)]
     pub(crate) max_samples: Auto<usize>,
-    /// Share of the log that is validation data: its end, or excited blocks of it
+    /// Share of the log that is validation data
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "50%")]
     pub(crate) validation_fraction: f64,
+    /// Where the validation data are: at the end of the log, or, with auto, in blocks over the whole log where a part is
+    /// hardly steered or the parts differ in speed or lateral acceleration
+    #[arg(long, value_name = ValidationPlace::WORDS, default_value = "auto")]
+    pub(crate) validation_place: ValidationPlace,
 }
 
 /// A value or `auto`.
@@ -264,7 +270,10 @@ impl IdentifyArguments {
             feedthrough: self.feedthrough.0.map(|switch| switch == Switch::On),
             input_kind: self.model_input,
             max_samples: self.max_samples.0,
-            validation_fraction: self.validation_fraction / 100.0,
+            validation: ValidationData {
+                fraction: self.validation_fraction / 100.0,
+                place: self.validation_place,
+            },
             ..IdentifyOptions::default()
         }
     }

@@ -122,7 +122,7 @@ fn remark(model: &ComparedModel, log: &DriveLog, options: &IdentifyOptions) -> O
     let own = provenance.sources.iter().any(|s| log.sources.iter().any(|l| l.sha256 == s.sha256));
     let own_fraction: Option<f64> =
         provenance.options.get("validation_fraction").and_then(|text| text.parse().ok());
-    let seen = own_fraction.is_some_and(|h| h < options.validation_fraction - 1e-9);
+    let seen = own_fraction.is_some_and(|h| h < options.validation.fraction - 1e-9);
     (own && seen).then(|| {
         format!(
             "{} was estimated on a part of these validation data: validate on {} % of the log",

@@ -16,7 +16,7 @@ pub(crate) fn validate_model(
     Ok(match model {
         Model::StateSpace(plant) => validate_plant(log, options, plant)?,
         Model::Bicycle(bicycle) => validate_bicycle(log, options, bicycle)?,
-        Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation_fraction, vehicle)?,
+        Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation.fraction, vehicle)?,
         // Which `models` makes none of.
         Model::Torque(_) => return Err(steerwright_control::Error::SteeredByTorque.into()),
     })

@@ -35,16 +35,17 @@ class Case:
         """Of the steering, as its maker would state it, s."""
         return vehicle.SERVO_TIME_CONSTANT_S
 
-    def record(self, file, seed):
+    def record(self, file, seed, held=1):
         """Drives and writes the log; returns the states and the largest lateral acceleration, m/s2.
 
-        The seed names levels of the steering and sensor noise.
+        The seed names levels of the steering and sensor noise; each command is held for so many samples.
         """
         p = self.car.published
         levels, noise = np.random.default_rng([*self.seed(0), seed]).spawn(2)
         command = Excitation(p.a + p.b, self.speed).steering_command(levels)
         # The logged digits are the command that is driven; adding zero drops the sign of -0.
         command = np.round(command, 7) + 0.0
+        command = command[np.arange(len(command)) // held * held]
         states = self.car.drive(command, self.speed)
         acceleration = self.car.lateral_acceleration(states, command, self.speed)
         truth = [states[:, i] for i in (vehicle.STEER, vehicle.YAW_RATE, vehicle.SPEED)]

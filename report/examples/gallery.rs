@@ -69,6 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ],
         path: Some(&path),
         tracks: tracks.to_vec(),
+        remarks: vec!["the road needs 0.37 rad/s of steering rate at 212 m".into()],
         files: plant.provenance.sources.clone(),
     }
     .to_html();

@@ -19,6 +19,9 @@ pub struct Report<'a> {
     pub path: Option<&'a Path>,
     /// Runs along the road, with the names to show.
     pub tracks: Vec<(&'a str, &'a Track)>,
+    /// What was found on the way and is no result of one model: a road that needs more than the controller has, a
+    /// controller that could not be designed.
+    pub remarks: Vec<String>,
     /// The files that were written, by name and content.
     pub files: Vec<SourceFile>,
 }

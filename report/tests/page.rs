@@ -30,6 +30,7 @@ fn page_with_loop(met: bool, in_loop: bool) -> String {
         }],
         path: Some(&path),
         tracks: vec![("identified", &run)],
+        remarks: vec!["the road <needs> more".into()],
         files: plant.provenance.sources.clone(),
     }
     .to_html()
@@ -37,6 +38,14 @@ fn page_with_loop(met: bool, in_loop: bool) -> String {
 
 fn page(met: bool) -> String {
     page_with_loop(met, met)
+}
+
+#[test]
+fn remarks_are_warnings_even_without_a_model() {
+    assert!(page(true).contains("the road &lt;needs&gt; more"));
+    let report = Report { remarks: vec!["no controller".into()], ..Report::default() };
+    let page = report.to_html();
+    assert!(page.contains("Warnings") && page.contains("no controller"), "{page}");
 }
 
 #[test]

@@ -74,11 +74,9 @@ pub(crate) fn check_factor_options(
         ));
     }
     let options = identify.map(IdentifyArguments::options).unwrap_or_default();
-    if options.validation_fraction.to_bits()
-        != IdentifyOptions::default().validation_fraction.to_bits()
-    {
+    if options.validation != IdentifyOptions::default().validation {
         return Err(Failure::new(
-            "--validation-fraction: the validation data of an R factor were chosen when the logs were accumulated",
+            "--validation-fraction and --validation-place: the validation data of an R factor were chosen when the logs were accumulated",
             "omit it",
         ));
     }

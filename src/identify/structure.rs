@@ -10,7 +10,7 @@ use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
 use steerwright_sysid::structures::{ChoiceOptions, IdentifiedModel, StructureOptions};
 use steerwright_sysid::torque::TorqueOptions;
-use steerwright_sysid::{IdentifyOptions, InputKind};
+use steerwright_sysid::{IdentifyOptions, InputKind, ValidationData};
 
 /// The structure of the model, and options of one structure.
 #[derive(clap::Args, Debug, Clone)]
@@ -20,7 +20,7 @@ pub(crate) struct StructureArguments {
     /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
     /// acceleration that a steering torque or its normalised command causes. auto is the one of the first three with
     /// the smallest error on the validation data. With an option of state-space (all under Identification but
-    /// --max-samples and --validation-fraction) and from R factors, auto is state-space
+    /// --max-samples and those of the validation data) and from R factors, auto is state-space
     #[arg(long, value_name = or_auto(Structure::WORDS), default_value = "auto")]
     structure: Auto<Structure>,
     /// Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500
@@ -30,8 +30,8 @@ pub(crate) struct StructureArguments {
     /// is identified, with the steering ratio of the log
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
-    /// Share of the weight on the front axle, of the structure bicycle; the yaw rate hardly depends on it. By
-    /// default 50%
+    /// Share of the weight on the front axle of the bicycle or vehicle; the yaw rate hardly depends on it. By
+    /// default 50% for the bicycle, and identified for the vehicle
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
     /// Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58 wheelbases
@@ -115,10 +115,15 @@ impl StructureArguments {
             (stated.delay_s.is_some(), "--delay"),
             (stated.detrend != default.detrend, "--detrend"),
         ];
-        let sampled = [(stated.max_samples != default.max_samples, "--max-samples")];
-        let of_vehicles =
-            [(self.mass.is_some(), "--mass"), (self.wheelbase.is_some(), "--wheelbase")];
-        let of_bicycle = [(self.front_share.is_some(), "--front-share")];
+        let sampled = [
+            (stated.max_samples != default.max_samples, "--max-samples"),
+            (stated.validation.place != default.validation.place, "--validation-place"),
+        ];
+        let of_vehicles = [
+            (self.mass.is_some(), "--mass"),
+            (self.wheelbase.is_some(), "--wheelbase"),
+            (self.front_share.is_some(), "--front-share"),
+        ];
         let of_single_track = [
             (self.track_width.is_some(), "--track-width"),
             (!self.priors.is_empty(), "--prior"),
@@ -135,7 +140,6 @@ impl StructureArguments {
         let all = [
             (&[state_space][..], &of_state_space[..]),
             (&[bicycle, single_track, None], &of_vehicles),
-            (&[bicycle], &of_bicycle),
             (&[single_track], &of_single_track),
             (&[torque], &of_torque),
             (&[state_space, bicycle, single_track, None], &sampled),
@@ -151,49 +155,54 @@ impl StructureArguments {
                 ));
             }
         }
-        let (fraction, most) = (stated.validation_fraction, stated.max_samples);
+        let (validation, most) = (stated.validation, stated.max_samples);
         let Some(structure) = structure else {
             return Ok(Wanted::Auto(Box::new(ChoiceOptions {
                 state_space: stated,
-                bicycle: self.bicycle(fraction, most),
-                single_track: self.single_track(fraction, most),
+                bicycle: self.bicycle(validation, most),
+                single_track: self.single_track(validation, most),
             })));
         };
         Ok(Wanted::One(match structure {
             Structure::StateSpace => Box::new(stated),
-            Structure::Bicycle => Box::new(self.bicycle(fraction, most)),
-            Structure::SingleTrack => Box::new(self.single_track(fraction, most)),
+            Structure::Bicycle => Box::new(self.bicycle(validation, most)),
+            Structure::SingleTrack => Box::new(self.single_track(validation, most)),
             Structure::Torque => {
                 let default = TorqueOptions::default();
                 Box::new(TorqueOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     friction_rate_radps: self.friction_rate.unwrap_or(default.friction_rate_radps),
-                    validation_fraction: fraction,
+                    validation_fraction: validation.fraction,
                 })
             }
         }))
     }
 
-    fn bicycle(&self, validation_fraction: f64, max_samples: Option<usize>) -> BicycleOptions {
+    fn front_share(&self) -> Option<f64> {
+        self.front_share.map(|percent| percent / 100.0)
+    }
+
+    fn bicycle(&self, validation: ValidationData, max_samples: Option<usize>) -> BicycleOptions {
         BicycleOptions {
             mass_kg: self.mass,
             wheelbase_m: self.wheelbase,
-            front_share: self.front_share.map(|percent| percent / 100.0),
+            front_share: self.front_share(),
             least_speed_mps: self.min_speed,
             max_samples,
-            validation_fraction,
+            validation,
         }
     }
 
     fn single_track(
         &self,
-        validation_fraction: f64,
+        validation: ValidationData,
         max_samples: Option<usize>,
     ) -> IdentifyVehicleOptions {
         let default = IdentifyVehicleOptions::default();
         IdentifyVehicleOptions {
             mass_kg: self.mass,
             wheelbase_m: self.wheelbase,
+            front_share: self.front_share(),
             track_width_m: self.track_width,
             priors: self.priors.clone(),
             fit_lateral_velocity: match self.sideslip {
@@ -202,7 +211,7 @@ impl StructureArguments {
             },
             least_speed_mps: self.min_speed,
             max_samples,
-            validation_fraction,
+            validation,
         }
     }
 }

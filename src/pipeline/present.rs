@@ -64,6 +64,7 @@ pub(super) fn write(
             .find(|r| r.road == STANDARD_ROAD)
             .map(|r| &r.path),
         tracks: tracks(built, STANDARD_ROAD),
+        remarks: built.remarks.clone(),
         files: out.written().to_vec(),
     };
     out.bytes(PAGE, page.to_html().as_bytes())?;

@@ -41,6 +41,7 @@ pub mod subspace;
 mod validation;
 
 pub use data::scaled::Detrend;
+pub use data::split::{ValidationData, ValidationPlace};
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
 pub use model::{Innovation, StateSpace, simulate};

@@ -9,7 +9,7 @@ use steerwright_drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log}
 use steerwright_evaluation::{halves, pole_distance, recording, request, response_distance};
 use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use steerwright_sysid::{
-    DataSet, IdentifyOptions, InputKind, StateSpace, Weighting, automatic, identify,
+    DataSet, IdentifyOptions, InputKind, StateSpace, ValidationData, Weighting, automatic, identify,
 };
 
 /// Prints how well recorded data are reproduced with automatic settings.
@@ -325,7 +325,7 @@ fn scale_car(folder: &Path) -> Result<(), String> {
         for (name, kind) in INPUTS {
             let options = IdentifyOptions {
                 input_kind: kind,
-                validation_fraction: VALIDATION,
+                validation: ValidationData { fraction: VALIDATION, ..ValidationData::default() },
                 ..IdentifyOptions::default()
             };
             let plant = identify(&log, &options).map_err(|e| e.to_string())?.plant;

@@ -22,10 +22,17 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
                 blocks.push(Block::List(list.clone()));
             }
         }
-        if !model.warnings().is_empty() {
-            blocks.push(Block::Heading("Warnings".into()));
-            blocks.push(Block::List(model.warnings().to_vec()));
-        }
+    }
+    let warnings: Vec<String> = report
+        .model
+        .map_or(&[][..], Model::warnings)
+        .iter()
+        .chain(&report.remarks)
+        .cloned()
+        .collect();
+    if !warnings.is_empty() {
+        blocks.push(Block::Heading("Warnings".into()));
+        blocks.push(Block::List(warnings));
     }
     if !blocks.is_empty() {
         blocks.push(Block::Heading("At a glance".into()));

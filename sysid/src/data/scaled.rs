@@ -6,7 +6,7 @@
 
 use crate::Error;
 use crate::data::dataset::{DataSet, Segment, without};
-use crate::data::split::{Selection, Split};
+use crate::data::split::{Selection, Split, ValidationData};
 use crate::error::check_yaw_rate;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
@@ -33,8 +33,7 @@ steerwright_formats::words!(Detrend { Mean = "mean", Linear = "linear", None = "
 pub(crate) struct Preparation {
     pub(crate) input_kind: InputKind,
     pub(crate) detrend: Detrend,
-    /// Share of the log, at its end, that validates.
-    pub(crate) validation_fraction: f64,
+    pub(crate) validation: ValidationData,
     /// Most samples that estimate.
     pub(crate) max_samples: Option<usize>,
 }
@@ -157,14 +156,14 @@ impl Data {
             return Self::of_end(log, options);
         }
         Self::split(log, options, &|input| {
-            Split::new(log, input, options.validation_fraction)
+            Split::new(log, input, options.validation)
                 .thinned(options.max_samples, log.sample_time_s)
         })
     }
 
     /// The same, where the end of the log validates whatever was driven there.
     pub(crate) fn of_end(log: &DriveLog, options: &Preparation) -> Result<Self, Error> {
-        Self::split(log, options, &|u| Split::end(log, u.len(), options.validation_fraction))
+        Self::split(log, options, &|u| Split::end(log, u.len(), options.validation.fraction))
     }
 
     fn split(

@@ -4,10 +4,57 @@
 //! and the rest validation data, and what is not excited stays with the estimation data. Excited are
 //! windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
 
+use crate::Error;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_formats::LEAST_SPREAD;
+
+/// Which part of a log validates the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValidationData {
+    /// Share of the log.
+    pub fraction: f64,
+    /// Where that share is.
+    pub place: ValidationPlace,
+}
+
+impl Default for ValidationData {
+    fn default() -> Self {
+        Self { fraction: 0.5, place: ValidationPlace::Auto }
+    }
+}
+
+/// Where the validation data of a log are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ValidationPlace {
+    /// The end; where a part is hardly excited, or the parts differ in speed or lateral acceleration, blocks over the whole
+    /// log.
+    Auto,
+    /// The end, whatever was driven there.
+    End,
+}
+
+steerwright_formats::words!(ValidationPlace { Auto = "auto", End = "end" });
+
+impl ValidationData {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if (0.1..=0.9).contains(&self.fraction) {
+            return Ok(());
+        }
+        let value = format!("{}%", 100.0 * self.fraction);
+        Err(Error::option("validation fraction", value, "10% to 90%"))
+    }
+
+    /// Adds the options to those of an identification.
+    pub(crate) fn describe(&self, options: &mut BTreeMap<String, String>) {
+        options.insert("validation_fraction".into(), self.fraction.to_string());
+        if self.place != ValidationPlace::Auto {
+            options.insert("validation_place".into(), self.place.name().into());
+        }
+    }
+}
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
 pub(crate) const CRUMB: usize = 60;
@@ -79,8 +126,12 @@ impl Split {
 
     /// The end of the log where both parts are excited by the input and alike in speed and lateral acceleration, else
     /// blocks that are.
-    pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
+    pub(crate) fn new(log: &DriveLog, input: &[f64], wanted: ValidationData) -> Self {
+        let fraction = wanted.fraction;
         let end = Self::end(log, input.len(), fraction);
+        if wanted.place == ValidationPlace::End {
+            return end;
+        }
         let mean = mean(input);
         let power = |ranges: &[Range<usize>]| -> f64 {
             ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - mean).powi(2)).sum()
@@ -260,7 +311,7 @@ mod tests {
     #[test]
     fn the_end_validates_where_it_is_excited() {
         let log = slalom(0.0..60.0, 60.0);
-        let split = Split::new(&log, &log.input, 0.5);
+        let split = Split::new(&log, &log.input, ValidationData::default());
         assert_eq!(split, Split::end(&log, log.len(), 0.5));
         assert_eq!((split.estimation, split.validation), (vec![0..750], vec![750..1500]));
     }
@@ -271,23 +322,31 @@ mod tests {
         let n = log.len();
         let rising: Vec<f64> = (0..n).map(|k| 5.0 + 25.0 * k as f64 / n as f64).collect();
         log.speed = Some(rising.clone());
-        let split = Split::new(&log, &log.input, 0.5);
+        let split = Split::new(&log, &log.input, ValidationData::default());
         assert_eq!(split.selection, Selection::SpeedBlocks);
+        let at_end = ValidationData { place: ValidationPlace::End, ..ValidationData::default() };
+        assert_eq!(Split::new(&log, &log.input, at_end), Split::end(&log, n, 0.5));
         for part in [&split.estimation, &split.validation] {
             let speeds: Vec<f64> = part.iter().flat_map(|r| &rising[r.clone()]).copied().collect();
             assert!(distance(speeds, rising.clone()) < 0.2, "{part:?}");
         }
         // Faster and slower again and again, and one speed.
         log.speed = Some((0..n).map(|k| 15.0 + 5.0 * (0.005 * k as f64).sin()).collect());
-        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
+        assert_eq!(
+            Split::new(&log, &log.input, ValidationData::default()).selection,
+            Selection::End
+        );
         log.speed = Some(rising.iter().map(|v| 15.0 + 0.01 * v).collect());
-        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
+        assert_eq!(
+            Split::new(&log, &log.input, ValidationData::default()).selection,
+            Selection::End
+        );
     }
 
     #[test]
     fn a_long_log_is_thinned_evenly() {
         let log = slalom(0.0..1000.0, 1000.0);
-        let whole = Split::new(&log, &log.input, 0.5);
+        let whole = Split::new(&log, &log.input, ValidationData::default());
         assert_eq!(whole.clone().thinned(Some(12_500), 0.04), whole);
         let split = whole.clone().thinned(Some(3_000), 0.04);
         assert_eq!(split.estimation, [0..1500, 6250..7750]);
@@ -300,16 +359,19 @@ mod tests {
     fn a_straight_does_not_validate() {
         // 12 s of slalom, 8 s straight.
         let log = slalom(0.0..12.0, 20.0);
-        let split = Split::new(&log, &log.input, 0.5);
+        let split = Split::new(&log, &log.input, ValidationData::default());
         assert_eq!(split.selection, Selection::ExcitedBlocks);
         assert_eq!((split.estimation, split.validation), (vec![0..150, 300..500], vec![150..300]));
         // Half as strong is not weak.
         let t = (0..1500).map(|k| (0.04 * f64::from(k), if k < 750 { 1.0 } else { 0.5 }));
         let log = self::log(t.map(|(t, size)| size * (3.0 * t).sin()).collect());
-        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
+        assert_eq!(
+            Split::new(&log, &log.input, ValidationData::default()).selection,
+            Selection::End
+        );
         // A straight at the start, and pairs of a long log.
         let log = slalom(100.0..200.0, 200.0);
-        let split = Split::new(&log, &log.input, 0.5);
+        let split = Split::new(&log, &log.input, ValidationData::default());
         assert_eq!(split.selection, Selection::ExcitedBlocks);
         assert_eq!(split.validation.len(), 2);
         assert!(split.validation.iter().all(|r| r.start >= 2500));

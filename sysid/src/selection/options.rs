@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::data::scaled::{Detrend, Preparation};
+use crate::data::split::ValidationData;
 use crate::subspace::closed_loop::ClosedLoopMethod;
 use crate::subspace::{Realization, Weighting};
 use std::collections::BTreeMap;
@@ -31,8 +32,8 @@ pub struct IdentifyOptions {
     pub input_kind: InputKind,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
-    /// Share of the log, at its end, that is validation data.
-    pub validation_fraction: f64,
+    /// Which part of the log validates.
+    pub validation: ValidationData,
     /// What is taken out of input and output before a model is fitted.
     pub detrend: Detrend,
     /// Pure delay of the input, s. `None`: the one that the data determine (see
@@ -57,7 +58,7 @@ impl Default for IdentifyOptions {
             feedthrough: None,
             input_kind: InputKind::Steering,
             max_samples: Some(MOST_SAMPLES),
-            validation_fraction: 0.5,
+            validation: ValidationData::default(),
             detrend: Detrend::Mean,
             delay_s: None,
             refine: true,
@@ -69,10 +70,7 @@ impl IdentifyOptions {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let out_of_range =
             |option, value: String, expected: &str| Err(Error::option(option, value, expected));
-        if !(0.1..=0.9).contains(&self.validation_fraction) {
-            let value = format!("{}%", 100.0 * self.validation_fraction);
-            return out_of_range("validation fraction", value, "10% to 90%");
-        }
+        self.validation.check()?;
         if !(1..=32).contains(&self.max_order) {
             return out_of_range("max order", self.max_order.to_string(), "1 to 32");
         }
@@ -108,7 +106,7 @@ impl IdentifyOptions {
         Preparation {
             input_kind: self.input_kind,
             detrend: self.detrend,
-            validation_fraction: self.validation_fraction,
+            validation: self.validation,
             max_samples: self.max_samples,
         }
     }
@@ -122,18 +120,19 @@ impl IdentifyOptions {
         fn or(x: Option<impl ToString>, none: &str) -> String {
             x.map_or_else(|| none.into(), |x| x.to_string())
         }
-        BTreeMap::from([
+        let mut map = BTreeMap::from([
             ("method".into(), self.method.map_or("auto", Method::name).into()),
             ("order".into(), or(self.order, "auto")),
             ("max_order".into(), self.max_order.to_string()),
             ("max_samples".into(), or(self.max_samples, "all")),
             ("horizon".into(), or(self.horizon, "auto")),
             ("feedthrough".into(), or(self.feedthrough, "auto")),
-            ("validation_fraction".into(), self.validation_fraction.to_string()),
             ("detrend".into(), self.detrend.name().into()),
             ("delay_s".into(), or(self.delay_s, "auto")),
             ("refine".into(), self.refine.to_string()),
-        ])
+        ]);
+        self.validation.describe(&mut map);
+        map
     }
 }
 

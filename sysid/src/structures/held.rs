@@ -101,8 +101,8 @@ impl<'a> Steering<'a> {
 
     /// Fails for a log that is too short to show how its steering is held.
     pub(crate) fn read(&self) -> Result<&Read<'a>, Error> {
-        let read =
-            self.read.get_or_init(|| Read::new(self.log, self.options, || self.faults().delay_s));
+        let delay_s = || self.faults().delay_s;
+        let read = self.read.get_or_init(|| Read::new(self.log, self.options, delay_s));
         read.as_ref().map_err(Clone::clone)
     }
 
@@ -157,27 +157,27 @@ impl<'a> Read<'a> {
             delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
             is_one_speed: is_one_speed(log),
         };
+        let certain = |held| Self { held, open_hold_s: None, warning: None };
         if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
-            if evidence(&moving_on, &as_read).excludes_the_hold_read(period_s) {
+            let found = evidence(&moving_on, &as_read);
+            if found.excludes_the_hold_read(period_s) {
                 let warning = Some(moving_on.moving_on_in_words(period_s));
-                return Ok(Self { held: moving_on, open_hold_s: None, warning });
+                return Ok(Self { warning, ..certain(moving_on) });
+            }
+            if found.doubts_the_hold_read(period_s) {
+                return Ok(Self { open_hold_s: Some(period_s), ..certain(as_read) });
             }
         }
-        let Some(period_s) = log.open_hold_s() else {
-            return Ok(Self { held: as_read, open_hold_s: None, warning: None });
-        };
+        let Some(period_s) = log.open_hold_s() else { return Ok(certain(as_read)) };
         let as_held = Held::new(log, Between::Held(period_s), options)?;
         Ok(match preferred(period_s, &evidence(&as_read, &as_held)) {
-            Preferred::MovingOn => Self { held: as_read, open_hold_s: None, warning: None },
-            Preferred::OpenMovingOn => {
-                Self { held: as_read, open_hold_s: Some(period_s), warning: None }
+            Preferred::MovingOn => certain(as_read),
+            Preferred::OpenMovingOn => Self { open_hold_s: Some(period_s), ..certain(as_read) },
+            Preferred::OpenHeld => {
+                let warning = Some(as_held.held_in_words(period_s));
+                Self { open_hold_s: Some(period_s), warning, ..certain(as_held) }
             }
-            Preferred::OpenHeld => Self {
-                warning: Some(as_held.held_in_words(period_s)),
-                held: as_held,
-                open_hold_s: Some(period_s),
-            },
         })
     }
 }

@@ -13,6 +13,11 @@
 //!
 //! Where it stays open, the steering is read as moving on unless half a period matters and it is likelier to
 //! be held; the truth may be the other one.
+//!
+//! A command is held by the one who sends it, and read so. But it may be set more often than it is logged: then the yaw rate
+//! comes before the command as held, by half a period less what a lag of the model makes up for. That lag hides part of the
+//! evidence, and it makes a loop that is designed on it overshoot. So a hold that was read is excluded where fits and delay
+//! agree, and open where one of them doubts it.
 
 use crate::data::held_input::ContinuousResponse;
 use crate::model::StateSpace;
@@ -54,13 +59,29 @@ impl HoldEvidence {
         self.delay_s.is_some_and(|[delay, error]| delay - CLEAR * error > 0.5 * HOLD * period_s)
     }
 
-    /// Whether a steering that was read as held certainly moves on between its samples: a hold over `period_s` leads the yaw
-    /// rate.
+    /// Whether the yaw rate certainly comes before a steering that was read as held, by more than `share` of half a period.
+    fn leads_the_hold_read(&self, share: f64, period_s: f64) -> bool {
+        let least_s = -share * HOLD * period_s;
+        self.delay_s.is_some_and(|[delay, error]| delay + CLEAR * error < least_s)
+    }
+
+    /// Whether a steering that was read as held over `period_s` certainly moves on between its samples. A yaw rate that
+    /// comes before both is early, which is a fault of the recording.
     pub(crate) fn excludes_the_hold_read(&self, period_s: f64) -> bool {
-        let leads =
-            self.delay_s.is_some_and(|[d, error]| d + CLEAR * error < -0.5 * HOLD * period_s);
-        let more = self.moving_on.zip(self.held).map(|(moving_on, held)| held - moving_on);
-        more.is_some_and(|more| more > EXCLUDED) && (leads || self.is_one_speed)
+        let Some(more) = self.excess_of_held() else { return false };
+        let agree = more > PREFERRED && self.leads_the_hold_read(0.5, period_s);
+        (agree || more > EXCLUDED && self.is_one_speed) && !self.leads_the_hold_read(1.0, period_s)
+    }
+
+    /// Whether a steering that was read as held over `period_s` may move on between its samples.
+    pub(crate) fn doubts_the_hold_read(&self, period_s: f64) -> bool {
+        let fits_better = self.excess_of_held().is_some_and(|more| more > PREFERRED);
+        self.leads_the_hold_read(0.5, period_s) || fits_better && self.is_one_speed
+    }
+
+    /// The criterion of a steering that is held less that of one that moves on.
+    fn excess_of_held(&self) -> Option<f64> {
+        self.moving_on.zip(self.held).map(|(moving_on, held)| held - moving_on)
     }
 
     /// Whether a steering that is held would certainly lead the yaw rate.
@@ -93,7 +114,7 @@ pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
         true => (true, !evidence.would_lead(period_s)),
         false => (!is_delayed, is_delayed),
     };
-    match evidence.moving_on.zip(evidence.held).map(|(moving_on, held)| held - moving_on) {
+    match evidence.excess_of_held() {
         Some(more) if more > EXCLUDED && may_move_on => Preferred::MovingOn,
         Some(more) if more < -PREFERRED && may_be_held && matters(period_s) => Preferred::OpenHeld,
         _ => Preferred::OpenMovingOn,
@@ -157,6 +178,27 @@ mod tests {
         assert_eq!(of(0.01, Some(-1000.0), Some(-1100.0)), Preferred::OpenMovingOn);
         assert_eq!(of(0.1, None, Some(0.0)), Preferred::OpenMovingOn);
         assert_eq!(of(0.1, Some(f64::NAN), Some(0.0)), Preferred::OpenMovingOn);
+    }
+
+    /// Figures of three cars at 15 m/s, with a command of 20 Hz that was set at 100 Hz or at 20 Hz.
+    #[test]
+    fn a_hold_that_was_read_is_excluded_or_doubted() {
+        let of = |more: f64, delay_s, is_one_speed| {
+            let (moving_on, held) = (Some(-7800.0), Some(-7800.0 + more));
+            let evidence = HoldEvidence { moving_on, held, delay_s, is_one_speed };
+            (evidence.excludes_the_hold_read(0.05), evidence.doubts_the_hold_read(0.05))
+        };
+        let (leads, none) = (Some([-0.0161, 0.0015]), Some([0.001, 0.001]));
+        let (certain, open, held) = ((true, true), (false, true), (false, false));
+        assert_eq!(of(15.4, leads, true), certain);
+        assert_eq!(of(77.2, none, true), certain);
+        assert_eq!(of(15.4, none, true), open);
+        assert_eq!(of(1.1, leads, true), open);
+        assert_eq!(of(1.1, none, true), held);
+        assert_eq!(of(77.2, none, false), held, "fits at one speed do not count");
+        assert_eq!(of(15.4, leads, false), certain);
+        let early = Some([-0.04, 0.001]);
+        assert_eq!(of(77.2, early, true), open, "more than half a period");
     }
 
     /// Whatever models of one speed prefer.

@@ -8,7 +8,9 @@ use faer::linalg::solvers::Solve;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
 use steerwright_formats::{Document, Plant};
 use steerwright_sysid::subspace::Realization;
-use steerwright_sysid::{Error, IdentifyOptions, InputKind, Method, Weighting, identify};
+use steerwright_sysid::{
+    Error, IdentifyOptions, InputKind, Method, ValidationData, Weighting, identify,
+};
 
 /// One order, weighting and horizon, where a test is not about their choice.
 pub(crate) fn quick(order: usize) -> IdentifyOptions {
@@ -280,7 +282,10 @@ fn options_out_of_range_and_hopeless_recordings_are_errors() {
         IdentifyOptions { order: Some(0), ..base.clone() },
         IdentifyOptions { order: Some(20), horizon: Some(10), ..base.clone() },
         IdentifyOptions { horizon: Some(1), ..base.clone() },
-        IdentifyOptions { validation_fraction: 1.0, ..base.clone() },
+        IdentifyOptions {
+            validation: ValidationData { fraction: 1.0, ..ValidationData::default() },
+            ..base.clone()
+        },
         IdentifyOptions { max_order: 0, ..base.clone() },
     ] {
         let error = identify(&log, &options).unwrap_err();

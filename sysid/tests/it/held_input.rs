@@ -164,6 +164,7 @@ fn a_command_that_is_set_more_often_than_logged_moves_on() {
         let (seen, plant) = moves_on(&log);
         println!("{rate_hz} Hz: {:?}", plant.evidence.warnings);
         assert!(seen);
+        assert!(!plant.quality.has(ReasonCode::EarlyYawRate), "{}", plant.quality.summary);
         let fit = validate_plant(&log, &IdentifyOptions::default(), &plant).unwrap();
         let apart = fit.validation_fit - plant.evidence.fit.validation;
         assert!(apart.abs() < 1e-6, "{apart}");

@@ -8,7 +8,8 @@ use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Continuous, Matrix};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{
-    Detrend, Error, Identified, IdentifyOptions, InputKind, identify, validate, validate_plant,
+    Detrend, Error, Identified, IdentifyOptions, InputKind, ValidationData, identify, validate,
+    validate_plant,
 };
 
 /// [`common::vehicle`], whose steering acts by `gain`.
@@ -47,7 +48,10 @@ fn drive(noise: f64) -> DriveLog {
 }
 
 fn options(hold_out: f64) -> IdentifyOptions {
-    IdentifyOptions { validation_fraction: hold_out, ..quick(3) }
+    IdentifyOptions {
+        validation: ValidationData { fraction: hold_out, ..ValidationData::default() },
+        ..quick(3)
+    }
 }
 
 /// An output offset of its own on the estimation data makes up for what the means of input and output
@@ -131,7 +135,10 @@ fn a_plant_gets_the_figures_of_its_identification_from_its_file() {
         // The delay in the plant goes before the options.
         let validated = validate_plant(
             &log,
-            &IdentifyOptions { validation_fraction: 0.4, ..IdentifyOptions::default() },
+            &IdentifyOptions {
+                validation: ValidationData { fraction: 0.4, ..ValidationData::default() },
+                ..IdentifyOptions::default()
+            },
             &plant,
         )
         .unwrap();

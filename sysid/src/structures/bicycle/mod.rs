@@ -102,8 +102,7 @@ pub(crate) fn identify_moving(
     let read = steering.read().ok();
     let log = read.map_or(steering.log, |read| &*read.held.log);
     let recording = Recording::new(log, &|turned| {
-        Split::new(log, turned, options.validation_fraction)
-            .thinned(options.max_samples, log.sample_time_s)
+        Split::new(log, turned, options.validation).thinned(options.max_samples, log.sample_time_s)
     })?;
     let segments = segments(&recording, log);
     let geometry =

@@ -1,6 +1,7 @@
 //! How a bicycle is identified.
 
 use crate::Error;
+use crate::data::split::ValidationData;
 use crate::selection::options::MOST_SAMPLES;
 use std::collections::BTreeMap;
 
@@ -25,8 +26,8 @@ pub struct BicycleOptions {
     pub least_speed_mps: Option<f64>,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
-    /// Share of the log, at its end, that is validation data.
-    pub validation_fraction: f64,
+    /// Which part of the log validates.
+    pub validation: ValidationData,
 }
 
 impl Default for BicycleOptions {
@@ -37,7 +38,7 @@ impl Default for BicycleOptions {
             front_share: None,
             least_speed_mps: None,
             max_samples: Some(MOST_SAMPLES),
-            validation_fraction: 0.5,
+            validation: ValidationData::default(),
         }
     }
 }
@@ -59,7 +60,7 @@ impl BicycleOptions {
             let expected = format!("{low} to {high}{unit}");
             Err(Error::option(option, format!("{value}{unit}"), expected))
         };
-        within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
+        self.validation.check()?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("front share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
         within("lowest speed", self.least_speed_mps.unwrap_or_default(), (0.0, 100.0), " m/s")?;
@@ -68,13 +69,14 @@ impl BicycleOptions {
 
     pub(super) fn to_map(&self) -> BTreeMap<String, String> {
         let wheelbase = self.wheelbase_m.map_or_else(|| "identified".into(), |l| l.to_string());
-        BTreeMap::from([
+        let mut map = BTreeMap::from([
             ("structure".into(), "bicycle".into()),
             ("mass_kg".into(), self.mass().to_string()),
             ("wheelbase_m".into(), wheelbase),
             ("front_share".into(), self.front_share().to_string()),
             ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
-            ("validation_fraction".into(), self.validation_fraction.to_string()),
-        ])
+        ]);
+        self.validation.describe(&mut map);
+        map
     }
 }

@@ -40,7 +40,7 @@ pub fn validate_bicycle(
         ..log.clone()
     };
     let recording = Recording::new(&with_speed, &|turned| {
-        Split::end(log, turned.len(), options.validation_fraction)
+        Split::end(log, turned.len(), options.validation.fraction)
     })?;
     let segments = segments(&recording, &with_speed);
     let stated = parameters::Geometry { wheelbase: None, is_angle: true };

@@ -34,8 +34,7 @@ fn estimated(log: &DriveLog) -> Result<Option<[f64; 2]>, Error> {
     }
     let options = BicycleOptions::default();
     let recording = Recording::new(log, &|turned| {
-        Split::new(log, turned, options.validation_fraction)
-            .thinned(options.max_samples, log.sample_time_s)
+        Split::new(log, turned, options.validation).thinned(options.max_samples, log.sample_time_s)
     })?;
     let all = segments(&recording, log);
     let estimation = within(&all, &recording.split.estimation);

@@ -86,8 +86,7 @@ pub(crate) fn identify_moving(
     let read = steering.read().ok();
     let held = read.map_or(log, |read| &*read.held.log);
     let recording = Recording::new(log, &|turned| {
-        Split::new(log, turned, options.validation_fraction)
-            .thinned(options.max_samples, log.sample_time_s)
+        Split::new(log, turned, options.validation).thinned(options.max_samples, log.sample_time_s)
     })?;
     check_signs(log)?;
     let estimator = options.estimator(log)?;

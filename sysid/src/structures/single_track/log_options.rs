@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::data::moving::wheelbase_of_log;
+use crate::data::split::ValidationData;
 use crate::selection::options::MOST_SAMPLES;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::Parameter;
@@ -20,6 +21,8 @@ pub struct IdentifyVehicleOptions {
     /// Wheelbase, m. Stated, the steering ratio is identified in its place; `None` identifies the
     /// wheelbase by the log's steering ratio.
     pub wheelbase_m: Option<f64>,
+    /// Share of the weight on the front axle; identified, with its prior, where `None`.
+    pub front_share: Option<f64>,
     /// Left to right wheel, m; 0.58 wheelbases where `None`.
     pub track_width_m: Option<f64>,
     /// Priors by name of the parameter: mean and standard deviation of the coordinate, 0 to fix it.
@@ -31,8 +34,8 @@ pub struct IdentifyVehicleOptions {
     pub least_speed_mps: Option<f64>,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
-    /// Share of the log, at its end, that is validation data.
-    pub validation_fraction: f64,
+    /// Which part of the log validates.
+    pub validation: ValidationData,
 }
 
 impl Default for IdentifyVehicleOptions {
@@ -40,12 +43,13 @@ impl Default for IdentifyVehicleOptions {
         Self {
             mass_kg: None,
             wheelbase_m: None,
+            front_share: None,
             track_width_m: None,
             priors: Vec::new(),
             fit_lateral_velocity: true,
             least_speed_mps: None,
             max_samples: Some(MOST_SAMPLES),
-            validation_fraction: 0.5,
+            validation: ValidationData::default(),
         }
     }
 }
@@ -67,7 +71,10 @@ impl IdentifyVehicleOptions {
             let expected = format!("{low} to {high}{unit}");
             Err(Error::option(option, format!("{value}{unit}"), expected))
         };
-        within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
+        self.validation.check()?;
+        let share = Parameter::FrontShare.default_prior();
+        let bounds = (100.0 * share.min, 100.0 * share.max);
+        within("front share", 100.0 * self.front_share.unwrap_or(share.mean), bounds, " %")?;
         within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("lowest speed", self.least_speed_mps.unwrap_or(3.0), (0.5, 100.0), " m/s")?;
         within("track width", self.track_width_m.unwrap_or(1.5), (0.1, 10.0), " m")?;
@@ -92,6 +99,11 @@ impl IdentifyVehicleOptions {
             // The angle at a command of 1 may be that of a servo or of a steering wheel.
             let prior = Prior { mean: 0.4, standard_deviation: 1.5, min: 1e-3, max: 100.0 };
             priors.push((Parameter::SteeringFactor, prior));
+        }
+        if let Some(share) = self.front_share {
+            let prior = Parameter::FrontShare.default_prior();
+            let stated = Prior { mean: share, standard_deviation: 0.0, ..prior };
+            priors.push((Parameter::FrontShare, stated));
         }
         for (name, [mean, standard_deviation]) in &self.priors {
             let parameter = Parameter::ALL.into_iter().find(|p| p.name() == name);
@@ -118,11 +130,12 @@ impl IdentifyVehicleOptions {
             ("structure".into(), "single-track".into()),
             ("mass_kg".into(), self.mass().to_string()),
             ("wheelbase_m".into(), or(self.wheelbase_m, "identified")),
+            ("front_share".into(), or(self.front_share, "identified")),
             ("track_width_m".into(), or(self.track_width_m, "0.58 wheelbases")),
             ("fit_lateral_velocity".into(), self.fit_lateral_velocity.to_string()),
             ("max_samples".into(), self.max_samples.map_or("all".into(), |n| n.to_string())),
-            ("validation_fraction".into(), self.validation_fraction.to_string()),
         ]);
+        self.validation.describe(&mut map);
         for (name, [mean, deviation]) in &self.priors {
             map.insert(format!("prior {name}"), format!("{mean} ± {deviation}"));
         }

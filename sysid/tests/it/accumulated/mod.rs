@@ -13,8 +13,8 @@ use steerwright_drivelog::{LogFile, LogOptions, read_log};
 use steerwright_formats::{AccumulatedDrives, Document, InputKind, Plant};
 use steerwright_sysid::model::initial_state;
 use steerwright_sysid::{
-    AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, Method, StateSpace, Weighting,
-    automatic, fit_percent, identify, simulate,
+    AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, Method, StateSpace,
+    ValidationData, Weighting, automatic, fit_percent, identify, simulate,
 };
 
 fn csv(seed: u64, rows: usize) -> String {
@@ -226,7 +226,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     // As much to estimate from as the factor has.
     let options = IdentifyOptions {
         delay_s: Some(0.0),
-        validation_fraction: 0.25,
+        validation: ValidationData { fraction: 0.25, ..ValidationData::default() },
         ..IdentifyOptions::default()
     };
     let log = read_log(&[("a.csv".into(), text.clone().into())], &LogOptions::default()).unwrap();

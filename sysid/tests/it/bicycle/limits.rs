@@ -3,8 +3,8 @@
 use super::{DRIVE, Drive, T, car, drive, evidence, recording};
 use crate::known::Random;
 use steerwright_drivelog::DriveLog;
-use steerwright_sysid::Error;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::{Error, ValidationData};
 
 #[test]
 fn a_constant_speed_is_reported_to_schedule_nothing() {
@@ -88,7 +88,10 @@ fn hopeless_drives_are_errors_or_reported() {
         BicycleOptions { mass_kg: Some(0.0), ..BicycleOptions::default() },
         BicycleOptions { front_share: Some(1.0), ..BicycleOptions::default() },
         BicycleOptions { wheelbase_m: Some(f64::NAN), ..BicycleOptions::default() },
-        BicycleOptions { validation_fraction: 0.95, ..BicycleOptions::default() },
+        BicycleOptions {
+            validation: ValidationData { fraction: 0.95, ..ValidationData::default() },
+            ..BicycleOptions::default()
+        },
     ] {
         assert!(matches!(identify_bicycle(&good, &options), Err(Error::Option { .. })));
     }
