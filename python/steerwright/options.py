@@ -168,15 +168,18 @@ class ModelOptions(TypedDict, total=False):
     max_samples: Union[int, str]
     """Largest number of estimation samples, in blocks spread over a long log (default 60000)."""
     validation_fraction: Quantity
-    """Share of the log that is validation data: its end, or excited blocks of it (default 50%)."""
+    """Share of the log that is validation data (default 50%)."""
+    validation_place: Literal["auto", "end"]
+    """Where the validation data are: at the end of the log, or, with auto, in blocks over the whole log
+    where a part is hardly steered or the parts differ in speed or lateral acceleration (default auto)."""
     mass: float
     """Mass in bicycle.json or vehicle.json, kg; the fit does not depend on it. By default 1500."""
     wheelbase: float
     """Wheelbase of the bicycle or vehicle, m; the steering ratio is then identified. By default the
     wheelbase is identified, with the steering ratio of the log."""
     front_share: Quantity
-    """Share of the weight on the front axle, of the structure bicycle; the yaw rate hardly depends on
-    it. By default 50%."""
+    """Share of the weight on the front axle of the bicycle or vehicle; the yaw rate hardly depends on
+    it. By default 50% for the bicycle, and identified for the vehicle."""
     track_width: float
     """Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58
     wheelbases."""
@@ -203,8 +206,8 @@ class IdentifyOptions(ModelOptions, total=False):
     speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
     the lateral acceleration that a steering torque or its normalised command causes. auto is the one of
     the first three with the smallest error on the validation data. With an option of state-space (all
-    under Identification but max_samples and validation_fraction) and from R factors, auto is state-space
-    (default auto)."""
+    under Identification but max_samples and those of the validation data) and from R factors, auto is
+    state-space (default auto)."""
 
 
 class AccumulateOptions(TypedDict, total=False):
