@@ -4,10 +4,10 @@
 //! acts τ later: within a sample it is first the older value, then the newer. Over each of the two
 //! parts the transition of (v_y, r, δ) is exact, exp([A b 0; 0 −l l; 0 0 0]·h) by scaling and
 //! squaring of its blocks (l = 1/Tn), and so are its derivatives, by h as well, from which the one
-//! by the delay follows.
+//! by the delay follows. It is computed at a table of speeds and interpolated between them.
 
 use crate::linalg::dual::{Dual, Scalar};
-use crate::structures::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
+use crate::structures::bicycle::parameters::{ALL, BLEND_SPEED, Coefficients, PARAMETERS};
 use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
@@ -61,6 +61,21 @@ fn sum<S: Scalar>(x: &[S; 2], y: &[S; 2]) -> [S; 2] {
 }
 
 impl<S: Scalar> Transition<S> {
+    fn zero() -> Self {
+        let zero = S::constant(0.0);
+        Self { lateral: [zero; 4], by_wheel: [zero; 2], by_target: [zero; 2], wheel: zero }
+    }
+
+    /// Adds `weight·other`.
+    #[inline]
+    fn add(&mut self, other: &Self, weight: f64) {
+        let add = |sum: &mut S, x: &S| *sum = *sum + x.times(weight);
+        self.lateral.iter_mut().zip(&other.lateral).for_each(|(sum, x)| add(sum, x));
+        self.by_wheel.iter_mut().zip(&other.by_wheel).for_each(|(sum, x)| add(sum, x));
+        self.by_target.iter_mut().zip(&other.by_target).for_each(|(sum, x)| add(sum, x));
+        add(&mut self.wheel, &other.wheel);
+    }
+
     fn new(a: &[S; 4], b: &[S; 2], rate: S, h: S) -> Self {
         let size = |x: S| x.value().abs();
         // A bound on the norm after scaling the states such that the off-diagonals are of one size.
@@ -136,43 +151,93 @@ impl<S: Scalar> Transition<S> {
     }
 }
 
-/// Speeds whose transitions are kept: they repeat where the speed is constant, quantised or rounded.
-const KEPT: usize = 256;
+/// Transitions are computed at speeds whose logarithms are that far apart, and interpolated between them …
+const SPEED_STEP: f64 = 1.0 / 64.0;
+/// … by the polynomial through so many of them: the error is near rounding.
+const POINTS: usize = 8;
+/// 1/∏(j − k) over the other points k.
+const SCALES: [f64; POINTS] = [
+    -1.0 / 5040.0,
+    1.0 / 720.0,
+    -1.0 / 240.0,
+    1.0 / 144.0,
+    -1.0 / 144.0,
+    1.0 / 240.0,
+    -1.0 / 720.0,
+    1.0 / 5040.0,
+];
 
-/// The transitions over the older and the newer part of a sample, by speed.
-struct Transitions<'a, S> {
-    c: &'a Coefficients<S>,
-    /// Not where that part is empty.
-    older: Option<S>,
-    newer: S,
-    kept: Vec<Option<(u64, AtSpeed<S>)>>,
+/// A speed between those of the table: the first of [`POINTS`] neighbours and Lagrange's weights.
+struct Between {
+    first: usize,
+    weights: [f64; POINTS],
 }
 
-struct AtSpeed<S> {
-    older: Option<Transition<S>>,
-    newer: Transition<S>,
+impl Between {
+    /// `None` near and below [`BLEND_SPEED`], where the coefficients have a kink.
+    fn new(speed: f64) -> Option<Self> {
+        const BELOW: usize = POINTS / 2 - 1;
+        let place = (speed / BLEND_SPEED).ln() / SPEED_STEP;
+        if !(place >= BELOW as f64 && place.is_finite()) {
+            return None;
+        }
+        let whole = place.floor();
+        let x = BELOW as f64 + (place - whole);
+        let mut weights = SCALES;
+        let mut before = 1.0;
+        for (k, weight) in weights.iter_mut().enumerate() {
+            *weight *= before;
+            before *= x - k as f64;
+        }
+        let mut after = 1.0;
+        for (k, weight) in weights.iter_mut().enumerate().rev() {
+            *weight *= after;
+            after *= x - k as f64;
+        }
+        Some(Self { first: whole as usize - BELOW, weights })
+    }
+}
+
+/// The transitions over a part of a sample, by speed.
+struct Transitions<'a, S> {
+    c: &'a Coefficients<S>,
+    h: S,
+    table: Vec<Option<Transition<S>>>,
 }
 
 impl<'a, S: Scalar> Transitions<'a, S> {
-    fn new(c: &'a Coefficients<S>, older: Option<S>, newer: S) -> Self {
-        Self { c, older, newer, kept: (0..KEPT).map(|_| None).collect() }
+    fn new(c: &'a Coefficients<S>, h: S) -> Self {
+        Self { c, h, table: Vec::new() }
     }
 
-    fn at(&mut self, speed: f64) -> &AtSpeed<S> {
-        let key = speed.to_bits();
-        // Fibonacci hashing (Knuth, volume 3, section 6.4): the upper bits of a product.
-        let place = (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % KEPT;
-        let kept = &mut self.kept[place];
-        if kept.as_ref().is_none_or(|(of, _)| *of != key) {
-            *kept = None;
-        }
-        let of = |h| {
-            let (a, b) = self.c.at_speed(speed);
-            Transition::new(&a, &b, self.c.rate, h)
-        };
-        let found = || (key, AtSpeed { older: self.older.map(&of), newer: of(self.newer) });
-        &kept.get_or_insert_with(found).1
+    fn exact(&self, speed: f64) -> Transition<S> {
+        let (a, b) = self.c.at_speed(speed);
+        Transition::new(&a, &b, self.c.rate, self.h)
     }
+
+    fn at(&mut self, speed: f64, between: Option<&Between>) -> Transition<S> {
+        let Some(Between { first, weights }) = between else { return self.exact(speed) };
+        if self.table.len() < first + POINTS {
+            self.table.resize_with(first + POINTS, || None);
+        }
+        let mut sum = Transition::zero();
+        for (place, weight) in (*first..).zip(weights) {
+            if self.table[place].is_none() {
+                let node = BLEND_SPEED * (SPEED_STEP * place as f64).exp();
+                self.table[place] = Some(self.exact(node));
+            }
+            if let Some(transition) = &self.table[place] {
+                sum.add(transition, *weight);
+            }
+        }
+        sum
+    }
+}
+
+/// The transitions over the older and the newer part of a sample.
+struct AtSpeed<S> {
+    older: Option<Transition<S>>,
+    newer: Transition<S>,
 }
 
 /// Runs the model; `each` gets the yaw rates. `false` where it leaves all bounds. `by_delay` keeps
@@ -214,10 +279,21 @@ fn run<S: Scalar>(
         }
     }
     let acts = older.value() > 0.0 || by_delay;
-    let mut transitions = Transitions::new(c, acts.then_some(older), newer);
-    for k in 0..recording.len() {
+    let mut olders = acts.then(|| Transitions::new(c, older));
+    let mut newers = Transitions::new(c, newer);
+    // That of the sample before is kept: a speed may be constant, or logged at a lower rate.
+    let mut last: Option<(f64, AtSpeed<S>)> = None;
+    for (k, &speed) in recording.speed.iter().enumerate().take(recording.len()) {
         each(x[1] + c.yaw_rate_offset);
-        let over = transitions.at(recording.speed[k]);
+        let over = match &mut last {
+            Some((of, over)) if *of == speed => over,
+            last => {
+                let between = Between::new(speed);
+                let older = olders.as_mut().map(|o| o.at(speed, between.as_ref()));
+                let newer = newers.at(speed, between.as_ref());
+                &mut last.insert((speed, AtSpeed { older, newer })).1
+            }
+        };
         let at = k as f64 - whole;
         if let Some(older) = &over.older {
             older.apply(&mut x, &mut wheel, target(at - 1.0));
@@ -339,6 +415,30 @@ mod tests {
                     let error = (difference - found.by[t][i]).abs();
                     // Rounding, a millionth of a millionth of the yaw rate, over the step.
                     assert!(error < 1e-5 * size + 1e-7, "{i} at {t}: {difference} {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn transitions_between_the_speeds_of_the_table_are_the_exact_ones() {
+        // Soft and stiff tyres, a slow and a fast lag, long samples.
+        for (front, rear, lag) in [(3.2, 3.4, -1.0), (4.2, 4.4, -2.5), (5.5, 5.6, -9.0)] {
+            let p = [front, rear, 0.9, -0.1, lag, 0.07, 0.01, 0.002, 0.1];
+            let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
+            let c = Coefficients::new(&p, 0.45);
+            let mut transitions = Transitions::new(&c, c.delay);
+            for k in 0..400 {
+                let speed = 1.1 * (0.011 * f64::from(k)).exp();
+                let between = Between::new(speed).unwrap();
+                let found = transitions.at(speed, Some(&between));
+                let exact = transitions.exact(speed);
+                let pairs = |t: &Transition<Dual<ALL>>| {
+                    let all = [&t.lateral[..], &t.by_wheel, &t.by_target, &[t.wheel]].concat();
+                    all.iter().flat_map(|x| [&[x.value][..], &x.by].concat()).collect::<Vec<_>>()
+                };
+                for (a, b) in pairs(&found).iter().zip(&pairs(&exact)) {
+                    assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "{speed}: {a} {b}");
                 }
             }
         }
