@@ -19,14 +19,17 @@ impl Columns {
         self.height
     }
 
+    #[inline(always)]
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Nothing, out);
     }
 
+    #[inline(always)]
     pub(crate) fn product_and(&self, x: &[f64], factor: f64, column: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Column(factor, column), out);
     }
 
+    #[inline(always)]
     pub(crate) fn add_product(&self, x: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Out, out);
     }

@@ -147,6 +147,7 @@ pub(crate) fn rows(m: MatRef<'_, f64>) -> Vec<f64> {
 }
 
 /// Σ a·b of short vectors, in order.
+#[inline(always)]
 pub(crate) fn short_dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -1,5 +1,6 @@
 //! Numbers that carry their derivatives (forward-mode differentiation): the simulation is written once,
-//! and its sensitivities are exact to rounding, without a step size.
+//! and its sensitivities are exact to rounding, without a step size. All operations are inlined into simulations that
+//! `pulp` compiles for the widest vectors of the processor.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -42,7 +43,7 @@ impl<const P: usize> Dual<P> {
     }
 
     /// f(x) by the chain rule, with f's value and derivative at x.
-    #[inline]
+    #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
         let mut by = self.by;
         for b in &mut by {
@@ -56,7 +57,7 @@ macro_rules! by_each {
     ($operator:ident, $method:ident, $assign:tt) => {
         impl<const P: usize> $operator for Dual<P> {
             type Output = Self;
-            #[inline]
+            #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 self.value $assign other.value;
                 for (a, b) in self.by.iter_mut().zip(&other.by) {
@@ -73,7 +74,7 @@ by_each!(Sub, sub, -=);
 
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(mut self, other: Self) -> Self {
         for (a, b) in self.by.iter_mut().zip(&other.by) {
             *a = *a * other.value + self.value * b;
@@ -85,7 +86,7 @@ impl<const P: usize> Mul for Dual<P> {
 
 impl<const P: usize> Div for Dual<P> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(mut self, other: Self) -> Self {
         let inverse = 1.0 / other.value;
         self.value *= inverse;
@@ -98,22 +99,22 @@ impl<const P: usize> Div for Dual<P> {
 
 impl<const P: usize> Neg for Dual<P> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
 }
 
 impl<const P: usize> Scalar for Dual<P> {
-    #[inline]
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self { value, by: [0.0; P] }
     }
-    #[inline]
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }
-    #[inline]
+    #[inline(always)]
     fn times(self, factor: f64) -> Self {
         self.chain(self.value * factor, factor)
     }
@@ -129,55 +130,65 @@ impl<const P: usize> Scalar for Dual<P> {
         let s = self.value.sqrt();
         self.chain(s, 0.5 / s)
     }
-    #[inline]
+    #[inline(always)]
     fn plus(mut self, value: f64) -> Self {
         self.value += value;
         self
     }
-    #[inline]
+    #[inline(always)]
     fn sin(self) -> Self {
         let (sin, cos) = self.value.sin_cos();
         self.chain(sin, cos)
     }
-    #[inline]
+    #[inline(always)]
     fn cos(self) -> Self {
         let (sin, cos) = self.value.sin_cos();
         self.chain(cos, -sin)
     }
-    #[inline]
+    #[inline(always)]
     fn atan(self) -> Self {
         self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
     }
 }
 
 impl Scalar for f64 {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         value
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self
     }
+    #[inline(always)]
     fn times(self, factor: f64) -> Self {
         self * factor
     }
+    #[inline(always)]
     fn exp(self) -> Self {
         f64::exp(self)
     }
+    #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
     }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
+    #[inline(always)]
     fn plus(self, value: f64) -> Self {
         self + value
     }
+    #[inline(always)]
     fn sin(self) -> Self {
         f64::sin(self)
     }
+    #[inline(always)]
     fn cos(self) -> Self {
         f64::cos(self)
     }
+    #[inline(always)]
     fn atan(self) -> Self {
         f64::atan(self)
     }

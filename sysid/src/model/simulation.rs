@@ -8,6 +8,7 @@ use crate::linalg::columns::Columns;
 use crate::linalg::dense::{column, least_squares};
 use crate::model::state_space::StateSpace;
 use faer::{Mat, MatRef};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Output of the model from the state `x0` (eq 1–2), ny by N.
 #[must_use]
@@ -34,20 +35,40 @@ pub(crate) fn driven(
     model: &StateSpace,
     count: usize,
     x0: &[f64],
-    mut input: impl FnMut(usize, &mut [f64]),
-    mut visit: impl FnMut(usize, &[f64]),
+    input: impl FnMut(usize, &mut [f64]),
+    visit: impl FnMut(usize, &[f64]),
 ) {
-    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
-    let (mut x, mut next) = (x0.to_vec(), vec![0.0; model.order()]);
-    let (mut now, mut y) = (vec![0.0; model.inputs()], vec![0.0; model.outputs()]);
-    for t in 0..count {
-        input(t, &mut now);
-        c.product(&x, &mut y);
-        d.add_product(&now, &mut y);
-        visit(t, &y);
-        a.product(&x, &mut next);
-        b.add_product(&now, &mut next);
-        std::mem::swap(&mut x, &mut next);
+    Arch::new().dispatch(Driven { model, count, x0, input, visit });
+}
+
+struct Driven<'a, I, V> {
+    model: &'a StateSpace,
+    count: usize,
+    x0: &'a [f64],
+    input: I,
+    visit: V,
+}
+
+impl<I: FnMut(usize, &mut [f64]), V: FnMut(usize, &[f64])> WithSimd for Driven<'_, I, V> {
+    type Output = ();
+
+    /// The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { model, count, x0, mut input, mut visit } = self;
+        let [a, b, c, d] =
+            [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
+        let (mut x, mut next) = (x0.to_vec(), vec![0.0; model.order()]);
+        let (mut now, mut y) = (vec![0.0; model.inputs()], vec![0.0; model.outputs()]);
+        for t in 0..count {
+            input(t, &mut now);
+            c.product(&x, &mut y);
+            d.add_product(&now, &mut y);
+            visit(t, &y);
+            a.product(&x, &mut next);
+            b.add_product(&now, &mut next);
+            std::mem::swap(&mut x, &mut next);
+        }
     }
 }
 

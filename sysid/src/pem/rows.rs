@@ -28,6 +28,7 @@ impl Drive {
         }
     }
 
+    #[inline(always)]
     pub(super) fn fill(self, segment: &Segment, t: usize, v: &mut [f64]) {
         let m = segment.u.nrows();
         for (l, value) in v.iter_mut().enumerate() {
@@ -107,6 +108,7 @@ impl<'a> Sensitivities<'a> {
     /// The rows of sample t, one for each output: derivatives by x(0), by the offsets where these are
     /// free, by the local coordinates, and the error y − ŷ, each row `n + ny + count + 1` long, without
     /// offsets `n + count + 1`. Then the filters move on, so t runs from 0.
+    #[inline(always)]
     pub(super) fn sample(&mut self, t: usize, out: &mut [f64]) {
         let model = &self.coordinates.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
@@ -148,6 +150,7 @@ impl<'a> Sensitivities<'a> {
         self.advance();
     }
 
+    #[inline(always)]
     fn advance(&mut self) {
         let (n, m) = (self.a.height(), self.v.len());
         let p = self.c.len() / n;

@@ -14,6 +14,7 @@ use crate::model::{StateSpace, driven};
 use crate::pem::coordinates::Coordinates;
 use crate::pem::rows::{Drive, Sensitivities};
 use faer::{Mat, MatRef, Side};
+use pulp::{Arch, Simd, WithSimd};
 
 /// When to stop refining.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,42 +123,63 @@ pub(super) fn linearise(
     data: &DataSet,
     weight: &Mat<f64>,
 ) -> Linearised {
-    let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
-    let free = offsets.map_or(0, <[f64]>::len);
-    let count = free + coordinates.count();
-    let width = n + count + 1;
-    let mut all = RFactor::new(count + 1);
-    let mut heads = Vec::new();
-    let mut rows = vec![0.0; p * width];
-    for (segment, x0) in data.segments().iter().zip(x0s) {
-        let mut filters = Sensitivities::new(coordinates, drive, segment, x0, offsets);
-        let mut head = Some(RFactor::new(width));
-        let mut close = |head: &mut Option<RFactor>, all: &mut RFactor| {
-            if let Some(head) = head.take() {
-                let r = head.finish();
-                all.accumulate(r.get(n.., n..));
-                heads.push(r.get(..n, ..).to_owned());
-            }
-        };
-        for t in 0..segment.len() {
-            if !filters.free {
-                close(&mut head, &mut all);
-            }
-            filters.sample(t, &mut rows);
-            weigh(weight, &mut rows);
-            for row in rows.chunks_exact(width) {
-                match &mut head {
-                    Some(head) => head.push(row),
-                    None => all.push(&row[n..]),
+    Arch::new().dispatch(Derivatives { coordinates, x0s, offsets, drive, data, weight })
+}
+
+struct Derivatives<'a> {
+    coordinates: &'a Coordinates,
+    x0s: &'a [Vec<f64>],
+    offsets: Option<&'a [f64]>,
+    drive: Drive,
+    data: &'a DataSet,
+    weight: &'a Mat<f64>,
+}
+
+impl WithSimd for Derivatives<'_> {
+    type Output = Linearised;
+
+    /// The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> Linearised {
+        let Self { coordinates, x0s, offsets, drive, data, weight } = self;
+        let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
+        let free = offsets.map_or(0, <[f64]>::len);
+        let count = free + coordinates.count();
+        let width = n + count + 1;
+        let mut all = RFactor::new(count + 1);
+        let mut heads = Vec::new();
+        let mut rows = vec![0.0; p * width];
+        for (segment, x0) in data.segments().iter().zip(x0s) {
+            let mut filters = Sensitivities::new(coordinates, drive, segment, x0, offsets);
+            let mut head = Some(RFactor::new(width));
+            let mut close = |head: &mut Option<RFactor>, all: &mut RFactor| {
+                if let Some(head) = head.take() {
+                    let r = head.finish();
+                    all.accumulate(r.get(n.., n..));
+                    heads.push(r.get(..n, ..).to_owned());
+                }
+            };
+            for t in 0..segment.len() {
+                if !filters.free {
+                    close(&mut head, &mut all);
+                }
+                filters.sample(t, &mut rows);
+                weigh(weight, &mut rows);
+                for row in rows.chunks_exact(width) {
+                    match &mut head {
+                        Some(head) => head.push(row),
+                        None => all.push(&row[n..]),
+                    }
                 }
             }
+            close(&mut head, &mut all);
         }
-        close(&mut head, &mut all);
+        Linearised { r_factor: all.finish(), heads, offsets: free }
     }
-    Linearised { r_factor: all.finish(), heads, offsets: free }
 }
 
 /// rows ← weight · rows, weight lower triangular.
+#[inline(always)]
 pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
     let p = weight.nrows();
     let width = rows.len() / p;

@@ -32,6 +32,8 @@ pub(crate) struct InMemory<'a> {
     pub(crate) fitted: &'a DataSet,
     pub(crate) options: &'a IdentifyOptions,
     pub(crate) estimates: Estimates<'a>,
+    /// The initial estimate of the largest model, by which the noise order is chosen.
+    largest: Option<Candidate>,
     noise_order: usize,
     pub(crate) offset: bool,
     vehicle: bool,
@@ -63,14 +65,14 @@ impl<'a> InMemory<'a> {
                 Some(largest_estimate(options, all.largest_order(), best)?)
             }
         };
-        let noise_order = match largest {
+        let noise_order = match &largest {
             Some(Candidate { model, .. }) => AutoregressiveNoise::order(
-                &InitialConditions::new(&model, data, offset)?.errors(&model, data),
+                &InitialConditions::new(model, data, offset)?.errors(model, data),
                 data,
             ),
             None => 0,
         };
-        Ok(Self { data, fitted, options, estimates, noise_order, offset, vehicle })
+        Ok(Self { data, fitted, options, estimates, largest, noise_order, offset, vehicle })
     }
 
     pub(crate) fn fitting(self, fitted: &'a DataSet) -> Self {
@@ -166,10 +168,21 @@ impl Estimator for InMemory<'_> {
     }
 
     fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error> {
+        let kept = self
+            .largest
+            .as_ref()
+            .filter(|c| c.model.order() == order && c.feedthrough == feedthrough)
+            .cloned();
         let mut all = match &self.estimates {
-            Estimates::OpenLoop(all) => vec![all.best(order, feedthrough)?],
+            Estimates::OpenLoop(all) => match kept {
+                Some(kept) => vec![kept],
+                None => vec![all.best(order, feedthrough)?],
+            },
             Estimates::ClosedLoop(predicted, others) => {
-                let first = predicted.best(self.data, order, feedthrough);
+                let first = match kept {
+                    Some(kept) => Ok(kept),
+                    None => predicted.best(self.data, order, feedthrough),
+                };
                 let other = others.as_ref().map(|o| o.best(order, feedthrough));
                 at_least_one(std::iter::once(first).chain(other))?
             }

@@ -40,7 +40,10 @@ pub(crate) fn play(reference: &Reference<'_>, recorded: &Fitted) -> Option<(f64,
     // A few widths show whether there is any play.
     let mut shows = false;
     for width in COARSE_WIDTHS {
-        shows |= explains(behind(width, recorded)?.left());
+        shows = explains(reference.left_by(&|u| behind_play(u, width), recorded)?);
+        if shows {
+            break;
+        }
     }
     if !shows {
         return None;

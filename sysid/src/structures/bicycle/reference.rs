@@ -206,6 +206,19 @@ impl<'a> Reference<'a> {
         fitted(&problem, estimate).ok().flatten()
     }
 
+    /// What the same leaves of the yaw rate, the delay free.
+    pub(crate) fn left_by(
+        &self,
+        change: &dyn Fn(&[f64]) -> Vec<f64>,
+        from: &Fitted,
+    ) -> Option<f64> {
+        let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| change(&p.steering)).collect();
+        let problem = self.problem(&steering, Delay::Free);
+        let found = problem.solve_from(&from.estimate).ok()??;
+        let errors = problem.errors(&found.parameters, &found.initial_states)?;
+        Some(errors.iter().flatten().map(|e| e * e).sum())
+    }
+
     fn problem<'b>(&'b self, steering: &'b [Vec<f64>], delay: Delay) -> Problem<'b> {
         let segment = |(p, steering): (&'b Part<'a>, &'b Vec<f64>)| {
             let end = p.yaw_rate.len() - p.spare;

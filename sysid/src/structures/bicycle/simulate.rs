@@ -8,6 +8,7 @@
 
 use crate::linalg::dual::{Dual, Scalar};
 use crate::structures::bicycle::parameters::{ALL, BLEND_SPEED, Coefficients, PARAMETERS};
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
@@ -52,10 +53,12 @@ struct Transition<S> {
     wheel: S,
 }
 
+#[inline(always)]
 fn product<S: Scalar>(m: &[S; 4], x: &[S; 2]) -> [S; 2] {
     [m[0] * x[0] + m[1] * x[1], m[2] * x[0] + m[3] * x[1]]
 }
 
+#[inline(always)]
 fn sum<S: Scalar>(x: &[S; 2], y: &[S; 2]) -> [S; 2] {
     [x[0] + y[0], x[1] + y[1]]
 }
@@ -67,7 +70,7 @@ impl<S: Scalar> Transition<S> {
     }
 
     /// Adds `weight·other`.
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, other: &Self, weight: f64) {
         let add = |sum: &mut S, x: &S| *sum = *sum + x.times(weight);
         self.lateral.iter_mut().zip(&other.lateral).for_each(|(sum, x)| add(sum, x));
@@ -142,6 +145,7 @@ impl<S: Scalar> Transition<S> {
         }
     }
 
+    #[inline(always)]
     fn apply(&self, x: &mut [S; 2], wheel: &mut S, target: S) {
         let turned = product(&self.lateral, x);
         for (i, turned) in turned.into_iter().enumerate() {
@@ -215,6 +219,7 @@ impl<'a, S: Scalar> Transitions<'a, S> {
         Transition::new(&a, &b, self.c.rate, self.h)
     }
 
+    #[inline(always)]
     fn at(&mut self, speed: f64, between: Option<&Between>) -> Transition<S> {
         let Some(Between { first, weights }) = between else { return self.exact(speed) };
         if self.table.len() < first + POINTS {
@@ -247,64 +252,83 @@ fn run<S: Scalar>(
     recording: &SpeedSegment<'_>,
     start: [S; 2],
     by_delay: bool,
-    mut each: impl FnMut(S),
+    each: impl FnMut(S),
 ) -> bool {
-    let t = recording.sample_time;
-    let whole = (c.delay.value() / t).floor();
-    // The part of a sample in which the older value still acts.
-    let older = c.delay - S::constant(whole * t);
-    let newer = S::constant(t) - older;
-    let known = recording.before.len() as f64;
-    let last = recording.steering.len() as f64 - 1.0;
-    let target = |k: f64| {
-        let k = k.clamp(-known, last);
-        let angle = if k < 0.0 {
-            recording.before[(known + k) as usize]
-        } else {
-            recording.steering[k as usize]
+    Arch::new().dispatch(Run { c, recording, start, by_delay, each })
+}
+
+struct Run<'a, S, F> {
+    c: &'a Coefficients<S>,
+    recording: &'a SpeedSegment<'a>,
+    start: [S; 2],
+    by_delay: bool,
+    each: F,
+}
+
+impl<S: Scalar, F: FnMut(S)> WithSimd for Run<'_, S, F> {
+    type Output = bool;
+
+    /// The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> bool {
+        let Self { c, recording, start, by_delay, mut each } = self;
+        let t = recording.sample_time;
+        let whole = (c.delay.value() / t).floor();
+        // The part of a sample in which the older value still acts.
+        let older = c.delay - S::constant(whole * t);
+        let newer = S::constant(t) - older;
+        let known = recording.before.len() as f64;
+        let last = recording.steering.len() as f64 - 1.0;
+        let target = |k: f64| {
+            let k = k.clamp(-known, last);
+            let angle = if k < 0.0 {
+                recording.before[(known + k) as usize]
+            } else {
+                recording.steering[k as usize]
+            };
+            (S::constant(angle) - c.steering_offset) * c.steering_factor
         };
-        (S::constant(angle) - c.steering_offset) * c.steering_factor
-    };
-    let mut x = start;
-    // The wheel is where the steering before has brought it; long before, where it was commanded to.
-    let history = (LASTING / (c.rate.value() * t)).ceil().clamp(0.0, known) as usize;
-    let mut wheel = target(-(history as f64) - whole - 1.0);
-    if history > 0 {
-        let rests = [older, newer].map(|h| (-(h * c.rate)).exp());
-        for k in (1..=history).rev() {
-            let at = -(k as f64) - whole;
-            for (rest, target) in rests.into_iter().zip([target(at - 1.0), target(at)]) {
-                wheel = target + rest * (wheel - target);
+        let mut x = start;
+        // The wheel is where the steering before has brought it; long before, where it was commanded to.
+        let history = (LASTING / (c.rate.value() * t)).ceil().clamp(0.0, known) as usize;
+        let mut wheel = target(-(history as f64) - whole - 1.0);
+        if history > 0 {
+            let rests = [older, newer].map(|h| (-(h * c.rate)).exp());
+            for k in (1..=history).rev() {
+                let at = -(k as f64) - whole;
+                for (rest, target) in rests.into_iter().zip([target(at - 1.0), target(at)]) {
+                    wheel = target + rest * (wheel - target);
+                }
             }
         }
-    }
-    let acts = older.value() > 0.0 || by_delay;
-    let mut olders = acts.then(|| Transitions::new(c, older));
-    let mut newers = Transitions::new(c, newer);
-    // That of the sample before is kept: a speed may be constant, or logged at a lower rate.
-    let mut last: Option<(f64, AtSpeed<S>)> = None;
-    for (k, &speed) in recording.speed.iter().enumerate().take(recording.len()) {
-        each(x[1] + c.yaw_rate_offset);
-        let over = match &mut last {
-            Some((of, over)) if *of == speed => over,
-            last => {
-                let between = Between::new(speed);
-                let older = olders.as_mut().map(|o| o.at(speed, between.as_ref()));
-                let newer = newers.at(speed, between.as_ref());
-                &mut last.insert((speed, AtSpeed { older, newer })).1
+        let acts = older.value() > 0.0 || by_delay;
+        let mut olders = acts.then(|| Transitions::new(c, older));
+        let mut newers = Transitions::new(c, newer);
+        // That of the sample before is kept: a speed may be constant, or logged at a lower rate.
+        let mut last: Option<(f64, AtSpeed<S>)> = None;
+        for (k, &speed) in recording.speed.iter().enumerate().take(recording.len()) {
+            each(x[1] + c.yaw_rate_offset);
+            let over = match &mut last {
+                Some((of, over)) if *of == speed => over,
+                last => {
+                    let between = Between::new(speed);
+                    let older = olders.as_mut().map(|o| o.at(speed, between.as_ref()));
+                    let newer = newers.at(speed, between.as_ref());
+                    &mut last.insert((speed, AtSpeed { older, newer })).1
+                }
+            };
+            let at = k as f64 - whole;
+            if let Some(older) = &over.older {
+                older.apply(&mut x, &mut wheel, target(at - 1.0));
             }
-        };
-        let at = k as f64 - whole;
-        if let Some(older) = &over.older {
-            older.apply(&mut x, &mut wheel, target(at - 1.0));
+            over.newer.apply(&mut x, &mut wheel, target(at));
+            // Not a number is no less than the bound either.
+            if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
+                return false;
+            }
         }
-        over.newer.apply(&mut x, &mut wheel, target(at));
-        // Not a number is no less than the bound either.
-        if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
-            return false;
-        }
+        true
     }
-    true
 }
 
 /// The simulated yaw rate; `None` where the model leaves all bounds.

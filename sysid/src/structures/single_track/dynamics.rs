@@ -114,7 +114,7 @@ impl<S: Scalar> Constants<S> {
 
     /// Of the slip angles `δ − atan((v_y + L_f·r)/v)` and `−atan((v_y − L_r·r)/v)`; below 1 m/s of those of 1 m/s
     /// with `v·δ` for δ, so that a vehicle at rest does not turn.
-    #[inline]
+    #[inline(always)]
     pub(super) fn forces(&self, vy: S, r: S, steering: S, known: Known) -> Forces<S> {
         let Known { speed, acceleration } = known;
         let v = speed.max(LEAST_SPEED);
@@ -132,7 +132,7 @@ impl<S: Scalar> Constants<S> {
 
 impl<S: Scalar> Axle<S> {
     /// Lateral force over the vehicle's mass, m/s², at a slip angle (rad).
-    #[inline]
+    #[inline(always)]
     fn force(&self, slip: S) -> S {
         let angle = self.stiffness * slip;
         let bent = angle - self.curvature * (angle - angle.atan());

@@ -6,6 +6,7 @@
 use crate::linalg::dual::Scalar;
 use crate::structures::single_track::dynamics::{Constants, Forces, LEAST_SPEED};
 use crate::structures::single_track::prepared::PreparedSegment;
+use pulp::{Arch, Simd, WithSimd};
 
 /// What a simulation returns at each sample.
 #[derive(Debug, Clone, Copy)]
@@ -45,95 +46,112 @@ const LARGEST_TANGENT: f64 = 20.0;
 
 /// Simulates a segment and passes each sample's output on with its index. False where the model leaves
 /// all bounds.
-#[inline(always)]
 pub(super) fn simulate<S: Scalar>(
     k: &Constants<S>,
     segment: &PreparedSegment<'_>,
     run: &Run,
-    mut each: impl FnMut(usize, Output<S>),
+    each: impl FnMut(usize, Output<S>),
 ) -> bool {
-    let period = segment.sample_time * run.stride as f64;
-    let command = |time: f64| -> S {
-        let (angle, rate) = segment.steering(time - k.delay.value());
-        // By the delay the command changes by −δ̇.
-        let moved = -(k.delay.plus(-k.delay.value())).times(rate);
-        k.steering_factor * moved.plus(angle) + k.steering_offset
-    };
-    let mut steering = command(0.0);
-    let mut commanded = steering;
-    // The state of a steady turn at the measured yaw rate.
-    let rest = |index: usize| {
-        let r = (-k.yaw_rate_offset).plus(segment.smooth_yaw_rate[index]);
-        let v = segment.speed[index];
-        (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
-    };
-    let (mut vy, mut r) = rest(0);
-    let mut known = segment.known(0.0);
-    let mut forces = k.forces(vy, r, steering, known);
-    let mut substeps = 0.0;
-    let mut lag = Ramp::new(k.lag_rate);
-    let mut index = 0;
-    loop {
-        if run.restart > 0 && index > 0 && index % run.restart < run.stride {
-            (vy, r) = rest(index);
-            forces = k.forces(vy, r, steering, known);
-        }
-        each(
-            index,
-            Output {
-                yaw_rate: r + k.yaw_rate_offset,
-                lateral_acceleration: forces.lateral
-                    + k.accelerometer_position * forces.yaw
-                    + k.lateral_acceleration_offset,
-                lateral_velocity: vy,
-            },
-        );
-        if index + run.stride >= segment.len() {
-            return true;
-        }
-        let by_rate = LONGEST_BY_RATE * known.speed.max(LEAST_SPEED) / k.rate_by_speed;
-        let needed =
-            (period / run.longest_step_s.min(by_rate) - 1e-9).ceil().clamp(1.0, MOST_SUBSTEPS);
-        let h = period / needed;
-        if needed != substeps {
-            substeps = needed;
-            // For a command that is linear within half a step.
-            lag = Ramp::new(k.lag_rate.times(0.5 * h));
-        }
-        for j in 0..substeps as usize {
-            let time = segment.sample_time * index as f64 + h * j as f64;
-            let next = segment.known(time + h);
-            let rates = |forces: &Forces<S>, vy: S, r: S, time: f64, speed: f64| {
-                let (mut lateral, mut yaw) = (forces.lateral - r.times(speed), forces.yaw);
-                if run.gain > 0.0 {
-                    let error = (-(r + k.yaw_rate_offset)).plus(segment.yaw_rate(time));
-                    yaw = yaw + error.times(run.gain);
-                }
-                let bound = GUARDED_TANGENT * speed.max(LEAST_SPEED);
-                if run.guard > 0.0 && vy.value().abs() > bound {
-                    lateral = lateral - vy.plus(-bound.copysign(vy.value())).times(run.guard);
-                }
-                (lateral, yaw)
-            };
-            let slope = rates(&forces, vy, r, time, known.speed);
-            let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
-            for end in [0.5 * h, h] {
-                let next_command = command(time + end);
-                steering = lag.follow(steering, commanded, next_command);
-                commanded = next_command;
+    Arch::new().dispatch(Simulation { k, segment, run, each })
+}
+
+struct Simulation<'a, S, F> {
+    k: &'a Constants<S>,
+    segment: &'a PreparedSegment<'a>,
+    run: &'a Run,
+    each: F,
+}
+
+impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
+    type Output = bool;
+
+    /// The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> bool {
+        let Self { k, segment, run, mut each } = self;
+        let period = segment.sample_time * run.stride as f64;
+        let command = |time: f64| -> S {
+            let (angle, rate) = segment.steering(time - k.delay.value());
+            // By the delay the command changes by −δ̇.
+            let moved = -(k.delay.plus(-k.delay.value())).times(rate);
+            k.steering_factor * moved.plus(angle) + k.steering_offset
+        };
+        let mut steering = command(0.0);
+        let mut commanded = steering;
+        // The state of a steady turn at the measured yaw rate.
+        let rest = |index: usize| {
+            let r = (-k.yaw_rate_offset).plus(segment.smooth_yaw_rate[index]);
+            let v = segment.speed[index];
+            (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
+        };
+        let (mut vy, mut r) = rest(0);
+        let mut known = segment.known(0.0);
+        let mut forces = k.forces(vy, r, steering, known);
+        let mut substeps = 0.0;
+        let mut lag = Ramp::new(k.lag_rate);
+        let mut index = 0;
+        loop {
+            if run.restart > 0 && index > 0 && index % run.restart < run.stride {
+                (vy, r) = rest(index);
+                forces = k.forces(vy, r, steering, known);
             }
-            let predicted = k.forces(vy_next, r_next, steering, next);
-            let end = rates(&predicted, vy_next, r_next, time + h, next.speed);
-            vy = vy + (slope.0 + end.0).times(0.5 * h);
-            r = r + (slope.1 + end.1).times(0.5 * h);
-            known = next;
-            forces = k.forces(vy, r, steering, known);
-            let bound = LARGEST_TANGENT * known.speed.max(1.0);
-            if !(vy.value().abs() < bound && r.value().abs() < bound) {
-                return false;
+            each(
+                index,
+                Output {
+                    yaw_rate: r + k.yaw_rate_offset,
+                    lateral_acceleration: forces.lateral
+                        + k.accelerometer_position * forces.yaw
+                        + k.lateral_acceleration_offset,
+                    lateral_velocity: vy,
+                },
+            );
+            if index + run.stride >= segment.len() {
+                return true;
             }
+            let by_rate = LONGEST_BY_RATE * known.speed.max(LEAST_SPEED) / k.rate_by_speed;
+            let needed =
+                (period / run.longest_step_s.min(by_rate) - 1e-9).ceil().clamp(1.0, MOST_SUBSTEPS);
+            let h = period / needed;
+            if needed != substeps {
+                substeps = needed;
+                // For a command that is linear within half a step.
+                lag = Ramp::new(k.lag_rate.times(0.5 * h));
+            }
+            for j in 0..substeps as usize {
+                let time = segment.sample_time * index as f64 + h * j as f64;
+                let next = segment.known(time + h);
+                let rates = |forces: &Forces<S>, vy: S, r: S, time: f64, speed: f64| {
+                    let (mut lateral, mut yaw) = (forces.lateral - r.times(speed), forces.yaw);
+                    if run.gain > 0.0 {
+                        let error = (-(r + k.yaw_rate_offset)).plus(segment.yaw_rate(time));
+                        yaw = yaw + error.times(run.gain);
+                    }
+                    let bound = GUARDED_TANGENT * speed.max(LEAST_SPEED);
+                    if run.guard > 0.0 && vy.value().abs() > bound {
+                        lateral = lateral - vy.plus(-bound.copysign(vy.value())).times(run.guard);
+                    }
+                    (lateral, yaw)
+                };
+                let slope = rates(&forces, vy, r, time, known.speed);
+                let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
+                for end in [0.5 * h, h] {
+                    let next_command = command(time + end);
+                    steering = lag.follow(steering, commanded, next_command);
+                    commanded = next_command;
+                }
+                let predicted = k.forces(vy_next, r_next, steering, next);
+                let end = rates(&predicted, vy_next, r_next, time + h, next.speed);
+                vy = vy + (slope.0 + end.0).times(0.5 * h);
+                r = r + (slope.1 + end.1).times(0.5 * h);
+                known = next;
+                forces = k.forces(vy, r, steering, known);
+                let bound = LARGEST_TANGENT * known.speed.max(1.0);
+                if !(vy.value().abs() < bound && r.value().abs() < bound) {
+                    return false;
+                }
+            }
+            index += run.stride;
         }
-        index += run.stride;
     }
 }
 
@@ -145,7 +163,7 @@ struct Ramp<S> {
 }
 
 impl<S: Scalar> Ramp<S> {
-    #[inline]
+    #[inline(always)]
     fn new(z: S) -> Self {
         let keep = (-z).exp();
         // ∫ of the ramp: φ = (1 − e^{−z})/z.
@@ -153,7 +171,7 @@ impl<S: Scalar> Ramp<S> {
         Self { weights: [keep, phi - keep, (-phi).plus(1.0)] }
     }
 
-    #[inline]
+    #[inline(always)]
     fn follow(&self, state: S, before: S, after: S) -> S {
         let [w, x, y] = self.weights;
         w * state + x * before + y * after
