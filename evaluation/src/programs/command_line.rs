@@ -30,9 +30,6 @@ struct Arguments {
     read_only: bool,
 }
 
-/// Ratio of the processor times that is aimed at.
-const TARGET: f64 = 0.4;
-
 /// Reads the same file, takes every second sample as the reader of logs does, and identifies orders 1 to 8 with 15 and 30
 /// block rows by SLICOT: 16 models, nothing of which is refined or validated. The last line is the processor time.
 const PEER: &str = r#"
@@ -160,7 +157,7 @@ fn peer(log: &Path, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
     if !theirs.is_empty() {
         let theirs = median(&theirs);
         println!("  NumPy and ctrlsys, not refined, no evidence: {theirs:.3} s ({parts})");
-        println!("  ratio {:.2} (medians of {runs}); target {TARGET}", own / theirs);
+        println!("  ratio {:.2} (medians of {runs})", own / theirs);
     }
     Ok(())
 }
