@@ -4,7 +4,7 @@ use crate::Error;
 use crate::error::Place;
 use crate::expression::{Term, terms};
 use crate::options::LogOptions;
-use crate::recording::Group;
+use crate::recording::{Group, uncommented};
 use crate::role::Role;
 use crate::units::{ONE, Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
 use strsim::osa_distance;
@@ -77,8 +77,16 @@ fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error
     }
 }
 
+/// The channels of that name; of its name without the marks of a comment where there are none.
 fn hits(groups: &[Group], name: &str) -> Vec<(usize, usize)> {
-    groups.iter().enumerate().filter_map(|(g, group)| Some((g, group.find(name)?))).collect()
+    let named = |name: &str| -> Vec<(usize, usize)> {
+        groups.iter().enumerate().filter_map(|(g, group)| Some((g, group.find(name)?))).collect()
+    };
+    let hits = named(name);
+    match uncommented(name) {
+        Some(bare) if hits.is_empty() => named(bare),
+        _ => hits,
+    }
 }
 
 /// The unit of a lateral acceleration that is yaw rate times speed.
@@ -279,7 +287,8 @@ pub(crate) fn time_column(
     };
     if let Some(name) = &options.time {
         let name = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
-        if let Some(c) = group.find(name) {
+        let bare = || uncommented(name).and_then(|bare| group.find(bare));
+        if let Some(c) = group.find(name).or_else(bare) {
             let unit = of(c)?;
             check_quantity(group, c, unit, Role::Time)?;
             return Ok(Some((c, unit)));

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from . import _native
@@ -22,6 +22,16 @@ OUTPUTS = {
     "trajectories",
 }
 """Options for files that the command line writes, where a function returns an object instead."""
+
+
+def refuse_outputs(command: str, options: Mapping[str, object]) -> None:
+    """Raises for an option of a file, which a function that returns an object does not write."""
+    wrong = sorted(name for name in OUTPUTS & options.keys() if options[name] is not None)
+    if wrong:
+        raise TypeError(
+            f"no option `{wrong[0]}` of {command}, which returns an object and writes no file: use its "
+            "methods, such as save() and figures()"
+        )
 
 
 def in_python(text: str) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from . import _native, _progress, documents
 from ._errors import Error
-from ._options import documented
+from ._options import documented, refuse_outputs
 from ._record import Array
 from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, kind_of
 
@@ -83,6 +83,7 @@ def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[Desig
 
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
+    refuse_outputs("design", options)
     of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_model(model)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)

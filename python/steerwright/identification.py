@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, overload
 from . import _native, _progress
 from ._errors import Error, Warning
 from ._native import Log
-from ._options import documented
+from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
 from .plant import Bicycle, LateralModel, Plant, Torque, Vehicle, kind_of
 from .reading import Source, read
@@ -53,6 +53,7 @@ def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | 
     Raises :class:`Error` with a hint.
     """
     keywords: dict[str, Any] = dict(options)
+    refuse_outputs("identify", keywords)
     if isinstance(log, Accumulator):
         with _progress.shown() as progress:
             text = log._filled().identify(keywords, progress)

@@ -179,7 +179,8 @@ class ModelOptions(TypedDict, total=False):
     wheelbase is identified, with the steering ratio of the log."""
     front_share: Quantity
     """Share of the weight on the front axle of the bicycle or vehicle; the yaw rate hardly depends on
-    it. By default 50% for the bicycle, and identified for the vehicle."""
+    it. From 10% to 90% for the bicycle, by default 50%; from 20% to 80% for the vehicle, by default
+    identified."""
     track_width: float
     """Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58
     wheelbases."""

@@ -29,6 +29,12 @@ def test_errors_have_hints() -> None:
         steerwright.read(DRIVE, colour=3)  # type: ignore[call-arg]
     with pytest.raises(steerwright.Error, match="the log is read already"):
         steerwright.identify(steerwright.read(DRIVE, **COLUMNS), steering_ratio=3)
+    log = steerwright.read(DRIVE, **COLUMNS)
+    with pytest.raises(TypeError, match="no option `output` of identify, which returns an object and writes no file"):
+        steerwright.identify(log, output="model.json")  # type: ignore[call-overload]
+    plant = steerwright.identify(log, structure="state-space", order=2)
+    with pytest.raises(TypeError, match="no option `plots` of design"):
+        steerwright.design(plant, plots="figures")  # type: ignore[call-arg]
     assert issubclass(steerwright.Error, ValueError)
 
 

@@ -77,7 +77,7 @@ pub(crate) fn check_factor_options(
     if options.validation != IdentifyOptions::default().validation {
         return Err(Failure::new(
             "--validation-fraction and --validation-place: the validation data of an R factor were chosen when the logs were accumulated",
-            "omit it",
+            "omit both",
         ));
     }
     if options.max_samples != IdentifyOptions::default().max_samples {

@@ -30,8 +30,8 @@ pub(crate) struct StructureArguments {
     /// is identified, with the steering ratio of the log
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
-    /// Share of the weight on the front axle of the bicycle or vehicle; the yaw rate hardly depends on it. By
-    /// default 50% for the bicycle, and identified for the vehicle
+    /// Share of the weight on the front axle of the bicycle or vehicle; the yaw rate hardly depends on it. From 10%
+    /// to 90% for the bicycle, by default 50%; from 20% to 80% for the vehicle, by default identified
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
     /// Left to right wheel in vehicle.json, m; nothing that is fitted depends on it. By default 0.58 wheelbases
@@ -153,6 +153,16 @@ impl StructureArguments {
                     format!("{option} is an option of the structure {of}"),
                     format!("omit the option, or identify with --structure {of}"),
                 ));
+            }
+        }
+        let own = [
+            (self.wheelbase.is_some(), "wheelbase", "--wheelbase"),
+            (self.front_share.is_some(), "front_share", "--front-share"),
+        ];
+        for (_, name, option) in own.iter().filter(|(is_stated, ..)| *is_stated) {
+            if self.priors.iter().any(|(of, _)| of == name) {
+                let message = format!("{option} and --prior {name} state the same parameter");
+                return Err(Failure::new(message, "omit one of them"));
             }
         }
         let (validation, most) = (stated.validation, stated.max_samples);

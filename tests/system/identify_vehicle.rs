@@ -156,6 +156,8 @@ fn channels_of_other_axes_or_units_are_named() {
         ("--prior tyre=1,0", "one of cornering_stiffness_front_per_load"),
         ("--prior wheelbase=2.6", "NAME=MEAN,DEVIATION"),
         ("--prior wheelbase=-1,1", "prior: wheelbase=-1,1"),
+        ("--front-share 45% --prior front_share=0.4,0", "state the same parameter"),
+        ("--front-share 95%", "expected 20 to 80 %"),
         ("--channel roll=steering_angle_rad", "one of lateral_acceleration"),
         ("--order 3", "--order is an option of the structure state-space"),
     ] {

@@ -61,7 +61,7 @@ pub fn design(
 ) -> Result<Pid, Error> {
     options.check()?;
     let plant = &plant.behind(options.actuator);
-    documented(plant, source, options, Tuned::new(plant, options)?, Vec::new())
+    documented(plant, source, options, Tuned::new(plant, options, &[])?, Vec::new())
 }
 
 /// The document of gains, with a table over speed or none, and with the evidence at the plant's speed.
@@ -144,11 +144,16 @@ pub(crate) struct Tuned {
 }
 
 impl Tuned {
-    fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, Error> {
+    /// `near` holds gains of nearly the same plants, where there are any.
+    fn new(
+        plant: &DesignPlant,
+        options: &DesignOptions,
+        near: &[PidParameters],
+    ) -> Result<Self, Error> {
         let objective = Objective::new(plant, options)?;
         let Robust { found, objective, common_settling_s } =
             match &Ensemble::of(plant, options, &objective) {
-                Some(ensemble) => ensemble.find(objective)?,
+                Some(ensemble) => ensemble.find(objective, near)?,
                 None => {
                     let found = nominal::find(&objective, options.seed, false)?;
                     Robust { found, objective, common_settling_s: None }

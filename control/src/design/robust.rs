@@ -7,7 +7,7 @@ use crate::Error;
 use crate::design::ensemble::{Ensemble, Member};
 use crate::design::nominal;
 use crate::design::objective::Objective;
-use crate::design::optimiser::{EVOLVED, QUICK, SHORT};
+use crate::design::optimiser::{EVOLVED, NEAR, QUICK, SHORT};
 use crate::design::parallel::{both, each};
 use crate::design::search::{Found, starts};
 use crate::design::target::{ROBUST, ROBUST_SHORTEST_SETTLING, ROBUST_UNTIMED, Target, capped};
@@ -45,10 +45,19 @@ pub(crate) struct Robust {
 }
 
 impl Ensemble<'_> {
-    /// Gains that serve all plants; otherwise the nominal one, and the others as well as possible.
-    pub(crate) fn find(&self, mut objective: Objective) -> Result<Robust, Error> {
+    /// Gains that serve all plants; otherwise the nominal one, and the others as well as possible. The search begins at the
+    /// gains of nearly the same plants; where none found from there serve all, at the usual starting points.
+    pub(crate) fn find(
+        &self,
+        mut objective: Objective,
+        near: &[PidParameters],
+    ) -> Result<Robust, Error> {
         let seed = self.options.seed;
         let members = self.draw(0, DESIGNED_ON);
+        if let Some(found) = self.find_near(&mut objective, near, &members)? {
+            objective.scenarios.truncate(1);
+            return Ok(Robust { found, objective, common_settling_s: None });
+        }
         self.reset(&mut objective);
         let begin = SCALES.map(|multiple| starts(&objective, multiple, STARTS, seed)).concat();
         let first = Found::by_search(&objective, &ROBUST, &begin, EVOLVED)?;
@@ -91,6 +100,26 @@ impl Ensemble<'_> {
                 .then(a.missed.total_cmp(&b.missed))
         });
         Ok(Robust { found: all.remove(0).found, objective, common_settling_s })
+    }
+
+    /// Gains that keep every requirement on all plants, from those of nearly the same plants.
+    fn find_near(
+        &self,
+        objective: &mut Objective,
+        near: &[PidParameters],
+        members: &[Member],
+    ) -> Result<Option<Found>, Error> {
+        if near.is_empty() {
+            return Ok(None);
+        }
+        self.reset(objective);
+        let begin: Vec<Vec<f64>> = near.iter().map(|pid| objective.variables(pid)).collect();
+        let first = Found::by_search(objective, &ROBUST, &begin, NEAR)?;
+        if nominal::is_far(objective, &first) {
+            return Ok(None);
+        }
+        let best = self.with_worst(objective, first, &ROBUST, members, ROUNDS)?;
+        Ok(best.is_kept().then_some(best.found))
     }
 
     /// The fastest loop on all plants, and the settling time that all keep if they keep the rest.

@@ -275,6 +275,13 @@ impl Group {
 
 type Opened<'a> = Result<Box<dyn Recording + 'a>, Error>;
 
+/// A name without the marks of the comment that it stands in, in the header of a file; `None` of one without.
+pub(crate) fn uncommented(name: &str) -> Option<&str> {
+    let name = name.trim_start();
+    let bare = name.trim_start_matches(['#', '%', '/']).trim_start();
+    (bare.len() < name.len() && !bare.is_empty()).then_some(bare)
+}
+
 /// A format of log files.
 struct Format {
     recognises: fn(&Head<'_>) -> bool,

@@ -139,6 +139,14 @@ fn comments_are_skipped() {
         same(format!("{mark}Recorded by logger 4.2, 100 Hz\n{mark}\n{header}\n{body}"), &o());
         // numpy.savetxt and MATLAB put the names into a comment.
         same(format!("{mark}drive 3\n{mark}{header}\n{body}"), &o());
+        // Named as it stands in the file, and as it is read.
+        for time in [format!("{mark}time(s)"), "time(s)".into(), "time".into()] {
+            let named = LogOptions { time: Some(time), ..o() };
+            let rest = &header["time_s".len()..];
+            same(format!("{mark}time(s){rest}\n{body}"), &named);
+        }
+        let twice = LogOptions { time: Some("## time(s)".into()), ..o() };
+        same(format!("## time(s){}\n{body}", &header["time_s".len()..]), &twice);
         let names = "time,roadwheel_angle,yaw_rate,speed";
         same(format!("{mark}{names}\n{mark}s,deg,deg/s,km/h\n{body}"), &o());
     }

@@ -152,12 +152,15 @@ fn peer(log: &Path, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
+    if !theirs.is_empty() {
+        own.truncate(theirs.len());
+    }
     let own = median(&own);
     println!("processor time, CSV to the model of the structure state-space: {own:.3} s");
     if !theirs.is_empty() {
         let theirs = median(&theirs);
         println!("  NumPy and ctrlsys, not refined, no evidence: {theirs:.3} s ({parts})");
-        println!("  ratio {:.2} (medians of {runs})", own / theirs);
+        println!("  ratio {:.2} (medians)", own / theirs);
     }
     Ok(())
 }

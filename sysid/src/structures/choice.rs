@@ -64,6 +64,8 @@ pub struct ChoiceOptions {
 /// # Errors
 /// That of the state space, where no structure gives a model.
 pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Choice, Error> {
+    options.bicycle.check()?;
+    options.single_track.check()?;
     check_yaw_rate(log)?;
     let stated = options.bicycle.least_speed_mps;
     let least_mps = least_speed(log, stated, options.bicycle.wheelbase_m);

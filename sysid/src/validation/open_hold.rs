@@ -17,7 +17,7 @@
 //! A command is held by the one who sends it, and read so. But it may be set more often than it is logged: then the yaw rate
 //! comes before the command as held, by half a period less what a lag of the model makes up for. That lag hides part of the
 //! evidence, and it makes a loop that is designed on it overshoot. So a hold that was read is excluded where fits and delay
-//! agree, and open where one of them doubts it.
+//! agree, and open where the delay or, at one speed, the fits doubt it.
 
 use crate::data::held_input::ContinuousResponse;
 use crate::model::StateSpace;
@@ -47,7 +47,7 @@ pub(crate) struct HoldEvidence {
     pub(crate) moving_on: Option<f64>,
     /// … and by one that is held.
     pub(crate) held: Option<f64>,
-    /// Delay of a bicycle with the speed of each sample after the steering as it moves on, with its standard error, s.
+    /// Delay of a bicycle with the speed of each sample after the steering as it was read, with its standard error, s.
     pub(crate) delay_s: Option<[f64; 2]>,
     /// Whether the speed hardly varies.
     pub(crate) is_one_speed: bool,
@@ -73,10 +73,12 @@ impl HoldEvidence {
         (agree || more > EXCLUDED && self.is_one_speed) && !self.leads_the_hold_read(1.0, period_s)
     }
 
-    /// Whether a steering that was read as held over `period_s` may move on between its samples.
+    /// Whether a steering that was read as held over `period_s` may move on between its samples. Not of a yaw rate that is
+    /// early: the steering is not what is wrong.
     pub(crate) fn doubts_the_hold_read(&self, period_s: f64) -> bool {
         let fits_better = self.excess_of_held().is_some_and(|more| more > PREFERRED);
-        self.leads_the_hold_read(0.5, period_s) || fits_better && self.is_one_speed
+        let leads = self.leads_the_hold_read(0.5, period_s);
+        (leads || fits_better && self.is_one_speed) && !self.leads_the_hold_read(1.0, period_s)
     }
 
     /// The criterion of a steering that is held less that of one that moves on.
@@ -198,7 +200,7 @@ mod tests {
         assert_eq!(of(77.2, none, false), held, "fits at one speed do not count");
         assert_eq!(of(15.4, leads, false), certain);
         let early = Some([-0.04, 0.001]);
-        assert_eq!(of(77.2, early, true), open, "more than half a period");
+        assert_eq!(of(77.2, early, true), held, "more than half a period");
     }
 
     /// Whatever models of one speed prefer.

@@ -39,6 +39,8 @@ pub(crate) const EVOLVED: Effort =
 pub(crate) const SHORT: Effort = Effort { generations: 60, ..EVOLVED };
 /// The effort from two good starting points.
 pub(crate) const TWICE: Effort = Effort { begin: 2, keep: 2, ..QUICK };
+/// The effort from the gains of nearly the same plants.
+pub(crate) const NEAR: Effort = Effort { restarts: 2, ..QUICK };
 /// The effort from a good starting point.
 pub(crate) const QUICK: Effort =
     Effort { islands: 0, generations: 0, begin: 1, keep: 1, restarts: 1, polish: 120 };

@@ -139,10 +139,11 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    fn design(&self, speed: f64) -> Result<Design, Error> {
+    /// `near` holds the gains at neighbouring speeds, where these are known.
+    fn design(&self, speed: f64, near: &[PidParameters]) -> Result<Design, Error> {
         (self.now)(&format!("designing at {speed:.1} m/s"));
         let plant = self.plant.at_speed(speed)?;
-        let tuned = Tuned::new(&plant, self.options)?;
+        let tuned = Tuned::new(&plant, self.options, near)?;
         let objective = &tuned.objective;
         let reached = objective.whole(&mut Simulator::default(), &tuned.pid);
         let variables = objective.variables(&tuned.pid);
@@ -154,9 +155,9 @@ impl Table<'_> {
     /// The design in the middle of an interval, and by how much interpolation is worse there.
     fn middle(&self, below: &Design, above: &Design) -> Result<(Design, f64), Error> {
         let speed = readable(0.5 * (below.plant.speed + above.plant.speed));
-        let design = self.design(speed)?;
         let entries = [below, above].map(|d| (d.plant.speed, d.tuned.pid)).to_vec();
         let interpolated = PidSchedule::new(below.tuned.pid, entries).at(&below.tuned.pid, speed);
+        let design = self.design(speed, &[interpolated])?;
         let share = (speed - below.plant.speed) / (above.plant.speed - below.plant.speed);
         let advice = between(&below.tuned.feedforward, &above.tuned.feedforward, share);
         let kept = self.kept(&design.plant, &design.tuned, &interpolated, &advice)?;
@@ -178,7 +179,7 @@ impl Table<'_> {
 
     /// The designs of the table, and whether their number was limited.
     fn designs(&self, starts: &[f64]) -> Result<(Vec<Design>, bool), Error> {
-        let designs: Result<Vec<_>, Error> = starts.iter().map(|v| self.design(*v)).collect();
+        let designs: Result<Vec<_>, Error> = starts.iter().map(|v| self.design(*v, &[])).collect();
         let mut designs = designs?;
         let middles: Result<Vec<_>, Error> =
             designs.windows(2).map(|pair| self.middle(&pair[0], &pair[1])).collect();

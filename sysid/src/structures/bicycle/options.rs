@@ -52,7 +52,7 @@ impl BicycleOptions {
         self.front_share.unwrap_or(CONVENTIONAL_SHARE)
     }
 
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         let within = |option, value: f64, (low, high): (f64, f64), unit: &str| {
             if (low..=high).contains(&value) {
                 return Ok(());

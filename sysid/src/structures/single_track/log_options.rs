@@ -25,7 +25,8 @@ pub struct IdentifyVehicleOptions {
     pub front_share: Option<f64>,
     /// Left to right wheel, m; 0.58 wheelbases where `None`.
     pub track_width_m: Option<f64>,
-    /// Priors by name of the parameter: mean and standard deviation of the coordinate, 0 to fix it.
+    /// Priors by name of the parameter: mean and standard deviation of the coordinate, 0 to fix it. They replace what is
+    /// stated above.
     pub priors: Vec<(String, [f64; 2])>,
     /// Whether lateral velocity or sideslip, where the log has one, is fitted too.
     pub fit_lateral_velocity: bool,
@@ -63,7 +64,7 @@ impl IdentifyVehicleOptions {
         self.mass_kg.unwrap_or(CONVENTIONAL_MASS)
     }
 
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         let within = |option, value: f64, (low, high): (f64, f64), unit: &str| {
             if (low..=high).contains(&value) {
                 return Ok(());
