@@ -77,6 +77,7 @@ impl<'a> Held<'a> {
 pub(crate) struct Steering<'a> {
     pub(crate) log: &'a DriveLog,
     options: &'a IdentifyOptions,
+    faults_as_read: OnceCell<SteeringFaults>,
     faults: OnceCell<SteeringFaults>,
     read: OnceCell<Result<Read<'a>, Error>>,
     wheelbase: OnceCell<Option<[f64; 2]>>,
@@ -85,12 +86,23 @@ pub(crate) struct Steering<'a> {
 impl<'a> Steering<'a> {
     /// Of a log whose delay, if one is stated, is that of the options.
     pub(crate) fn new(log: &'a DriveLog, options: &'a IdentifyOptions) -> Self {
-        let (faults, read, wheelbase) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { log, options, faults, read, wheelbase }
+        let (faults_as_read, faults) = (OnceCell::new(), OnceCell::new());
+        let (read, wheelbase) = (OnceCell::new(), OnceCell::new());
+        Self { log, options, faults_as_read, faults, read, wheelbase }
     }
 
+    /// Of the steering as the reader of the log took it.
+    fn faults_as_read(&self) -> SteeringFaults {
+        *self.faults_as_read.get_or_init(|| SteeringFaults::of(self.log))
+    }
+
+    /// Of the steering that moves on where the reader took it for held: the half period that the held one comes after the
+    /// yaw rate looks like play.
     pub(crate) fn faults(&self) -> SteeringFaults {
-        *self.faults.get_or_init(|| SteeringFaults::of(self.log))
+        *self.faults.get_or_init(|| match self.read() {
+            Ok(Read { held, moves_on_instead: true, .. }) => SteeringFaults::of(&held.log),
+            _ => self.faults_as_read(),
+        })
     }
 
     /// The wheelbase with its standard error, m, where the drive, held as it was read, determines it.
@@ -101,7 +113,7 @@ impl<'a> Steering<'a> {
 
     /// Fails for a log that is too short to show how its steering is held.
     pub(crate) fn read(&self) -> Result<&Read<'a>, Error> {
-        let delay_s = || self.faults().delay_s;
+        let delay_s = || self.faults_as_read().delay_s;
         let read = self.read.get_or_init(|| Read::new(self.log, self.options, delay_s));
         read.as_ref().map_err(Clone::clone)
     }
@@ -135,6 +147,8 @@ fn is_one_speed(log: &DriveLog) -> bool {
 /// A drive whose steering is read as held or as moving on between its samples.
 pub(crate) struct Read<'a> {
     pub(crate) held: Held<'a>,
+    /// Whether the reader of the log took it for held, but it moves on.
+    moves_on_instead: bool,
     /// Period of the steering, s, where it stays open which of the two it is.
     pub(crate) open_hold_s: Option<f64>,
     pub(crate) warning: Option<String>,
@@ -157,13 +171,14 @@ impl<'a> Read<'a> {
             delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
             is_one_speed: is_one_speed(log),
         };
-        let certain = |held| Self { held, open_hold_s: None, warning: None };
+        let certain =
+            |held| Self { held, moves_on_instead: false, open_hold_s: None, warning: None };
         if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
             let found = evidence(&moving_on, &as_read);
             if found.excludes_the_hold_read(period_s) {
                 let warning = Some(moving_on.moving_on_in_words(period_s));
-                return Ok(Self { warning, ..certain(moving_on) });
+                return Ok(Self { moves_on_instead: true, warning, ..certain(moving_on) });
             }
             if found.doubts_the_hold_read(period_s) {
                 return Ok(Self { open_hold_s: Some(period_s), ..certain(as_read) });

@@ -72,7 +72,7 @@ pub(crate) fn identify_judged(
 ) -> Result<Identified, Error> {
     options.check()?;
     let logged = steering.log;
-    let Read { held, open_hold_s, warning: as_held } = steering.read()?;
+    let Read { held, open_hold_s, warning: as_held, .. } = steering.read()?;
     let (log, delay) = delayed(&held.log, held.estimated.as_ref(), options);
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
