@@ -119,7 +119,7 @@ impl Ensemble<'_> {
             return Ok(None);
         }
         let best = self.with_worst(objective, first, &ROBUST, members, ROUNDS)?;
-        Ok(best.is_kept().then_some(best.found))
+        Ok(if best.is_kept() { Some(best.found) } else { None })
     }
 
     /// The fastest loop on all plants, and the settling time that all keep if they keep the rest.

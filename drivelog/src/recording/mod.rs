@@ -279,7 +279,7 @@ type Opened<'a> = Result<Box<dyn Recording + 'a>, Error>;
 pub(crate) fn uncommented(name: &str) -> Option<&str> {
     let name = name.trim_start();
     let bare = name.trim_start_matches(['#', '%', '/']).trim_start();
-    (bare.len() < name.len() && !bare.is_empty()).then_some(bare)
+    if bare.is_empty() || bare.len() == name.len() { None } else { Some(bare) }
 }
 
 /// A format of log files.

@@ -15,6 +15,7 @@ pub(crate) mod reference;
 mod response;
 mod simulate;
 mod simulation;
+mod transitions;
 mod uncertainty;
 mod validate;
 mod wheelbase;

@@ -25,7 +25,7 @@ const MOST_SAMPLES: usize = 8_000;
 const SPARE_S: f64 = 0.4;
 /// Shortest segment that is worth its initial state, s.
 const SHORTEST_S: f64 = 3.0;
-/// Speeds are rounded to that share, so that few transitions are computed; the yaw rate changes by less.
+/// Speeds are rounded to that share, so that a steady speed has one transition; the yaw rate changes by less.
 const SPEED_STEP: f64 = 0.01;
 /// Of a log without a speed: the bicycle then has whatever tyres move as the vehicle does, m/s.
 const ASSUMED_MPS: f64 = 15.0;
