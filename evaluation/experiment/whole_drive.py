@@ -32,6 +32,8 @@ LARGEST_LATERAL_MPS2 = 7.0
 LARGEST_ANGLE_RAD = 0.35
 COMPARED_MPS = (8.0, 15.0, 22.0, 30.0)
 BAND_HZ = (0.1, 2.0)
+DRIVEN_CHANNELS = ("steering_command_rad", "yaw_rate_radps", "speed_mps")
+WARM_UP_S = 3.0
 
 
 @numba.njit
@@ -166,13 +168,62 @@ def compare(program, car, folder):
     archive.remove()
 
 
+def fit_of(archive, log):
+    """Fit of the yaw rate, %, of a packed model on a log, without its first seconds."""
+    time_s, command, measured, speed = (log[name] for name in ("time_s", *DRIVEN_CHANNELS))
+    unit = Unit(archive, "plant")
+    unit.set(speed=speed[0])
+    unit.initialize()
+    simulated = np.empty(len(time_s))
+    write, read = unit.writer("steering_angle", "speed"), unit.reader("yaw_rate")
+    for k in range(len(time_s)):
+        write(command[k], speed[k])
+        simulated[k] = read()[0]
+        unit.step(k * SAMPLE_TIME_S, SAMPLE_TIME_S)
+    unit.close()
+    rest = slice(round(WARM_UP_S / SAMPLE_TIME_S), None)
+    error, signal = simulated[rest] - measured[rest], measured[rest] - np.mean(measured[rest])
+    return 100.0 * (1.0 - math.sqrt(np.mean((error - np.mean(error)) ** 2) / np.mean(signal**2)))
+
+
+def another_drive(program, car, count, folder):
+    """Models of each of some drives, packed, on the drive after it: the default, and each structure alone."""
+    logs = [folder / f"{seed}.csv" for seed in range(count)]
+    for seed, log in enumerate(logs):
+        record(car, log, 100 + seed)
+    names = ("time_s", *DRIVEN_CHANNELS)
+    tables = []
+    for log in logs:
+        table = np.genfromtxt(log, delimiter=",", names=True)
+        tables.append({name: table[name] for name in names})
+    for k, log in enumerate(logs):
+        words = []
+        for structure in ("auto", "bicycle", "single-track"):
+            out, fmus = folder / "model.json", folder / "fmus"
+            columns = ("--input-channel", "steering_command_rad", "--steering-ratio", "1")
+            program.run("identify", log, *columns, "--structure", structure, "-o", out, "--force", accept=(DONE, NOT_MET))
+            program.run("package", out, "--out", fmus, "--force", "--accept-untrusted")
+            archive = Archive(next(fmus.glob("*.fmu")))
+            fit = fit_of(archive, tables[(k + 1) % count])
+            model = archive.description.modelName
+            words.append(f"{structure} {fit:.2f} %" + (f" ({model})" if structure == "auto" else ""))
+            archive.remove()
+            for file in fmus.glob("*"):
+                file.unlink()
+        print(f"{vehicle.NAMES[car.number]}, drive {k + 1} on the next: {', '.join(words)}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", required=True)
     parser.add_argument("--cars", type=int, nargs="+", default=[1, 2, 3])
+    parser.add_argument("--drives", type=int, help="fits on another drive, of so many drives of each car, instead")
     options = parser.parse_args()
     for number in options.cars:
         with tempfile.TemporaryDirectory() as folder:
+            if options.drives:
+                another_drive(Program(options.program), vehicle.Car(number), options.drives, Path(folder))
+                continue
             compare(Program(options.program), vehicle.Car(number), Path(folder))
 
 

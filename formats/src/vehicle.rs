@@ -44,6 +44,15 @@ fn one() -> f64 {
     1.0
 }
 
+fn half() -> f64 {
+    0.5
+}
+
+/// Brakes as in cars, which load the front axle.
+fn brake_share() -> f64 {
+    0.65
+}
+
 fn is_default(quality: &Quality) -> bool {
     *quality == Quality::default()
 }
@@ -68,6 +77,12 @@ pub struct Body {
     pub roll_stiffness_front: f64,
     /// Time constant of the load transfer, s.
     pub roll_time_constant_s: f64,
+    /// Share of the front axle in the driving force, 0 to 1; 0.5 where it is not stated.
+    #[serde(default = "half")]
+    pub drive_share_front: f64,
+    /// Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated.
+    #[serde(default = "brake_share")]
+    pub brake_share_front: f64,
 }
 
 /// Tyres by the magic formula.
@@ -91,6 +106,10 @@ pub struct Tyres {
     pub friction_load_sensitivity: f64,
     /// Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9.
     pub stiffness_load_sensitivity: f64,
+    /// Share of the driving and braking force that the friction bears beside the lateral force, 0 to 1; 0 where it is not
+    /// stated: the lateral force is then that of wheels that roll freely.
+    #[serde(default)]
+    pub combined_slip: f64,
 }
 
 /// The actuator of the road wheels.
@@ -120,6 +139,8 @@ impl Document for Vehicle {
         c.positive(b.track_width_m, "body.track_width_m");
         c.within(b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
         c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
+        c.within(b.drive_share_front, 0.0, 1.0, "body.drive_share_front");
+        c.within(b.brake_share_front, 0.0, 1.0, "body.brake_share_front");
         check_fields!(c.positive(t, "tyres."):
             cornering_stiffness_front_npr cornering_stiffness_rear_npr friction_coefficient
             friction_balance_rear);
@@ -127,6 +148,7 @@ impl Document for Vehicle {
         c.within(t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
         c.within(t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");
         c.within(t.stiffness_load_sensitivity, 0.0, 0.9, "tyres.stiffness_load_sensitivity");
+        c.within(t.combined_slip, 0.0, 1.0, "tyres.combined_slip");
         check_fields!(c.positive(a, "actuator."): steering_ratio time_constant_s);
         c.not_negative(a.delay_s, "actuator.delay_s");
         check_fields!(c.positive(a, "actuator."): road_wheel_rate_max_radps road_wheel_angle_max_rad);

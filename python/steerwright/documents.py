@@ -665,6 +665,10 @@ class Body(Record):
     """Share of the front axle in the roll stiffness, 0 to 1."""
     roll_time_constant_s: float
     """Time constant of the load transfer, s."""
+    drive_share_front: Union[float, None]
+    """Share of the front axle in the driving force, 0 to 1; 0.5 where it is not stated."""
+    brake_share_front: Union[float, None]
+    """Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated."""
 
 
 class Tyres(Record):
@@ -686,6 +690,9 @@ class Tyres(Record):
     """Relative loss of friction at twice the static wheel load, 0 to 0.9."""
     stiffness_load_sensitivity: float
     """Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9."""
+    combined_slip: Union[float, None]
+    """Share of the driving and braking force that the friction bears beside the lateral force, 0 to 1; 0
+    where it is not stated: the lateral force is then that of wheels that roll freely."""
 
 
 class SteeringActuator(Record):

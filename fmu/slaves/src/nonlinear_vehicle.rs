@@ -93,6 +93,12 @@ variables! {
         .unit("s").min(1e-3).max(100.0).description("time constant of the load transfer T_phi");
     FrictionBalanceRear = 52, real "friction_balance_rear", Parameter, Fixed, at vehicle.parameters.tyres.friction_balance_rear,
         .unit("1").min(0.01).max(100.0).description("friction of the rear axle over that of the front axle");
+    DriveShareFront = 53, real "drive_share_front", Parameter, Fixed, at vehicle.parameters.body.drive_share_front,
+        .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the front axle in the driving force");
+    BrakeShareFront = 54, real "brake_share_front", Parameter, Fixed, at vehicle.parameters.body.brake_share_front,
+        .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the front axle in the braking force");
+    CombinedSlip = 55, real "combined_slip", Parameter, Fixed, at vehicle.parameters.tyres.combined_slip,
+        .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the driving and braking force that the friction bears beside the lateral force");
 }
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.

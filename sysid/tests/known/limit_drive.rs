@@ -208,17 +208,28 @@ impl LimitDrive {
         let targets = [delta - ((vy + a * r) / v).atan(), -((vy - b * r) / v).atan()];
         let slips = if self.relaxation_m > 0.0 { [slip_front, slip_rear] } else { targets };
         let moved = p(Parameter::HeightRatio) * along;
-        let front = axle(
-            p(Parameter::StiffnessFront),
-            p(Parameter::FrictionFront),
-            GRAVITY * share - moved,
-            slips[0],
-        ) * delta.cos();
+        // The ellipse of friction with the force that drives or brakes.
+        let of_front = p(if along < 0.0 { Parameter::BrakeShare } else { Parameter::DriveShare });
+        let left = |force: f64, friction: f64, load: f64| {
+            (1.0 - (force / (friction * load)).powi(2)).max(0.1).sqrt()
+        };
+        let front =
+            axle(
+                p(Parameter::StiffnessFront),
+                p(Parameter::FrictionFront),
+                GRAVITY * share - moved,
+                slips[0],
+            ) * left(of_front * along, p(Parameter::FrictionFront), GRAVITY * share - moved)
+                * delta.cos();
         let rear = axle(
             p(Parameter::StiffnessRear),
             p(Parameter::FrictionFront) * p(Parameter::FrictionBalance),
             GRAVITY * (1.0 - share) + moved,
             slips[1],
+        ) * left(
+            (1.0 - of_front) * along,
+            p(Parameter::FrictionFront) * p(Parameter::FrictionBalance),
+            GRAVITY * (1.0 - share) + moved,
         );
         let force = front + rear;
         let yaw = (a * front - b * rear) / (p(Parameter::DynamicIndex) * a * b);

@@ -13,6 +13,8 @@ pub(super) const GRAVITY: f64 = 9.81;
 
 /// Most of its static load that an axle gains or loses by braking and driving, of both the more.
 const MOST_GAINED: f64 = 0.8;
+/// Most of the square of an axle's friction that driving and braking use.
+const MOST_USED: f64 = 0.9;
 
 /// v_y, r, a_φ.
 pub(super) type Lateral = [f64; 3];
@@ -33,8 +35,21 @@ pub(super) struct Constants {
     gain: [f64; 2],
     /// Acceleration beyond which no more load moves along, m/s².
     most_along: f64,
+    /// Peak forces of the axles at their static loads over the mass, m/s².
+    peak: [f64; 2],
+    /// Of driving and of braking, the shares of the axles in the force that friction bears.
+    shares: [[f64; 2]; 2],
     /// 1/T_φ.
     pub(super) roll: f64,
+}
+
+/// What driving and braking do to the axles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Along {
+    /// Load gained over the static one.
+    gained: [f64; 2],
+    /// Share of the lateral force that the friction ellipse leaves.
+    left: [f64; 2],
 }
 
 /// The right-hand sides at one speed.
@@ -120,15 +135,30 @@ impl Constants {
             ],
             gain,
             most_along: MOST_GAINED / gain[0].abs().max(gain[1]).max(f64::MIN_POSITIVE),
+            peak: [front, rear * p.tyres.friction_balance_rear]
+                .map(|load| p.tyres.friction_coefficient * load / p.body.mass_kg),
+            shares: [p.body.drive_share_front, p.body.brake_share_front].map(|front| {
+                [front * p.tyres.combined_slip, (1.0 - front) * p.tyres.combined_slip]
+            }),
             roll: 1.0 / p.body.roll_time_constant_s,
         }
     }
 
-    /// What the axles gain over their static load by a longitudinal acceleration, m/s².
+    /// What a longitudinal acceleration, m/s², does to the axles.
     #[inline]
-    pub(super) fn gained(&self, along: f64) -> [f64; 2] {
-        let along = along.clamp(-self.most_along, self.most_along);
-        self.gain.map(|gain| gain * along)
+    pub(super) fn along(&self, acceleration: f64) -> Along {
+        let acceleration = acceleration.clamp(-self.most_along, self.most_along);
+        let gained = self.gain.map(|gain| gain * acceleration);
+        let shares = self.shares[usize::from(acceleration < 0.0)];
+        let mut left = [1.0; 2];
+        // At constant speed there is no force, and no root to take.
+        if acceleration != 0.0 {
+            for axle in 0..2 {
+                let used = shares[axle] * acceleration / (self.peak[axle] * (1.0 + gained[axle]));
+                left[axle] = (1.0 - (used * used).min(MOST_USED)).sqrt();
+            }
+        }
+        Along { gained, left }
     }
 
     /// The rate of the fastest mode at a speed but for the actuator's, 1/s.
@@ -158,16 +188,16 @@ impl Constants {
 }
 
 impl Dynamics<'_> {
-    /// (v̇_y, ṙ, ȧ_φ) and a_y, with what the axles have gained over their static load.
+    /// (v̇_y, ṙ, ȧ_φ) and a_y, with what driving and braking do to the axles.
     #[inline]
-    pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel, gained: [f64; 2]) -> (Lateral, f64) {
+    pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel, along: &Along) -> (Lateral, f64) {
         let [vy, r, roll] = *s;
         let [vy_rate, r_rate] = match &self.blend {
-            None => self.tyres(vy, r, roll, wheel, gained),
+            None => self.tyres(vy, r, roll, wheel, along),
             Some(b) => {
                 let tan = wheel.sin / wheel.cos;
                 let (vy_shifted, r_shifted) = (vy + b.shift[0] * tan, r + b.shift[1] * tan);
-                let nonlinear = self.tyres(vy_shifted, r_shifted, roll, wheel, gained);
+                let nonlinear = self.tyres(vy_shifted, r_shifted, roll, wheel, along);
                 let (vy, r) = (vy - b.target[0] * tan, r - b.target[1] * tan);
                 let [a, b, c, d] = b.linear;
                 let linear = [a * vy + b * r, c * vy + d * r];
@@ -181,7 +211,7 @@ impl Dynamics<'_> {
 
     /// (v̇_y, ṙ) of the tyres' forces, at 1 m/s at least.
     #[inline]
-    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel, gained: [f64; 2]) -> [f64; 2] {
+    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel, along: &Along) -> [f64; 2] {
         let k = self.constants;
         let b = &k.bicycle;
         let [front, rear] = atan(&[
@@ -190,8 +220,9 @@ impl Dynamics<'_> {
         ]);
         let slip = [wheel.angle - front, -rear];
         let transfer = k.transfer.map(|transfer| transfer * roll);
-        let [front, rear] = Axle::forces([&k.front, &k.rear], slip, transfer, gained);
-        let front = front * wheel.cos;
+        let [front, rear] = Axle::forces([&k.front, &k.rear], slip, transfer, along.gained);
+        let front = front * along.left[0] * wheel.cos;
+        let rear = rear * along.left[1];
         [
             (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r,
             (b.distance_front * front - b.distance_rear * rear) / b.yaw_inertia,
@@ -200,8 +231,8 @@ impl Dynamics<'_> {
 
     /// Of the front and the rear axle, whether a wheel is off the road.
     #[inline]
-    pub(super) fn lifted(&self, s: &Lateral, gained: [f64; 2]) -> [bool; 2] {
+    pub(super) fn lifted(&self, s: &Lateral, along: &Along) -> [bool; 2] {
         let [front, rear] = self.constants.transfer.map(|transfer| (transfer * s[2]).abs());
-        [front > 1.0 + gained[0], rear > 1.0 + gained[1]]
+        [front > 1.0 + along.gained[0], rear > 1.0 + along.gained[1]]
     }
 }

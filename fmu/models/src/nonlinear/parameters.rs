@@ -34,6 +34,8 @@ impl Default for NonlinearParameters {
                 track_width_m: 1.375,
                 roll_stiffness_front: 0.515,
                 roll_time_constant_s: 0.123,
+                drive_share_front: 0.5,
+                brake_share_front: 0.65,
             },
             tyres: Tyres {
                 cornering_stiffness_front_npr: 129_696.69,
@@ -44,6 +46,7 @@ impl Default for NonlinearParameters {
                 curvature_factor: -0.007_472_2,
                 friction_load_sensitivity: 0.095,
                 stiffness_load_sensitivity: 0.142,
+                combined_slip: 0.0,
             },
             actuator: SteeringActuator {
                 steering_ratio: 1.0,
@@ -88,6 +91,9 @@ impl NonlinearParameters {
             ("the track width", self.body.track_width_m, 0.01, 100.0),
             ("the front share of the roll stiffness", self.body.roll_stiffness_front, 0.0, 1.0),
             ("the roll's time constant", self.body.roll_time_constant_s, 1e-3, 100.0),
+            ("the front share of the driving force", self.body.drive_share_front, 0.0, 1.0),
+            ("the front share of the braking force", self.body.brake_share_front, 0.0, 1.0),
+            ("the combined slip", self.tyres.combined_slip, 0.0, 1.0),
             ("the actuator's time constant", self.actuator.time_constant_s, 1e-4, 100.0),
             ("the actuator's delay", self.actuator.delay_s, 0.0, 10.0),
             ("the largest road-wheel rate", self.actuator.road_wheel_rate_max_radps, 1e-6, 1e6),

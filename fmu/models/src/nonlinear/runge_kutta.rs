@@ -7,7 +7,7 @@
 //! done again by order four. Position and yaw are states as the others.
 
 use super::actuator::Motion;
-use super::dynamics::{Dynamics, Lateral, RoadWheel};
+use super::dynamics::{Along, Dynamics, Lateral, RoadWheel};
 use crate::quadrature::{Pose, panels};
 use crate::trigonometry::sin_cos_small;
 
@@ -66,8 +66,8 @@ const SIXTH: Method<7> = Method {
 struct Nodes {
     /// δ, rad.
     angles: [f64; 5],
-    /// What the axles have gained over their static load.
-    gained: [[f64; 2]; 5],
+    /// What driving and braking do to the axles.
+    along: [Along; 5],
 }
 
 /// e^{−x} at the [`NODES`] of a panel that lasts `panel` time constants; 0 where nothing decays.
@@ -136,7 +136,7 @@ impl Dynamics<'_> {
                 angles: std::array::from_fn(|i| {
                     part.start + part.slope * (NODES[i] * panel) + part.swing * swings[i]
                 }),
-                gained: fades.map(|fade| self.constants.gained(along * fade)),
+                along: fades.map(|fade| self.constants.along(along * fade)),
             };
             advance(&part, along, &nodes);
             part.start += part.slope * panel;
@@ -153,7 +153,7 @@ impl Dynamics<'_> {
         s: &Lateral,
         pose: &Pose,
         h: f64,
-        Nodes { angles, gained }: &Nodes,
+        Nodes { angles, along }: &Nodes,
     ) -> (Lateral, Pose, bool) {
         let (sin, cos) = sin_cos_small(angles);
         // Yaw, `turned`, is counted from the panel's start.
@@ -171,7 +171,7 @@ impl Dynamics<'_> {
             }
             let node = method.nodes[stage];
             let wheel = RoadWheel { angle: angles[node], sin: sin[node], cos: cos[node] };
-            rates[stage] = self.rates(&states[stage], &wheel, gained[node]).0;
+            rates[stage] = self.rates(&states[stage], &wheel, &along[node]).0;
         }
         let (sin, cos) = sin_cos_small(&turned);
         let (mut after, mut ahead, mut aside, mut yaw) = (*s, 0.0, 0.0, 0.0);
@@ -187,9 +187,9 @@ impl Dynamics<'_> {
         }
         let mut moved = *pose;
         moved.advance(ahead, aside, yaw);
-        let lifted = self.lifted(s, gained[0]);
-        let at_stage = |stage: usize| self.lifted(&states[stage], gained[method.nodes[stage]]);
-        let smooth = self.lifted(&after, gained[4]) == lifted
+        let lifted = self.lifted(s, &along[0]);
+        let at_stage = |stage: usize| self.lifted(&states[stage], &along[method.nodes[stage]]);
+        let smooth = self.lifted(&after, &along[4]) == lifted
             && (0..N).all(|stage| at_stage(stage) == lifted);
         (after, moved, smooth)
     }

@@ -214,9 +214,9 @@ impl NonlinearVehicle {
     }
 
     fn rates(&self) -> (Lateral, f64) {
-        let gained = self.constants.gained(self.followed_acceleration());
+        let along = self.constants.along(self.followed_acceleration());
         let dynamics = self.constants.at_speed(self.speed);
-        dynamics.rates(&self.lateral, &RoadWheel::at(self.angle), gained)
+        dynamics.rates(&self.lateral, &RoadWheel::at(self.angle), &along)
     }
 
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
@@ -237,8 +237,8 @@ impl NonlinearVehicle {
             let [y, yaw, a] = self.lateral;
             let s = [y + time * vy, yaw + time * r, a + time * roll];
             let along = self.followed_acceleration() * (1.0 - time * self.constants.roll);
-            let gained = self.constants.gained(along);
-            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle), gained).1
+            let along = self.constants.along(along);
+            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle), &along).1
         };
         let time = 1e-5;
         (at(time) - at(-time)) / (2.0 * time)

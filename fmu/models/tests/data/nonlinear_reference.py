@@ -19,12 +19,12 @@ CAR = {
     "friction_coefficient": 0.95, "friction_balance_rear": 1.0, "tyre_shape_factor": 1.4, "tyre_curvature_factor": -0.6,
     "friction_load_sensitivity": 0.12, "stiffness_load_sensitivity": 0.25,
     "centre_of_gravity_height": 0.55, "track_width": 1.45, "roll_stiffness_front": 0.6,
-    "roll_time_constant": 0.15, "steering_ratio": 14.0, "actuator_time_constant": 0.06,
+    "roll_time_constant": 0.15, "drive_share_front": 0.3, "brake_share_front": 0.7, "combined_slip": 0.0, "steering_ratio": 14.0, "actuator_time_constant": 0.06,
     "actuator_delay": 0.0, "road_wheel_rate_max": 0.5, "road_wheel_angle_max": 0.5,
 }
 GRAVITY = 9.81
 # The load has followed another speed than that at the start, in these cases; m/s.
-BEFORE = {"braking": 30.5, "driving": 13.6}
+BEFORE = {"braking": 30.5, "driving": 13.6, "braking with combined slip": 30.5, "driving with combined slip": 29.4}
 STATES = ("lateral_velocity", "yaw_rate", "road_wheel_angle", "roll_acceleration", "yaw", "x", "y")
 
 # What differs from CAR; speed; (v_y, r, delta, a_phi) at the start; steering angle and its slope; time.
@@ -42,6 +42,8 @@ CASES = {
     "more grip at the rear": ({"friction_balance_rear": 1.25}, 30.0, (0.0, 0.0, 0.0, 0.0), 2.8, 0.0, 1.2),
     "braking": ({}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
     "driving": ({}, 14.0, (0.0, 0.0, 0.0, 0.0), 2.2, 0.0, 1.0),
+    "braking with combined slip": ({"combined_slip": 1.0}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
+    "driving with combined slip": ({"combined_slip": 0.8}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
     "walking": ({}, 0.6, (0.1, 0.05, 0.0, 0.0), 5.0, 0.0, 2.0),
     "standing": ({}, 0.0, (0.2, 0.3, 0.1, 1.0), 5.0, 0.0, 0.5),
 }
@@ -73,14 +75,21 @@ def forces(vy, r, delta, roll, along, v, p):
     moment = m * p["centre_of_gravity_height"] * roll / p["track_width"]
     share = p["roll_stiffness_front"]
     pitch = m * p["centre_of_gravity_height"] * along / wheelbase
-    front = axle(
+    of_front = p["drive_share_front" if along > 0.0 else "brake_share_front"]
+    driving = [share * p["combined_slip"] * m * along for share in (of_front, 1.0 - of_front)]
+    front = ellipse(driving[0], weight * lr / wheelbase - pitch, 1.0, p) * axle(
         delta - math.atan((vy + lf * r) / v), weight * lr / wheelbase, -pitch,
         p["cornering_stiffness_front"], share * moment, 1.0, p)
-    rear = axle(
+    rear = ellipse(driving[1], weight * lf / wheelbase + pitch, p["friction_balance_rear"], p) * axle(
         -math.atan((vy - lr * r) / v), weight * lf / wheelbase, pitch,
         p["cornering_stiffness_rear"], (1 - share) * moment, p["friction_balance_rear"], p)
-    along = front * math.cos(delta)
-    return np.array([(along + rear) / m - v * r, (lf * along - lr * rear) / p["yaw_inertia"]])
+    across = front * math.cos(delta)
+    return np.array([(across + rear) / m - v * r, (lf * across - lr * rear) / p["yaw_inertia"]])
+
+
+def ellipse(driving, load, balance, p):
+    """What a force along the wheels leaves of an axle's lateral force."""
+    return math.sqrt(1.0 - (driving / (balance * p["friction_coefficient"] * load)) ** 2)
 
 
 def bicycle(v, p):

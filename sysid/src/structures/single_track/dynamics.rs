@@ -12,6 +12,8 @@ pub(super) const LEAST_SPEED: f64 = 1.0;
 pub(super) const ROLL_TIME_CONSTANT_S: f64 = 0.12;
 /// Most of its static load that an axle gains or loses by braking and driving, of both the more, as in the FMU.
 const MOST_TRANSFER: f64 = 0.8;
+/// Most of the square of an axle's friction that driving and braking use, as in the FMU.
+const MOST_USED: f64 = 0.9;
 
 /// What is known at an instant.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +34,8 @@ pub(super) struct Constants<S> {
     axle: [Axle<S>; 2],
     /// Of the axles, the load that moves to them per longitudinal acceleration, over the static one, s²/m.
     transfer: [S; 2],
+    /// Of driving and of braking, the shares of the axles in the force.
+    shares: [[S; 2]; 2],
     /// Acceleration beyond which no more load moves along, m/s².
     most_acceleration: f64,
     /// Rear slip angle over lateral acceleration in a gentle turn, rad·s²/m.
@@ -99,6 +103,8 @@ impl<S: Scalar> Constants<S> {
                 axle(rear_share, rear, friction * of(Parameter::FrictionBalance)),
             ],
             transfer,
+            shares: [of(Parameter::DriveShare), of(Parameter::BrakeShare)]
+                .map(|f| [f, (-f).plus(1.0)]),
             most_acceleration: MOST_TRANSFER / most.max(f64::MIN_POSITIVE),
             rear_slip_per_acceleration: rear.times(GRAVITY).inverse(),
             rate_by_speed: (of_force[0] + of_force[1]).value().max(yaw.value()),
@@ -123,19 +129,30 @@ impl<S: Scalar> Constants<S> {
         let rear = (vy - b * r).times(1.0 / v).atan();
         let acceleration = acceleration.clamp(-self.most_acceleration, self.most_acceleration);
         let [load_front, load_rear] = self.transfer.map(|t| t.times(acceleration).plus(1.0));
-        let front = self.axle[0].force(steering.times(speed / v) - front) * load_front;
+        let along = self.shares[usize::from(acceleration < 0.0)].map(|s| s.times(acceleration));
+        let angle = steering.times(speed / v);
+        let front = self.axle[0].force(angle - front, load_front, along[0]);
         let front = front * steering.cos();
-        let rear = self.axle[1].force(-rear) * load_rear;
+        let rear = self.axle[1].force(-rear, load_rear, along[1]);
         Forces { lateral: front + rear, yaw: (a * front - b * rear) * self.inverse_inertia }
     }
 }
 
 impl<S: Scalar> Axle<S> {
-    /// Lateral force over the vehicle's mass, m/s², at a slip angle (rad).
+    /// Lateral force over the vehicle's mass, m/s², at a slip angle (rad), a load over the static one, and a force along the
+    /// wheels over the mass, by the friction ellipse.
     #[inline(always)]
-    fn force(&self, slip: S) -> S {
+    fn force(&self, slip: S, load: S, along: S) -> S {
         let angle = self.stiffness * slip;
         let bent = angle - self.curvature * (angle - angle.atan());
-        self.peak * (self.shape * bent.atan()).sin()
+        let peak = self.peak * load;
+        let used = along / peak;
+        let used = used * used;
+        let left = if used.value() < MOST_USED {
+            (-used).plus(1.0).sqrt()
+        } else {
+            S::constant((1.0 - MOST_USED).sqrt())
+        };
+        peak * left * (self.shape * bent.atan()).sin()
     }
 }

@@ -8,7 +8,7 @@ use crate::linalg::dual::Scalar;
 use steerwright_formats::Prior;
 
 /// Number of parameters.
-pub(super) const COUNT: usize = 17;
+pub(super) const COUNT: usize = 19;
 
 /// How a parameter's coordinate is made of its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,6 +88,10 @@ parameters! {
     FrontShare "front_share" "1" Linear 0.5 0.05 0.2 0.8,
     /// Height of the centre of gravity over the wheelbase: the load that braking and driving move.
     HeightRatio "centre_of_gravity_height_over_wheelbase" "1" Linear 0.18 0.06 0.0 0.6,
+    /// Share of the front axle in the force that drives the vehicle: 0 of rear-wheel drive.
+    DriveShare "drive_share_front" "1" Linear 0.5 0.35 0.0 1.0,
+    /// Share of the front axle in the force that brakes the vehicle, engine included.
+    BrakeShare "brake_share_front" "1" Linear 0.65 0.1 0.3 1.0,
     /// Time constant of the steering actuator.
     Lag "actuator_time_constant" "s" Logarithmic 0.02 1.0 0.0005 1.0,
     /// Delay before the actuator.

@@ -7,7 +7,7 @@ use steerwright_formats::{Grade, Reason, ReasonCode, VehicleParameter};
 const MOST_DEVIATIONS: f64 = 3.0;
 
 /// The reason against parameters at a bound or far off their prior, with advice. A stated parameter is none of them, nor is
-/// a delay of zero.
+/// a delay of zero, nor all of the driving or braking force at one axle.
 pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Reason, String)> {
     let mut unusual = Vec::new();
     let mut largest: f64 = 0.0;
@@ -17,7 +17,9 @@ pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Rea
         }
         let name = p.name.replace('_', " ");
         let is_no_delay = p.name == Parameter::Delay.name() && p.value < p.prior.max;
-        if p.is_at_bound && !is_no_delay {
+        let is_share =
+            [Parameter::DriveShare, Parameter::BrakeShare].iter().any(|s| p.name == s.name());
+        if p.is_at_bound && !is_no_delay && !is_share {
             unusual
                 .push(format!("{name} is at a bound, {:.3} {}", p.value, p.unit).trim_end().into());
         } else if p.moved_deviations.abs() > MOST_DEVIATIONS {
@@ -79,6 +81,9 @@ mod tests {
             let expected = format!("actuator delay is at a bound, {value:.3} m");
             assert_eq!(message(p), named.then_some(expected), "{value}");
         }
+        let rear_wheel_drive =
+            VehicleParameter { value: 0.0, is_at_bound: true, ..usual(Parameter::DriveShare) };
+        assert_eq!(message(rear_wheel_drive), None);
         // What is stated is not judged.
         let mut stated = at_bound;
         stated.prior.standard_deviation = 0.0;

@@ -59,6 +59,8 @@ impl SingleTrackModel {
                 track_width_m: options.track_width_m.unwrap_or(0.58 * wheelbase),
                 roll_stiffness_front: 0.5,
                 roll_time_constant_s: ROLL_TIME_CONSTANT_S,
+                drive_share_front: p(Parameter::DriveShare),
+                brake_share_front: p(Parameter::BrakeShare),
             },
             tyres: Tyres {
                 cornering_stiffness_front_npr: p(Parameter::StiffnessFront) * weight * share,
@@ -69,6 +71,7 @@ impl SingleTrackModel {
                 curvature_factor: p(Parameter::CurvatureFactor),
                 friction_load_sensitivity: 0.0,
                 stiffness_load_sensitivity: 0.0,
+                combined_slip: 1.0,
             },
             actuator: SteeringActuator {
                 steering_ratio: options.steering_ratio / p(Parameter::SteeringFactor),
