@@ -95,7 +95,11 @@ fn the_vehicle_is_identified_packed_and_follows_the_car() {
     done(folder.path(), "design vehicle.json");
     let pid = read_json(&at("pid.json"));
     assert_eq!(pid["designed_for"]["model"], "bicycle");
-    assert_eq!(pid["designed_for"]["quality"]["grade"], "pass", "{}", pid["designed_for"]["quality"]);
+    assert_eq!(
+        pid["designed_for"]["quality"]["grade"], "pass",
+        "{}",
+        pid["designed_for"]["quality"]
+    );
     assert!(pid["evidence"]["robustness"].is_object(), "{}", pid["evidence"]);
 
     // The packed vehicle on the same drive is the model that was validated.

@@ -15,6 +15,7 @@ mod age;
 mod assumed;
 mod displacements;
 mod regression;
+mod tyres;
 
 use crate::data::moving::wheelbase_of_log;
 use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
@@ -24,6 +25,7 @@ use crate::sideslip::displacements::{
     RATE, SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
 };
 use crate::sideslip::regression::{Regression, robust};
+use crate::sideslip::tyres::take_usual_tyres;
 use steerwright_drivelog::{DriveLog, Gnss, GnssDrive};
 use steerwright_formats::{Sideslip, SideslipTerm, VehicleData};
 
@@ -160,7 +162,7 @@ fn of_pieces(
         let found =
             estimated(pieces, &[RATE, DISTANCE, GROWTH, ACCELERATION, BRAKING], Some(speed))?;
         let value = found.values[DISTANCE] * speed - antenna_x_m;
-        let standard_error = found.errors[DISTANCE].hypot(0.5 * latency_error_s) * speed;
+        let standard_error = found.error(DISTANCE).hypot(0.5 * latency_error_s) * speed;
         let is_certain = standard_error <= LARGEST_ERROR[DISTANCE] * speed;
         let distance = SideslipTerm { value, standard_error };
         (value > 0.0 && is_certain).then_some((found, distance))
@@ -170,7 +172,7 @@ fn of_pieces(
         (found, Some(distance))
     } else {
         // A drive without a turn has none.
-        let error = alone.errors[RATE];
+        let error = alone.error(RATE);
         if error.is_nan() || error > LARGEST_ERROR_S {
             return Err(format!(
                 "its standard error would be {error:.3} s, above {LARGEST_ERROR_S} s: drive more turns, \
@@ -181,7 +183,7 @@ fn of_pieces(
             if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
         (estimated(pieces, candidates, None).unwrap_or(alone), None)
     };
-    let error = found.errors[RATE].hypot(latency_error_s);
+    let error = found.error(RATE).hypot(latency_error_s);
     if error > LARGEST_ERROR_S {
         return Err(format!(
             "the age of the fixes is not stated, and known to ±{:.3} s only, so the standard error of \
@@ -192,7 +194,7 @@ fn of_pieces(
     }
     let of_antenna = if speed > 0.0 { antenna_x_m / speed } else { 0.0 };
     let term = |i: usize| {
-        let (value, standard_error) = (found.values[i], found.errors[i]);
+        let (value, standard_error) = (found.values[i], found.error(i));
         (standard_error > 0.0).then_some(SideslipTerm { value, standard_error })
     };
     Ok(Sideslip {
@@ -218,35 +220,46 @@ fn cut(
 }
 
 /// S and the significant ones of the candidates, constant or following the speed from a reference speed
-/// (m/s); `None` where only S is, or where b of a following S is not.
+/// (m/s); `None` where only S is, or where b of a following S is not. Where S follows the speed, the slip of the rear
+/// tyres is known, and with it Q and C of usual ones.
 fn estimated(
     pieces: &[Piece],
     candidates: &[usize],
     reference_speed: Option<f64>,
 ) -> Option<Regression> {
-    let of_length = |length| cut(pieces, length, reference_speed);
-    let (terms, found) = significant_terms(&of_length(SEGMENT_S), candidates)?;
+    let fit = |length: f64, terms: &[usize]| {
+        let mut found = robust(&cut(pieces, length, reference_speed), terms)?;
+        if let Some(speed) = reference_speed {
+            take_usual_tyres(&mut found, speed);
+        }
+        Some(found)
+    };
+    let is_known = |term| reference_speed.is_some() && (term == GROWTH || term == ACCELERATION);
+    let (terms, found) =
+        significant_terms(&|terms: &[usize]| fit(SEGMENT_S, terms), candidates, &is_known)?;
     if reference_speed.is_some() && !terms.contains(&DISTANCE) {
         return None;
     }
-    match robust(&of_length(SHORT_SEGMENT_S), &terms) {
+    match fit(SHORT_SEGMENT_S, &terms) {
         Some(shorter) if is_certain(&shorter, &terms) => Some(shorter),
         _ => Some(found),
     }
 }
 
-/// The significant terms in addition to S; `None` where there are none.
+/// The significant terms in addition to S and to those that are known; `None` where there are none.
 fn significant_terms(
-    segments: &[Vec<DisplacementSegment>],
+    fit: &dyn Fn(&[usize]) -> Option<Regression>,
     candidates: &[usize],
+    is_known: &dyn Fn(usize) -> bool,
 ) -> Option<(Vec<usize>, Regression)> {
     let mut wanted = candidates.to_vec();
     while wanted.len() > 1 {
-        let found = robust(segments, &wanted)?;
+        let found = fit(&wanted)?;
         // How many standard errors it is from what it is otherwise taken for.
         let distance = |&term: &usize| {
-            let (value, error) = (found.values[term], found.errors[term]);
+            let (value, error) = (found.values[term], found.error(term));
             let away = match term {
+                _ if is_known(term) => f64::INFINITY,
                 ACCELERATION => value.abs().max((value - 0.5 * found.values[RATE].powi(2)).abs()),
                 // An S that does not change with the speed: b/v₀ is S/2.
                 DISTANCE => (value - 0.5 * found.values[RATE]).abs(),
@@ -267,5 +280,5 @@ fn significant_terms(
 }
 
 fn is_certain(found: &Regression, terms: &[usize]) -> bool {
-    terms.iter().all(|&term| found.errors[term] <= LARGEST_ERROR[term])
+    terms.iter().all(|&term| found.error(term) <= LARGEST_ERROR[term])
 }

@@ -6,11 +6,31 @@ use crate::sideslip::displacements::{
 };
 use faer::Mat;
 
-/// Values of the terms, 0 where they are not looked for, and their standard errors.
+/// Values of the terms, 0 where they are not looked for, and their covariance.
 pub(super) struct Regression {
     pub(super) values: [f64; TERMS],
-    pub(super) errors: [f64; TERMS],
-    residuals: Vec<Vec<f64>>,
+    pub(super) covariance: [[f64; TERMS]; TERMS],
+    pub(super) residuals: Vec<Vec<f64>>,
+}
+
+impl Regression {
+    /// The standard error of a term.
+    pub(super) fn error(&self, term: usize) -> f64 {
+        self.covariance[term][term].sqrt()
+    }
+
+    /// Takes in that a linear combination of the terms has a value with a standard deviation, which is known beside the
+    /// fixes: the update of a Kalman filter.
+    pub(super) fn take(&mut self, combination: &[f64; TERMS], value: f64, deviation: f64) {
+        let dot = |a: &[f64; TERMS]| a.iter().zip(combination).map(|(a, b)| a * b).sum::<f64>();
+        let with = self.covariance.map(|row| dot(&row));
+        let variance = dot(&with) + deviation * deviation;
+        let difference = value - dot(&self.values);
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            self.values[i] += with[i] / variance * difference;
+            row.iter_mut().zip(&with).for_each(|(c, with_j)| *c -= with[i] * with_j / variance);
+        }
+    }
 }
 
 /// Some terms over all blocks without fixes far off; `None` where there are too few blocks.
@@ -61,16 +81,20 @@ fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<R
     };
     let residuals: Vec<Vec<f64>> = blocks.iter().map(left).collect();
     let count = blocks.len() as f64;
-    let mut scatter = vec![0.0; n];
+    let mut scatter = Mat::<f64>::zeros(n, n);
     for (block, left) in blocks.iter().zip(&residuals) {
         let score = Mat::from_fn(n, 1, |i, _| short_dot(&block.terms[i], left) / unit[i]);
         let by = &inverse * score;
-        scatter.iter_mut().enumerate().for_each(|(i, sum)| *sum += by[(i, 0)].powi(2));
+        scatter += &by * by.transpose();
     }
-    let mut made = Regression { values: [0.0; TERMS], errors: [0.0; TERMS], residuals };
+    let mut made =
+        Regression { values: [0.0; TERMS], covariance: [[0.0; TERMS]; TERMS], residuals };
     for (i, &term) in wanted.iter().enumerate() {
         made.values[term] = found[(i, 0)] / unit[i];
-        made.errors[term] = (count / (count - 1.0) * scatter[i]).sqrt() / unit[i];
+        for (j, &other) in wanted.iter().enumerate() {
+            made.covariance[term][other] =
+                count / (count - 1.0) * scatter[(i, j)] / (unit[i] * unit[j]);
+        }
     }
     Some(made)
 }
