@@ -94,9 +94,10 @@ impl Runner<'_> {
             }
             found.extend(opened(&name, content)?);
         }
-        found.retain(|(_, content)| !content.is_empty());
         let output = |(name, content)| self.output(command, &of_archives, name, content);
-        Ok(found.into_iter().map(output).collect())
+        let outputs = found.into_iter().map(output);
+        // Not before the masks: of slow work, stderr has its progress, and without it may be empty.
+        Ok(outputs.filter(|output| !output.content.is_empty()).collect())
     }
 
     /// The arguments; one that ends with `/*` as the files of the folder.
