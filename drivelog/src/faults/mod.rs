@@ -85,6 +85,39 @@ mod tests {
         assert!(spikes(&slow, &swerve).is_empty(), "{:?}", spikes(&slow, &swerve));
     }
 
+    /// A random command of that many samples, clipped and with a bounded rate.
+    fn limited(seed: &mut u64, count: usize, period: f64) -> Vec<f64> {
+        const TAU_S: f64 = 0.5;
+        let share = period / TAU_S;
+        let (mut low, mut wanted, mut command) = (0.0, 0.0, 0.0_f64);
+        (0..count)
+            .map(|_| {
+                low += share * (noise(seed) / share.sqrt() - low);
+                wanted += share * (low - wanted);
+                let most = 0.4 * period;
+                command += (0.3 * f64::clamp(wanted, -1.0, 1.0) - command).clamp(-most, most);
+                command
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_clipped_command_of_bounded_rate_has_no_spikes_but_those_inserted() {
+        for period in [0.1, 0.05, 0.01] {
+            for seed in 1..=50 {
+                let (mut seed, count) = (seed, (60.0 / period) as usize);
+                let time = clock(count, period);
+                let mut x = limited(&mut seed, count, period);
+                assert!(spikes(&time, &x).is_empty(), "{period} {:?}", spikes(&time, &x));
+                let at: Vec<usize> = (0..5)
+                    .map(|k| count * (2 * k + 1) / 10 + (4.0 * noise(&mut seed)) as usize)
+                    .collect();
+                at.iter().for_each(|&i| x[i] += 0.8 * noise(&mut seed).signum());
+                assert_eq!(spikes(&time, &x), at, "{period}");
+            }
+        }
+    }
+
     #[test]
     fn a_gyro_that_freezes_while_the_vehicle_is_steered() {
         let mut seed = 11;

@@ -86,12 +86,17 @@ fn joined(time: &[f64], from: usize, to: usize, period: f64) -> bool {
     (from..to).all(|k| time[k + 1] - time[k] <= GAP * period)
 }
 
-/// Whether the `w` samples from `i` on jump away and back by more than `least`.
+/// Whether the `w` samples from `i` on jump away and back by more than `least`, and are as far off the lines through
+/// the two samples on either side: a corner is on one of them.
 fn is_spike(x: &[f64], i: usize, w: usize, least: f64) -> bool {
     let Some(after) = x.get(i + w) else { return false };
     let (away, back) = (x[i] - x[i - 1], after - x[i + w - 1]);
     let height = away.abs().min(back.abs());
-    if !(height > least && away * back < 0.0 && (after - x[i - 1]).abs() <= BACK * height) {
+    let before = if i >= 2 { x[i - 1] - x[i - 2] } else { 0.0 };
+    let later = x.get(i + w + 1).map_or(0.0, |next| next - after);
+    let is_off = |jump: f64, step: f64| (jump - step) * jump.signum() > least;
+    let is_pulse = height > least && away * back < 0.0 && is_off(away, before) && is_off(back, later);
+    if !(is_pulse && (after - x[i - 1]).abs() <= BACK * height) {
         return false;
     }
     let around = (i.saturating_sub(NEAR)..i - 1).chain(i + w + 1..i + w + NEAR);
