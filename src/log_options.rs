@@ -64,7 +64,7 @@ pub(crate) struct LogArguments {
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
     /// Further channel: for the structure torque steering (its angle), roll, engaged or override; for single-track
-    /// lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be repeated.
+    /// and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be repeated.
     /// Recognised by their names by default
     #[arg(long = "channel", value_name = "ROLE=CHANNEL", value_parser = channel)]
     pub(crate) channels: Vec<(String, String)>,

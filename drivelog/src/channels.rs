@@ -81,6 +81,16 @@ impl Selected {
         }))
     }
 
+    /// The channels of optional roles alone.
+    fn optional(&self, sources: &[(Role, Source)], options: &LogOptions) -> Vec<usize> {
+        let own = || self.sources.iter().map(|&i| &sources[i]);
+        let is_of = |source: &Source, c| source.terms.iter().any(|term| term.channels.contains(&c));
+        let is_needed =
+            |c| own().any(|(role, source)| is_of(source, c) && !options.is_optional(*role));
+        let channels = self.wanted.channels.iter().skip(usize::from(self.clock.is_some()));
+        channels.copied().filter(|&c| !is_needed(c)).collect()
+    }
+
     /// The instants of the rows, s; `before` is the number of rows before them.
     pub(crate) fn time(&self, columns: &Columns, before: usize, options: &LogOptions) -> Vec<f64> {
         match &self.clock {
@@ -178,6 +188,9 @@ pub(crate) fn read(
         let mut columns = vec![Columns::default(); wanted.len()];
         let window_s = stated.map(|start| hull(options, start));
         let request = Request { wanted: &wanted, window_s, most: PIECE };
+        if let Some((_, own)) = selected.first() {
+            file.recording.allow_texts(own.optional(sources, options));
+        }
         if wanted.is_empty() {
             // The hash of a file that brings no channel.
             let all = [Wanted { group: 0, channels: Vec::new() }];
@@ -226,7 +239,15 @@ pub(crate) fn read(
             let (time, line) = (Rc::clone(&time), Rc::clone(&columns.lines));
             let value = selected.take_values(source, &mut columns);
             let raw = Series { time, value, line, ..empty };
-            channels.push((i, finished(raw, options, warnings)?));
+            let mut own_warnings = Vec::new();
+            match finished(raw, options, &mut own_warnings) {
+                Ok(series) => channels.push((i, series)),
+                Err(error) if options.is_optional(*role) => {
+                    own_warnings = vec![format!("{error}: not used as the {}", role.name())];
+                }
+                Err(error) => return Err(error),
+            }
+            warnings.extend(own_warnings);
         }
     }
     channels.sort_by_key(|(place, _)| *place);

@@ -10,7 +10,7 @@ use crate::error::{Place, last_part};
 use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
-use crate::options::LogOptions;
+use crate::options::{LogOptions, Response};
 use crate::recording::Group;
 use crate::role::{Role, Wheel};
 use crate::series::Series;
@@ -108,8 +108,16 @@ impl Drive {
         let (files, start_s) = (read.files, read.start_s);
         let (places, mut channels): (Vec<_>, Vec<_>) =
             read.series.into_iter().partition(|c| c.role.is_place());
-        for channel in channels.iter().take(2) {
-            check_constant(channel)?;
+        // Of the motion, further channels that are stated too.
+        let is_motion = response == Response::Motion;
+        let stated =
+            |c: &Series| response.others().contains(&c.role) && !options.is_optional(c.role);
+        for (place, channel) in channels.iter().enumerate() {
+            if let Some(value) = channel.constant_value()
+                && (place < 2 || is_motion && stated(channel))
+            {
+                return Err(channel.constant(value));
+            }
         }
         let mut ratio = 1.0;
         if of_yaw {
@@ -133,18 +141,12 @@ fn leave_out_frozen(channels: &mut [Series]) {
     let rows = Moving {
         yaw_rate: Sampled::of(yaw_rate),
         steering: Sampled::of(steering),
-        speed: rest.first().map(Sampled::of),
+        speed: rest.iter().find(|c| c.role == Role::Speed).map(Sampled::of),
         resolution: resolution(&yaw_rate.value),
     };
     (_, yaw_rate.frozen) = freezes.find(rows, None);
     let frozen = yaw_rate.frozen.clone();
     yaw_rate.leave_out(&frozen);
-}
-
-fn check_constant(channel: &Series) -> Result<(), Error> {
-    let first = channel.value[0];
-    let moves = |x: &f64| (x - first).abs() > 1e-12 * (1.0 + first.abs());
-    if channel.value.iter().any(moves) { Ok(()) } else { Err(channel.constant(first)) }
 }
 
 /// The ratio stated, or 1 where the column may be that of a road wheel.

@@ -137,6 +137,13 @@ fn by_name(
     for (g, group) in groups.iter().enumerate() {
         for (c, channel) in group.channels.iter().enumerate() {
             if !channel.may_be(role) {
+                if options.is_optional(role) && channel.is_named_like(role) {
+                    let (file, name) = (group.place(), role.name());
+                    let column = &channel.name;
+                    warnings.push(format!(
+                        "{file}: column `{column}` holds texts: not taken for the {name}"
+                    ));
+                }
                 continue;
             }
             let unit = unit_for(group, c, role, options)
@@ -147,7 +154,12 @@ fn by_name(
                     found.push(Source { group: g, name: channel.name.clone(), unit, terms });
                 }
                 // A stated unit is an error where it is not recognised.
-                Err(error @ Error::UnknownUnit { .. }) => return Err(error),
+                Err(error @ Error::UnknownUnit { .. })
+                    if !options.is_optional(role)
+                        || options.units.keys().any(|name| is_named(group, c, name)) =>
+                {
+                    return Err(error);
+                }
                 Err(error) => unfit.push(error),
             }
         }

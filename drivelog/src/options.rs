@@ -81,7 +81,8 @@ pub struct LogOptions {
     pub output: Option<String>,
     /// Further channels of the response by role: `steering`, `roll`, `engaged`, `override` of the lateral
     /// acceleration; `lateral_acceleration`, `longitudinal_acceleration`, `lateral_velocity`, `sideslip` of the
-    /// motion. A role that is not there: the one column with such a name, if there is one.
+    /// motion. A role that is not there: the one column with such a name, if there is one; of the motion, only
+    /// where it has values throughout the drive.
     pub channels: BTreeMap<String, String>,
     /// Speed. `None`: the one column with such a name, if there is one.
     pub speed: Option<String>,
@@ -182,6 +183,13 @@ impl LogOptions {
             Role::Time => self.time.as_deref(),
             other => self.channels.get(other.key()).map(String::as_str),
         }
+    }
+
+    /// Whether a channel of that role is used only where nothing is lost by it: one of the motion that is not stated.
+    pub(crate) fn is_optional(&self, role: Role) -> bool {
+        let is_of_motion =
+            self.response == Response::Motion && Response::Motion.others().contains(&role);
+        is_of_motion && self.stated_channel(role).is_none()
     }
 
     /// The options in force by name, for the provenance.

@@ -9,7 +9,7 @@ use crate::options::{LogOptions, Response};
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
-use crate::{Error, mapping};
+use crate::{Error, mapping, segments};
 use std::collections::BTreeMap;
 use steerwright_formats::ChannelSummary;
 
@@ -73,8 +73,12 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     let mut warnings = Vec::new();
     let drives = groups
         .into_iter()
-        .map(|files| Drive::read(files, options, &mut warnings))
-        .collect::<Result<Vec<_>, _>>()?;
+        .map(|files| {
+            let mut drive = Drive::read(files, options, &mut warnings)?;
+            segments::leave_out_unusable(&mut drive, options, &mut warnings);
+            Ok(drive)
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
     check_repeated(&drives)?;
     let mut used = options.to_map();
     if drives.len() > 1 {
@@ -93,7 +97,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
         input: Vec::new(),
         output: Vec::new(),
         speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
-        others: others(&drives, options),
+        others: others(&drives, options, &mut warnings),
         steering_ratio: drives[0].steering_ratio,
         vehicle_class: options.vehicle_class,
         gnss: None,
@@ -213,9 +217,23 @@ fn has_speed(
 }
 
 /// The further channels that every drive has, without samples.
-fn others(drives: &[Drive], options: &LogOptions) -> BTreeMap<Role, Vec<f64>> {
+fn others(
+    drives: &[Drive],
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> BTreeMap<Role, Vec<f64>> {
     let roles = options.response.others().iter().filter(|role| !role.is_switch());
-    let of_all = roles.filter(|role| drives.iter().all(|d| d.channel(**role).is_some()));
+    let of_all = roles.filter(|role| {
+        let without = drives.iter().filter(|d| d.channel(**role).is_none());
+        let without: Vec<&str> = without.map(|d| d.name.as_str()).collect();
+        if !without.is_empty() && without.len() < drives.len() {
+            let (name, without) = (role.name(), without.join(", "));
+            warnings.push(format!(
+                "no {name} in {without}: the {name} of the other drives is not used"
+            ));
+        }
+        without.is_empty()
+    });
     let steering = (options.response == Response::Motion).then_some(&Role::Steering);
     of_all.chain(steering).map(|role| (*role, Vec::new())).collect()
 }

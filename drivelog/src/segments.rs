@@ -36,14 +36,14 @@ pub(crate) fn covered(
     options: &LogOptions,
     several: bool,
 ) -> Result<Option<Vec<Span>>, Error> {
-    let channels = &drive.channels;
+    let channels: Vec<&Series> = needed(drive, options).collect();
     let latest = |a: usize, b: usize| if channels[b].start() > channels[a].start() { b } else { a };
     let earliest = |a: usize, b: usize| if channels[b].end() < channels[a].end() { b } else { a };
     let first = (1..channels.len()).fold(0, latest);
     let last = (1..channels.len()).fold(0, earliest);
     let (from, to) = (channels[first].start(), channels[last].end());
     if from >= to {
-        let (a, b) = (&channels[last], &channels[first]);
+        let (a, b) = (channels[last], channels[first]);
         return Err(Error::NoOverlap {
             first: format!("{} ({})", a.column, a.file),
             first_from: a.start(),
@@ -85,6 +85,50 @@ pub(crate) fn covered(
     }
 }
 
+/// The channels without which there is no sample.
+fn needed<'d>(drive: &'d Drive, options: &'d LogOptions) -> impl Iterator<Item = &'d Series> {
+    drive.channels.iter().filter(|channel| !options.is_optional(channel.role))
+}
+
+/// Leaves out the optional channels that are constant, or have gaps too long to be bridged where the others have none.
+pub(crate) fn leave_out_unusable(
+    drive: &mut Drive,
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) {
+    if !drive.channels.iter().any(|channel| options.is_optional(channel.role)) {
+        return;
+    }
+    let spans = covered(drive, options, true).ok().flatten().unwrap_or_default();
+    let (spans, _) = without_gaps(drive, spans, options);
+    let all_s: f64 = spans.iter().map(|(from, to)| to - from).sum();
+    let reason = |channel: &Series| {
+        if let Some(value) = channel.constant_value() {
+            return Some(channel.constant(value).to_string());
+        }
+        let limit = channel.gap_limit(options.max_gap_s);
+        let inside = spans.iter().flat_map(|span| channel.missing_within(*span));
+        let missing: Vec<Span> = inside.filter(|(from, to)| to - from > limit).collect();
+        let (from, to) = *missing.first()?;
+        let missing_s: f64 = missing.iter().map(|(from, to)| to - from).sum();
+        Some(format!(
+            "{}: column `{}` has no value in {missing_s:.1} s of {all_s:.1} s, first from {} s to {} s",
+            channel.file,
+            channel.column,
+            round_ms(from),
+            short(to)
+        ))
+    };
+    drive.channels.retain(|channel| {
+        let reason = if options.is_optional(channel.role) { reason(channel) } else { None };
+        let is_used = reason.is_none();
+        warnings.extend(
+            reason.map(|reason| format!("{reason}: not used as the {}", channel.role.name())),
+        );
+        is_used
+    });
+}
+
 /// Cuts the gaps of every channel that are too long to be bridged out of the spans.
 pub(crate) fn without_gaps(
     drive: &Drive,
@@ -92,7 +136,7 @@ pub(crate) fn without_gaps(
     options: &LogOptions,
 ) -> (Vec<Span>, Vec<Split>) {
     let mut splits: Vec<Split> = Vec::new();
-    for channel in &drive.channels {
+    for channel in needed(drive, options) {
         let ends = (spans.first().map_or(0.0, |s| s.0), spans.last().map_or(0.0, |s| s.1));
         for i in channel.gaps(ends.0, ends.1, options.max_gap_s) {
             let (from, to) = (channel.time[i], channel.time[i + 1]);

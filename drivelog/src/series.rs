@@ -74,6 +74,13 @@ impl Series {
         }
     }
 
+    /// The value, SI, that it has throughout; `None` if it changes.
+    pub(super) fn constant_value(&self) -> Option<f64> {
+        let first = self.value.first().copied()?;
+        let moves = |x: &f64| (x - first).abs() > 1e-12 * (1.0 + first.abs());
+        (!self.value.iter().any(moves)).then_some(first)
+    }
+
     /// Rejects a mean speed that is that of a standstill.
     pub(super) fn check_moves(&self, mean_mps: f64) -> Result<(), Error> {
         if mean_mps.abs() < MOVING_MPS {
@@ -255,6 +262,14 @@ impl Series {
         (0..time.len().saturating_sub(1))
             .filter(|&i| time[i + 1] > from && time[i] < to && time[i + 1] - time[i] > limit)
             .collect()
+    }
+
+    /// The parts of a span between successive values, and those before the first and after the last.
+    pub(crate) fn missing_within(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
+        let edges = [f64::NEG_INFINITY].into_iter().chain(self.time.iter().copied());
+        let ends = self.time.iter().copied().chain([f64::INFINITY]);
+        let parts = edges.zip(ends).map(|(a, b)| (a.max(from), b.min(to)));
+        parts.filter(|(a, b)| a < b).collect()
     }
 
     /// Line of the row after `i`.

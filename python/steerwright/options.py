@@ -49,8 +49,8 @@ class ReadOptions(TypedDict, total=False):
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
-    repeated. Recognised by their names by default."""
+    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
+    may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -114,8 +114,8 @@ class ModelOptions(TypedDict, total=False):
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
-    repeated. Recognised by their names by default."""
+    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
+    may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -246,8 +246,8 @@ class AccumulateOptions(TypedDict, total=False):
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
-    repeated. Recognised by their names by default."""
+    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
+    may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -503,8 +503,8 @@ class CompareOptions(TypedDict, total=False):
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be
-    repeated. Recognised by their names by default."""
+    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
+    may be repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""

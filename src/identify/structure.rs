@@ -84,7 +84,7 @@ impl Wanted {
     /// What a log is read for.
     pub(crate) fn response(&self) -> Response {
         match self {
-            Self::Auto(_) => Response::YawRate,
+            Self::Auto(options) => options.single_track.response(),
             Self::One(options) => options.response(),
         }
     }

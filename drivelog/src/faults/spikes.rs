@@ -95,7 +95,8 @@ fn is_spike(x: &[f64], i: usize, w: usize, least: f64) -> bool {
     let before = if i >= 2 { x[i - 1] - x[i - 2] } else { 0.0 };
     let later = x.get(i + w + 1).map_or(0.0, |next| next - after);
     let is_off = |jump: f64, step: f64| (jump - step) * jump.signum() > least;
-    let is_pulse = height > least && away * back < 0.0 && is_off(away, before) && is_off(back, later);
+    let is_pulse =
+        height > least && away * back < 0.0 && is_off(away, before) && is_off(back, later);
     if !(is_pulse && (after - x[i - 1]).abs() <= BACK * height) {
         return false;
     }

@@ -42,6 +42,10 @@ pub trait Recording {
         self.groups().get(wanted.group)?.span_s.map(|(first, _)| first)
     }
 
+    /// Reads a cell of one of these channels of the first group that is no number as a missing value; by default it is
+    /// an error.
+    fn allow_texts(&mut self, _channels: Vec<usize>) {}
+
     /// What could not be read, after [`Self::rows`]: what it is and at which byte.
     fn losses(&self) -> Vec<String> {
         Vec::new()
@@ -212,8 +216,13 @@ impl Channel {
 
     /// Whether it may be taken for the role where none is stated.
     pub(crate) fn may_be(&self, role: Role) -> bool {
+        !self.is_text && self.is_named_like(role)
+    }
+
+    /// The same, whatever its values are.
+    pub(crate) fn is_named_like(&self, role: Role) -> bool {
         let is_named_like = || self.has_role_by_name && role.is_named_like(&self.name);
-        !self.is_text && self.role.map_or_else(is_named_like, |own| own == role)
+        self.role.map_or_else(is_named_like, |own| own == role)
     }
 }
 

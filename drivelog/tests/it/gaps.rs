@@ -1,8 +1,9 @@
 //! Gaps, windows and speed windows: bridged, or the drive is split there.
 
 use super::{HEADER, coarse, csv, good, good_row, rate, read_one, refused, steer, with_line};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use steerwright_drivelog::{DriveLog, Error, Intersample, LogOptions};
+use steerwright_drivelog::{DriveLog, Error, Intersample, LogOptions, Response, Role, read_log};
 
 /// The text without some of its lines; the header is line 0.
 fn holed(text: &[u8], holes: &[std::ops::Range<usize>]) -> Vec<u8> {
@@ -191,4 +192,78 @@ fn a_speed_window_keeps_the_segments_within_it() {
     let still = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
     let error = read_one(still, &window(7.0, 16.0)).unwrap_err();
     assert!(matches!(error, Error::NoSpeedForWindow { .. }), "{error:?}");
+}
+
+#[test]
+fn an_optional_channel_takes_no_sample_from_the_others() {
+    let motion = LogOptions { response: Response::Motion, ..coarse() };
+    let with = |name: &str, cell: &dyn Fn(usize) -> String| {
+        csv(&format!("{HEADER},{name}"), 1000, |k| format!("{},{}", good_row(k), cell(k)))
+    };
+    let acceleration = "lateral_acceleration_mps2";
+    let value = |k: usize| format!("{:.5}", 15.0 * rate(k as f64 * 0.01));
+    let when =
+        |is_there: fn(usize) -> bool| move |k| if is_there(k) { value(k) } else { String::new() };
+    let without = read_one(good(), &motion).unwrap();
+    let same = |log: &DriveLog| {
+        assert_eq!((&log.segments, &log.output), (&without.segments, &without.output));
+        assert_eq!((&log.input, &log.speed), (&without.input, &without.speed));
+        log.others.contains_key(&Role::LateralAcceleration)
+    };
+    let whole = read_one(with(acceleration, &value), &motion).unwrap();
+    assert!(same(&whole));
+    // A short gap and one at the end are bridged, and so is a cell with a text.
+    let bridged = |k: usize| match k {
+        300..320 | 980.. => String::new(),
+        500 => "abc".into(),
+        k => value(k),
+    };
+    assert!(same(&read_one(with(acceleration, &bridged), &motion).unwrap()));
+    type Case<'c> = (&'c str, &'c dyn Fn(usize) -> String, &'c str);
+    let unused: [Case<'_>; 10] = [
+        (acceleration, &|_| String::new(), "has 0 values"),
+        (acceleration, &|_| "NaN".into(), "has 0 values"),
+        (acceleration, &|_| "abc".into(), "holds texts"),
+        (
+            acceleration,
+            &|k| if k < 400 { value(k) } else { "abc".into() },
+            "no value in 6.0 s of 10.0 s",
+        ),
+        (acceleration, &|_| "0.0".into(), "throughout"),
+        (
+            acceleration,
+            &when(|k| !(300..400).contains(&k)),
+            "no value in 1.0 s of 10.0 s, first from 2.99 s to 4",
+        ),
+        (
+            acceleration,
+            &when(|k| k < 500),
+            "no value in 5.0 s of 10.0 s, first from 4.99 s to 9.99",
+        ),
+        (acceleration, &when(|k| k >= 500), "no value in 5.0 s of 10.0 s, first from 0 s to 5"),
+        ("lateral_acceleration [furlong]", &value, "the unit is not stated"),
+        ("sideslip_deg", &|k| format!("{}", 100 + k % 7), "sideslip"),
+    ];
+    for (name, cell, reason) in unused {
+        let log = read_one(with(name, cell), &motion).unwrap();
+        assert!(!same(&log) && !log.others.contains_key(&Role::Sideslip), "{reason}");
+        let warning = warning(
+            &log,
+            &format!("the {}", name[..8].replace("lateral_", "lateral acceleration")),
+        );
+        assert!(warning.contains(name) && warning.contains(reason), "{warning}");
+        if name == acceleration {
+            let channels = BTreeMap::from([("lateral_acceleration".to_owned(), name.to_owned())]);
+            let stated = LogOptions { channels, ..motion.clone() };
+            match read_one(with(name, cell), &stated) {
+                Ok(log) => assert!(log.len() < without.len(), "{reason}"),
+                Err(error) => assert!(error.to_string().contains(name), "{error}"),
+            }
+        }
+    }
+    // A drive without it: the other's is not used.
+    let files = [("a.csv".to_owned(), with(acceleration, &value)), ("b.csv".to_owned(), good())];
+    let log = read_log(&files, &motion).unwrap();
+    assert!(!log.others.contains_key(&Role::LateralAcceleration));
+    assert!(warning(&log, "no lateral acceleration in b.csv").contains("is not used"));
 }

@@ -142,7 +142,7 @@ fn logs() {
         ("identify a.csv --steering-ratio 0", &["steering ratio: 0.0 is out of range"]),
         (
             "identify a.csv --channel roll=speed_mps",
-            &["`roll` is not read for the response yaw-rate, expected no further channel"],
+            &["`roll` is not read for the response motion, expected one of lateral_acceleration"],
         ),
         (
             "identify a.csv --steering-full-scale 20deg",

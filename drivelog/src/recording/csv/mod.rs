@@ -26,6 +26,8 @@ struct Csv<'a> {
     groups: [Group; 1],
     decimal: Option<DecimalMark>,
     stamps: Vec<Option<Stamps>>,
+    /// Columns whose texts are missing values.
+    with_texts: Vec<usize>,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
 }
@@ -72,6 +74,7 @@ impl<'a> Csv<'a> {
             groups: [group],
             decimal: decimal.or(head.decimal),
             stamps: head.stamps,
+            with_texts: Vec::new(),
             reader,
             is_read: false,
         };
@@ -142,7 +145,10 @@ impl<'a> Csv<'a> {
                 });
             }
             for (values, &j) in values.iter_mut().zip(wanted) {
-                values.push(self.number(&record[j], line, j)?);
+                values.push(match self.number(&record[j], line, j) {
+                    Err(_) if self.with_texts.contains(&j) => f64::NAN,
+                    number => number?,
+                });
             }
             return Ok(Some(line));
         }
@@ -195,6 +201,10 @@ impl<'a> Csv<'a> {
 impl Recording for Csv<'_> {
     fn groups(&self) -> &[Group] {
         &self.groups
+    }
+
+    fn allow_texts(&mut self, channels: Vec<usize>) {
+        self.with_texts = channels;
     }
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
