@@ -314,9 +314,7 @@ pub(crate) fn validation_data(held_out: &steerwright_formats::HeldOut) -> String
         "excited-blocks" => {
             "blocks chosen for their excitation, since the end of the log is not excited"
         }
-        "speed-blocks" => {
-            "blocks of the whole drive, since its end differs in speed or lateral acceleration"
-        }
+        "speed-blocks" => "blocks of the whole drive, since the speed varies",
         "windows" => "windows of accumulated drives",
         _ => "the end of the log",
     };

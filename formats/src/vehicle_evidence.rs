@@ -42,7 +42,7 @@ pub struct VehicleEvidence {
     pub directions: Vec<VehicleDirection>,
     /// Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`.
     pub largest_steering_rate_radps: f64,
-    /// How much less friction the rear axle can have, relative, before the free simulation of the estimation
+    /// How much less friction the rear axle can have, relative, before the free simulation of estimation or validation
     /// data spins: at most 0.2, in steps of 0.005 near 0.
     pub spin_margin: f64,
     /// Warnings of the log reader and of the identification.

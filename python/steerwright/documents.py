@@ -745,8 +745,8 @@ class VehicleEvidence(Record):
     largest_steering_rate_radps: float
     """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
     spin_margin: float
-    """How much less friction the rear axle can have, relative, before the free simulation of the estimation
-    data spins: at most 0.2, in steps of 0.005 near 0."""
+    """How much less friction the rear axle can have, relative, before the free simulation of estimation or
+    validation data spins: at most 0.2, in steps of 0.005 near 0."""
     warnings: tuple[str, ...]
     """Warnings of the log reader and of the identification."""
 
@@ -1222,7 +1222,7 @@ class HeldOut(Record):
     """Number of blocks of time behind it."""
     selection: Union[str, None]
     """How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not excited,
-    `speed-blocks` where it differs in speed or lateral acceleration, `windows` of accumulated drives."""
+    `speed-blocks` where the speed varies, `windows` of accumulated drives."""
     segments_s: Union[Array, None]
     """First and last instants of each segment of validation data, s."""
     fit_bound: Union[float, None]

@@ -209,7 +209,7 @@ fn vehicle_evidence(e: &VehicleEvidence, vehicle: &Vehicle, tables: &str) -> Str
     }
     let _ = writeln!(
         text,
-        "spin     not with {:.0} % less friction at the rear axle, on the estimation data",
+        "spin     not with {:.0} % less friction at the rear axle, on this drive",
         100.0 * e.spin_margin
     );
     if let Some(sideslip) = &vehicle.sideslip {

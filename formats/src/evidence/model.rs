@@ -27,8 +27,7 @@ pub struct HeldOut {
     /// Number of blocks of time behind it.
     pub blocks: usize,
     /// How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not
-    /// excited, `speed-blocks` where it differs in speed or lateral acceleration, `windows` of accumulated
-    /// drives.
+    /// excited, `speed-blocks` where the speed varies, `windows` of accumulated drives.
     #[serde(default)]
     pub selection: String,
     /// First and last instants of each segment of validation data, s.

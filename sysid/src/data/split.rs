@@ -1,8 +1,7 @@
 //! Which part of a log validates the model (docs/methods/validation.md). By default the end does.
-//! Where either part is hardly excited, or the two differ in speed or lateral acceleration, the excited
-//! parts are shared instead: of each run of [`PAIR_S`] excited seconds the first part is estimation data
-//! and the rest validation data, and what is not excited stays with the estimation data. Excited are
-//! windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
+//! Where either part is hardly excited, or the speed varies, the excited parts are shared instead: of each run of [`PAIR_S`]
+//! excited seconds the first part is estimation data and the rest validation data, and what is not excited stays with the
+//! estimation data. Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
 
 use crate::Error;
 use std::collections::BTreeMap;
@@ -29,8 +28,7 @@ impl Default for ValidationData {
 /// Where the validation data of a log are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValidationPlace {
-    /// The end; where a part is hardly excited, or the parts differ in speed or lateral acceleration, blocks over the whole
-    /// log.
+    /// The end; where a part is hardly excited, or the speed varies, blocks over the whole log.
     Auto,
     /// The end, whatever was driven there.
     End,
@@ -66,9 +64,6 @@ const EXCITED: f64 = 0.15;
 const FAIR_SHARE: f64 = 0.5;
 /// … or that share of their windows is excited, as in a drive that is steered less strongly than another.
 const EXCITED_SHARE: f64 = 0.5;
-/// Largest difference of the distributions of speed and of lateral acceleration in both parts of a split at the end
-/// (Kolmogorov and Smirnov's): a part that is nearly all slow does not judge a model of a drive that is fast too.
-const MOST_APART: f64 = 0.5;
 /// Length of the blocks that estimate where the log holds more than is used, s.
 const BLOCK_S: f64 = 60.0;
 /// Excited time of which one part estimates and the other validates, s.
@@ -79,7 +74,7 @@ pub(crate) enum Selection {
     End,
     /// Blocks, since a part of a split at the end is hardly excited.
     ExcitedBlocks,
-    /// Blocks, since the parts of a split at the end differ in speed or lateral acceleration.
+    /// Blocks, since the speed varies: both parts hold all speeds and lateral accelerations of the drive.
     SpeedBlocks,
 }
 
@@ -124,8 +119,7 @@ impl Split {
         }
     }
 
-    /// The end of the log where both parts are excited by the input and alike in speed and lateral acceleration, else
-    /// blocks that are.
+    /// The end of the log where both parts are excited by the input and the speed is one, else blocks.
     pub(crate) fn new(log: &DriveLog, input: &[f64], wanted: ValidationData) -> Self {
         let fraction = wanted.fraction;
         let end = Self::end(log, input.len(), fraction);
@@ -150,7 +144,7 @@ impl Split {
         };
         let selection = if !fair(&end.estimation) || !fair(&end.validation) {
             Selection::ExcitedBlocks
-        } else if !are_alike(log, &end) {
+        } else if varies(log) {
             Selection::SpeedBlocks
         } else {
             return end;
@@ -238,27 +232,10 @@ impl Split {
     }
 }
 
-/// Whether both parts of a split hold the speeds and the lateral accelerations of the drive.
-fn are_alike(log: &DriveLog, split: &Split) -> bool {
-    let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len()) else { return true };
-    let apart = |signal: &[f64]| {
-        let of = |part: &[Range<usize>]| -> Vec<f64> {
-            part.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
-        };
-        distance(of(&split.estimation), of(&split.validation))
-    };
-    let lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
-    standard_deviation(speed) < LEAST_SPREAD * mean(speed)
-        || (apart(speed) <= MOST_APART && apart(&lateral) <= MOST_APART)
-}
-
-/// Largest difference of two distributions.
-fn distance(mut a: Vec<f64>, mut b: Vec<f64>) -> f64 {
-    a.sort_by(f64::total_cmp);
-    b.sort_by(f64::total_cmp);
-    let share =
-        |of: &[f64], x: f64| of.partition_point(|y| *y <= x) as f64 / of.len().max(1) as f64;
-    a.iter().map(|x| (share(&a, *x) - share(&b, *x)).abs()).fold(0.0, f64::max)
+/// Whether the speed varies: a part of the drive then judges no model of the whole.
+fn varies(log: &DriveLog) -> bool {
+    let speed = log.speed.as_ref().filter(|v| v.len() == log.len());
+    speed.is_some_and(|v| standard_deviation(v) >= LEAST_SPREAD * mean(v))
 }
 
 fn excited(log: &DriveLog, input: &[f64], mean: f64, mean_power: f64) -> Vec<bool> {
@@ -328,14 +305,8 @@ mod tests {
         assert_eq!(Split::new(&log, &log.input, at_end), Split::end(&log, n, 0.5));
         for part in [&split.estimation, &split.validation] {
             let speeds: Vec<f64> = part.iter().flat_map(|r| &rising[r.clone()]).copied().collect();
-            assert!(distance(speeds, rising.clone()) < 0.2, "{part:?}");
+            assert!((mean(&speeds) / mean(&rising) - 1.0).abs() < 0.2, "{part:?}");
         }
-        // Faster and slower again and again, and one speed.
-        log.speed = Some((0..n).map(|k| 15.0 + 5.0 * (0.005 * k as f64).sin()).collect());
-        assert_eq!(
-            Split::new(&log, &log.input, ValidationData::default()).selection,
-            Selection::End
-        );
         log.speed = Some(rising.iter().map(|v| 15.0 + 0.01 * v).collect());
         assert_eq!(
             Split::new(&log, &log.input, ValidationData::default()).selection,

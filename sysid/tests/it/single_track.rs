@@ -3,8 +3,8 @@
 use crate::known::limit_drive::LimitDrive;
 use steerwright_sysid::Error;
 use steerwright_sysid::single_track::{
-    Drive, DriveSegment, Parameter, Prior, SingleTrack, SingleTrackModel, SingleTrackOptions,
-    identify_single_track,
+    Drive, DriveSegment, Parameter, Prior, Scale, SingleTrack, SingleTrackModel,
+    SingleTrackOptions, identify_single_track,
 };
 
 /// A car that is not the priors' mean.
@@ -133,6 +133,45 @@ fn an_initial_estimate_that_spins_does_not_ruin_the_estimate() {
     assert!(found.estimation.yaw_rate > 97.0, "{:?}", found.estimation);
     let friction = found.parameter(Parameter::FrictionFront).value;
     assert!((friction / 0.85 - 1.0).abs() < 0.05, "{friction}");
+}
+
+/// The priors have a rear axle with less grip than the car's, and the estimation data do not reach its limit.
+#[test]
+fn of_equal_estimates_the_one_far_from_a_spin_is_delivered() {
+    let car = car();
+    let [estimation, validation] = [(4, 0.4), (104, 0.95)]
+        .map(|(seed, grip_used)| LimitDrive { grip_used, ..LimitDrive::new(car, seed) })
+        .map(|drive| drive.record().unwrap());
+    let balance = Parameter::FrictionBalance;
+    let prior = |parameter: Parameter, mean, standard_deviation| {
+        (parameter, Prior { mean, standard_deviation, ..parameter.default_prior() })
+    };
+    let priors = vec![prior(balance, 1.05, 0.05), prior(Parameter::FrictionFront, 0.78, 0.05)];
+    let options = SingleTrackOptions { priors, ..SingleTrackOptions::default() };
+    let found = identify_single_track(&estimation, Some(&validation), &options).unwrap();
+    // The estimate of least cost is in the middle of its band.
+    let least = found.parameters.iter().fold(found.model, |model, p| {
+        let [low, high] = p.band_95;
+        let middle = match p.parameter.scale() {
+            Scale::Linear => 0.5 * (low + high),
+            Scale::Logarithmic => (low * high).sqrt(),
+        };
+        model.with(p.parameter, middle)
+    });
+    let reduced = |model: SingleTrackModel| {
+        let rear = model.get(balance) * (1.0 - found.spin_margin);
+        let model = model.with(balance, rear);
+        [&estimation, &validation].map(|d| model.validate(d).unwrap().yaw_rate)
+    };
+    let (least, delivered) = (reduced(least), reduced(found.model));
+    assert!(delivered.iter().all(|fit| *fit > 80.0), "{delivered:?}");
+    assert!(
+        least.iter().any(|fit| *fit < 0.0),
+        "{least:?} {} {:?}",
+        found.spin_margin,
+        found.parameter(balance)
+    );
+    assert!(found.validation.unwrap().yaw_rate > 97.0, "{:?}", found.validation);
 }
 
 #[test]

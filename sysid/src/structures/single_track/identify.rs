@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::structures::single_track::drive::Drive;
+use crate::structures::single_track::margin::{Moved, with_margin};
 use crate::structures::single_track::model::SingleTrackModel;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::{COUNT, Parameter, Scale};
@@ -13,9 +14,6 @@ use steerwright_formats::{Prior, SimulationFit, VehicleParameter};
 
 /// A parameter whose posterior deviation is this share of its prior's or less is determined by the drive.
 const DETERMINED: f64 = 0.5;
-/// Reductions of the rear axle's friction that [`SingleTrack::spin_margin`] is one of: fine where models are compared.
-const REDUCTIONS: [f64; 12] =
-    [0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.2];
 /// Standard normal quantile of a two-sided band of 95 %.
 const Z975: f64 = 1.959_963_984_540_054;
 
@@ -55,8 +53,8 @@ pub struct SingleTrack {
     pub estimation: SimulationFit,
     /// Free simulation on the validation data.
     pub validation: Option<SimulationFit>,
-    /// How much less friction the rear axle can have, relative, before the free simulation of the
-    /// estimation data spins: at most 0.2, in steps of 0.005 near 0, where the model may spin on another drive.
+    /// How much less friction the rear axle can have, relative, before the free simulation of estimation or validation
+    /// data spins: at most 0.2, in steps of 0.005 near 0, where the model may spin on another drive.
     pub spin_margin: f64,
     /// Deviation of white errors of yaw rate (rad/s), lateral acceleration (m/s²) and lateral velocity
     /// (m/s) with the density that the outputs were weighted by; `None` for those that were not fitted.
@@ -66,7 +64,8 @@ pub struct SingleTrack {
     pub initial_estimates: [usize; 3],
 }
 
-/// Identifies the single-track model on a drive; validation data take no part in the estimate.
+/// Identifies the single-track model on a drive. Validation data take no part in the estimate of least cost; of the
+/// estimates along its band that fit them as well, the one that is farthest from a spin is returned.
 ///
 /// # Errors
 /// [`Error`] where drive or options allow no model, or where every model spins. A poor model is no error:
@@ -96,18 +95,22 @@ pub fn identify_single_track(
     let found = solve(&problem)?;
     let run = result_run(estimation.sample_time_s);
     let covariance = covariance(&problem, &found.point, &found.densities, &found.run)?;
-    let model = SingleTrackModel::of_point(&found.point);
-    let spins_with = |reduction: f64| {
-        let mut point = found.point;
-        point[Parameter::FrictionBalance.index()] += (1.0 - reduction).ln();
-        problem.errors(&point, &run).is_none()
-    };
+    let validating = validation.map(|drive| Problem {
+        segments: prepare(drive),
+        fitted: [true, false, false],
+        ..problem.clone()
+    });
+    let drives: Vec<&Problem<'_>> = std::iter::once(&problem).chain(&validating).collect();
+    let Moved { point, margin } = with_margin(&drives, &found.point, &covariance, &run, |point| {
+        SingleTrackModel::of_point(point).validate(validation.unwrap_or(estimation))
+    })?;
+    let model = SingleTrackModel::of_point(&point);
     let parameters = Parameter::ALL
         .iter()
         .map(|&parameter| {
             let i = parameter.index();
             let deviation = covariance[i][i].max(0.0).sqrt();
-            estimate(parameter, found.point[i], deviation, priors[i])
+            estimate(parameter, [point[i], found.point[i]], deviation, priors[i])
         })
         .collect();
     Ok(SingleTrack {
@@ -116,11 +119,7 @@ pub fn identify_single_track(
         covariance,
         estimation: model.validate(estimation)?,
         validation: validation.map(|drive| model.validate(drive)).transpose()?,
-        spin_margin: REDUCTIONS
-            .into_iter()
-            .take_while(|&reduction| !spins_with(reduction))
-            .last()
-            .unwrap_or(0.0),
+        spin_margin: margin,
         noise: std::array::from_fn(|i| {
             problem.fitted[i].then(|| (found.densities[i] / estimation.sample_time_s).sqrt())
         }),
@@ -128,15 +127,15 @@ pub fn identify_single_track(
     })
 }
 
-/// The result of a coordinate with its standard deviation.
+/// The result of a coordinate and where its band has its middle, with its standard deviation.
 fn estimate(
     parameter: Parameter,
-    coordinate: f64,
+    [coordinate, middle]: [f64; 2],
     deviation: f64,
     prior: Prior,
 ) -> ParameterEstimate {
     let value = parameter.value(coordinate);
-    let end = |z: f64| parameter.value(coordinate + z * deviation).clamp(prior.min, prior.max);
+    let end = |z: f64| parameter.value(middle + z * deviation).clamp(prior.min, prior.max);
     let ratio =
         if prior.standard_deviation > 0.0 { deviation / prior.standard_deviation } else { 0.0 };
     // Beyond rounding of the logarithm.

@@ -28,6 +28,7 @@ mod fit;
 mod identify;
 mod log;
 mod log_options;
+mod margin;
 mod model;
 mod noise;
 mod options;

@@ -1,6 +1,6 @@
 //! The ensemble of vehicles around the identified one.
 
-use super::{DRIVE, Drive, car, drive, estimated, evidence, known};
+use super::{DRIVE, Drive, at_end, car, drive, estimated, evidence, known};
 use steerwright_formats::VehicleData;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 
@@ -15,7 +15,8 @@ fn the_ensemble_varies_by_the_standard_errors() {
     };
     for wheelbase_m in [None, Some(2.6)] {
         let noisy = drive(car(), Drive { noise: 0.01, ..DRIVE });
-        let found = identify_bicycle(&noisy, &BicycleOptions { wheelbase_m, ..known() }).unwrap();
+        let options = BicycleOptions { wheelbase_m, validation: at_end(), ..known() };
+        let found = identify_bicycle(&noisy, &options).unwrap();
         let (e, n) = (evidence(&found), found.bicycle.ensemble_dimension());
         // Two axles, inertia, lag, and the wheelbase or the steering's factor.
         assert_eq!(n, 5);

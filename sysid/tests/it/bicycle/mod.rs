@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Bicycle, BicycleEvidence, ChannelSummary, Continuous, Document, Matrix};
 use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_body_frame};
-use steerwright_sysid::Error;
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::{Error, ValidationData, ValidationPlace};
 
 const T: f64 = 0.04;
 
@@ -86,6 +86,11 @@ fn known() -> BicycleOptions {
         front_share: Some(car.distance_rear / car.wheelbase()),
         ..BicycleOptions::default()
     }
+}
+
+/// The last half validates: both parts are in one piece.
+fn at_end() -> ValidationData {
+    ValidationData { place: ValidationPlace::End, ..ValidationData::default() }
 }
 
 /// The model from steering angle to yaw rate at one speed.
@@ -195,7 +200,11 @@ fn the_plant_of_the_fmu_follows_the_traces() {
 
 fn follows_the_traces(of: Drive) {
     let log = drive(car(), of);
-    let options = BicycleOptions { least_speed_mps: Some(0.0), ..BicycleOptions::default() };
+    let options = BicycleOptions {
+        least_speed_mps: Some(0.0),
+        validation: at_end(),
+        ..BicycleOptions::default()
+    };
     let found = identify_bicycle(&log, &options).unwrap();
     assert_eq!(found.bicycle.vehicle.actuator_delay_s > 0.0, of.delay > 0);
     let e = evidence(&found);
