@@ -66,10 +66,10 @@ def sideslip(way):
     return found | {"sideslip_reference_speed": way["speed_mps"]}
 
 
-def follow(car, speeds, loop, reader, slip, length):
+def follow(car, speeds, loop, reader, slip, length, latency_s):
     """Cross-track errors at the samples, m, of a car with a speed for each distance, and whether it arrives."""
     before = road.lead_in(car, speeds(0.0))
-    estimator = road.Estimator(loop.estimator, reader, before[0], slip)
+    estimator = road.Estimator(loop.estimator, reader, before[0], slip, latency_s)
     for k in range(road.LEAD_IN):
         estimator.pose(k, reader.read(k, before[k]), before[k])
     state = before[road.LEAD_IN].copy()
@@ -98,20 +98,21 @@ def speed_at(first, last, length, distance):
     return first + (last - first) * min(max(distance / length, 0.0), 1.0)
 
 
-def drive(program, structure, task):
+def drive(program, structure, age_s, task):
     """The row of a car and a seed: RMS and largest errors of each road, without and with correction."""
     number, seed = task
     car, found = vehicle.Car(number), []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         record(car, folder, seed)
-        receiver = ("--gnss-latency", f"{LATENCY_S}s", "--antenna-x", f"{ANTENNA_M[0]}m")
+        receiver = ("--antenna-x", f"{ANTENNA_M[0]}m", *(() if age_s is None else ("--gnss-latency", f"{age_s}s")))
         model, pid = folder / "model.json", folder / "pid.json"
         columns = ("--input-channel", "steering_command_rad", "--steering-ratio", "1")
         log = (folder / "drive.csv", folder / "fixes.csv")
         program.run(
             "identify", *log, *columns, *receiver, "--structure", structure, "-o", model, accept=(DONE, NOT_MET)
         )
+        latency_s = read(model)["sideslip"]["gnss_latency_s"]
         program.design(model, pid, "--max-rate", f"{SERVO_RADPS}rad/s", "--speeds", "5..30")
         estimator = estimator_archive(program, folder)
         program.package(folder, pid)
@@ -129,7 +130,7 @@ def drive(program, structure, task):
                 loop = road.Loop(Archive(estimator), *archives)
                 count = round((LONGEST_S + road.LEAD_IN_S) / SAMPLE_TIME_S) + 1
                 reader = sensors.Sensors(CORRECTED, [number, seed, 5], 0.0, count)
-                errors, arrived = follow(car, speeds, loop, reader, slip, length)
+                errors, arrived = follow(car, speeds, loop, reader, slip, length, latency_s)
                 for archive in (loop.estimator, *archives):
                     archive.remove()
                 rms, largest = math.sqrt(np.mean(errors**2)), float(np.max(np.abs(errors)))
@@ -143,11 +144,14 @@ def main():
     parser.add_argument("--drives", type=int, default=len(CARS))
     parser.add_argument("--seed", type=int, default=500, help="of the first drive")
     parser.add_argument("--structure", default="bicycle")
+    parser.add_argument("--unstated-age", action="store_true", help="the age of the fixes is that which was identified")
+    parser.add_argument("--age-error", type=float, default=0.0, help="of the fixes: stated less true, s")
     options = parser.parse_args()
     tasks = [(CARS[i % len(CARS)], options.seed + i) for i in range(options.drives)]
     print("cross-track error, RMS and largest, m: with the sideslip of the file, with its correction on the road")
     all_found = []
-    work = partial(drive, Program(options.program), options.structure)
+    age_s = None if options.unstated_age else LATENCY_S + options.age_error
+    work = partial(drive, Program(options.program), options.structure, age_s)
     for (number, seed), found in engagement.in_parallel(work, tasks):
         texts = []
         for (name, _, *file), (*_, rms, largest) in zip(found[::2], found[1::2]):

@@ -43,10 +43,10 @@ class Loop:
 class Estimator:
     """A PoseEstimator fed by the sensors."""
 
-    def __init__(self, archive, sensors, state, sideslip):
+    def __init__(self, archive, sensors, state, sideslip, latency_s=LATENCY_S):
         self.unit = Unit(archive, "PoseEstimator")
         self.unit.set(
-            gnss_latency=LATENCY_S,
+            gnss_latency=latency_s,
             antenna_x=ANTENNA_M[0],
             antenna_y=ANTENNA_M[1],
             initial_x=state[vehicle.X],

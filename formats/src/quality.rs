@@ -88,6 +88,8 @@ pub enum ReasonCode {
     EarlyYawRate,
     /// The yaw rate follows the steering later than that of a vehicle.
     LateYawRate,
+    /// The GNSS fixes are older or younger than stated.
+    AgeOfFixes,
     /// A parameter of a vehicle is at a bound, or more than three standard deviations off its prior.
     UnusualParameter,
     /// A vehicle with slightly less grip at the rear axle would spin on the drive.
@@ -177,6 +179,16 @@ impl Quality {
     #[must_use]
     pub fn with_remarks(self, remarks: Vec<String>) -> Self {
         Self { remarks, ..self }
+    }
+
+    /// The same with a further reason and advice.
+    #[must_use]
+    pub fn with_reason(self, reason: Reason, advice: String) -> Self {
+        let summary = format!("{} But {}.", self.summary, reason.message);
+        let (mut reasons, mut all_advice) = (self.reasons, self.advice);
+        reasons.push(reason);
+        all_advice.push(advice);
+        Self::new(summary, reasons, all_advice).with_remarks(self.remarks)
     }
 
     /// Of a model that no recorded data have validated.

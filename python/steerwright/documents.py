@@ -65,6 +65,7 @@ ReasonCode = Literal[
     "coarse-resolution",
     "early-yaw-rate",
     "late-yaw-rate",
+    "age-of-fixes",
     "unusual-parameter",
     "near-spin",
     "no-actuator",

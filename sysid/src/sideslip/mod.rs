@@ -18,7 +18,7 @@ mod regression;
 mod tyres;
 
 use crate::data::moving::wheelbase_of_log;
-use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::age::{Age, UNKNOWN_ERROR_S, age};
 use crate::sideslip::assumed::assumed_distance;
 use crate::sideslip::displacements::{
     ACCELERATION, BLOCK_S, BRAKING, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece,
@@ -27,13 +27,18 @@ use crate::sideslip::displacements::{
 use crate::sideslip::regression::{Regression, robust};
 use crate::sideslip::tyres::take_usual_tyres;
 use steerwright_drivelog::{DriveLog, Gnss, GnssDrive};
-use steerwright_formats::{Sideslip, SideslipTerm, VehicleData};
+use steerwright_formats::{
+    Grade, Quality, Reason, ReasonCode, Sideslip, SideslipTerm, VehicleData,
+};
 
 /// So many standard errors from its default, a term is significant.
 const SIGNIFICANT: f64 = 2.5;
 
 /// The largest standard error of a sideslip, s: 3 mrad in a turn of 4 m/s² at 15 m/s.
 pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
+
+/// A stated age of the fixes that is off by less is right, s.
+const LARGEST_AGE_ERROR_S: f64 = 0.02;
 
 /// The same of each term: of Q in that turn, of C where it is reached within half a second, of b/v₀ at half
 /// and at twice the speed v₀. The effect of braking is not stated.
@@ -52,6 +57,18 @@ pub struct FromFixes {
     pub sideslip: Option<Sideslip>,
     /// The age that was found for the fixes; why there is no sideslip.
     pub warnings: Vec<String>,
+    /// The reason against a model of fixes whose stated age is wrong, with advice.
+    pub fault: Option<(Reason, String)>,
+}
+
+impl FromFixes {
+    /// The quality with that reason.
+    pub(crate) fn graded(&self, quality: Quality) -> Quality {
+        match self.fault.clone() {
+            Some((reason, advice)) => quality.with_reason(reason, advice),
+            None => quality,
+        }
+    }
 }
 
 /// The sideslip of the drives of a log that have fixes.
@@ -60,9 +77,11 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
     let mut all = FromFixes::default();
     let Some(gnss) = &log.gnss else { return all };
     let mut latency = gnss.latency_s.map_or((0.0, UNKNOWN_ERROR_S), |stated| (stated, 0.0));
-    if gnss.latency_s.is_none()
-        && let Some(age) = age(&pieces(gnss, 0.0))
-    {
+    let found_age = age(&pieces(gnss, 0.0));
+    if let (Some(stated), Some(age)) = (gnss.latency_s, found_age) {
+        all.fault = wrong_age(stated, &age);
+    }
+    if let (None, Some(age)) = (gnss.latency_s, found_age) {
         latency = (age.seconds, age.standard_error);
         let error = 2.0 * age.standard_error;
         let found = if age.seconds.abs() > error {
@@ -97,6 +116,22 @@ pub fn sideslip(log: &DriveLog) -> FromFixes {
         Err(why) => all.warnings.push(format!("no sideslip from the fixes: {why}")),
     }
     all
+}
+
+/// The reason against a stated age, s, that the speed's changes contradict.
+fn wrong_age(stated: f64, found: &Age) -> Option<(Reason, String)> {
+    let error = 2.0 * found.standard_error;
+    let limit = LARGEST_AGE_ERROR_S.max(1.5 * error);
+    let difference = (found.seconds - stated).abs();
+    (difference > limit).then(|| {
+        let message = format!(
+            "the fixes are {:.3} ± {error:.3} s old by the speed's changes on straights, not {stated:.3} s as stated",
+            found.seconds
+        );
+        let reason = Reason::new(ReasonCode::AgeOfFixes, Grade::Warn, message);
+        let advice = "the pose of an estimator with this age is off in turns: state the age of the fixes (--gnss-latency), or leave it to the drive";
+        (reason.compared(difference, limit, "s"), advice.into())
+    })
 }
 
 /// The warning about fixes that a log has in vain, for a reason.

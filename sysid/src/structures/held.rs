@@ -5,6 +5,7 @@ use crate::data::held_input::{Between, ContinuousResponse, held_for};
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
+use crate::sideslip::{FromFixes, sideslip};
 use crate::structures::bicycle::wheelbase;
 use crate::validation::open_hold::{HoldEvidence, Preferred, matters, preferred};
 use crate::validation::steering_faults::SteeringFaults;
@@ -73,7 +74,7 @@ impl<'a> Held<'a> {
     }
 }
 
-/// What is found in the steering of a recording once, whatever the structure.
+/// What is found in a recording once, whatever the structure.
 pub(crate) struct Steering<'a> {
     pub(crate) log: &'a DriveLog,
     options: &'a IdentifyOptions,
@@ -81,14 +82,15 @@ pub(crate) struct Steering<'a> {
     faults: OnceCell<SteeringFaults>,
     read: OnceCell<Result<Read<'a>, Error>>,
     wheelbase: OnceCell<Option<[f64; 2]>>,
+    from_fixes: OnceCell<FromFixes>,
 }
 
 impl<'a> Steering<'a> {
     /// Of a log whose delay, if one is stated, is that of the options.
     pub(crate) fn new(log: &'a DriveLog, options: &'a IdentifyOptions) -> Self {
         let (faults_as_read, faults) = (OnceCell::new(), OnceCell::new());
-        let (read, wheelbase) = (OnceCell::new(), OnceCell::new());
-        Self { log, options, faults_as_read, faults, read, wheelbase }
+        let (read, wheelbase, from_fixes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { log, options, faults_as_read, faults, read, wheelbase, from_fixes }
     }
 
     /// Of the steering as the reader of the log took it.
@@ -109,6 +111,11 @@ impl<'a> Steering<'a> {
     pub(crate) fn wheelbase(&self) -> Option<[f64; 2]> {
         let log = self.read().map_or(self.log, |read| &*read.held.log);
         *self.wheelbase.get_or_init(|| wheelbase(log))
+    }
+
+    /// What the fixes of a receiver tell.
+    pub(crate) fn fixes(&self) -> &FromFixes {
+        self.from_fixes.get_or_init(|| sideslip(self.log))
     }
 
     /// Fails for a log that is too short to show how its steering is held.

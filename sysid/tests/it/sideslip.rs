@@ -5,6 +5,7 @@ use crate::known::Random;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use steerwright_drivelog::{LogOptions, read_log};
+use steerwright_formats::{Grade, ReasonCode};
 use steerwright_models::{BicyclePlant, Sideslip};
 use steerwright_sysid::sideslip::{FromFixes, sideslip};
 
@@ -175,8 +176,8 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> From
 /// The sideslip of a log, and what its reading and the fixes were reported with.
 fn of(files: &[(String, Vec<u8>)], options: &LogOptions) -> FromFixes {
     let log = read_log(files, options).unwrap();
-    let FromFixes { sideslip, warnings } = sideslip(&log);
-    FromFixes { sideslip, warnings: [log.warnings, warnings].concat() }
+    let found = sideslip(&log);
+    FromFixes { warnings: [&*log.warnings, &found.warnings].concat(), ..found }
 }
 
 fn stated_age() -> LogOptions {
@@ -454,6 +455,27 @@ fn an_age_that_is_not_stated_is_found_where_the_speed_changes() {
             let (scatter, claimed) = (f64::sqrt(squares), f64::sqrt(claimed));
             println!("  {scatter:.4} s off, {claimed:.4} s claimed");
             assert!(claimed < 0.01 && scatter < 1.5 * claimed, "{scatter} {claimed}");
+        }
+    }
+}
+
+/// 50 ms is seen; the right age, and a drive without speed changes, are not in doubt.
+#[test]
+fn a_stated_age_that_the_drive_contradicts_is_a_reason() {
+    let changing = Drive { latency: 0.1, swing: 4.0, ..DRIVE };
+    let constant = Drive { latency: 0.1, ..DRIVE };
+    for (drive, stated, is_wrong) in [
+        (changing, 0.1, false),
+        (changing, 0.05, true),
+        (changing, 0.15, true),
+        (constant, 0.15, false),
+    ] {
+        let options = LogOptions { gnss_latency_s: Some(stated), ..LogOptions::default() };
+        let fault = logged(drive, &options).fault;
+        assert_eq!(fault.is_some(), is_wrong, "{stated}: {fault:?}");
+        if let Some((reason, _)) = fault {
+            assert_eq!((reason.code, reason.grade), (ReasonCode::AgeOfFixes, Grade::Warn));
+            assert!(reason.message.contains("not 0.") && reason.message.contains(" as stated"));
         }
     }
 }

@@ -26,7 +26,7 @@ use crate::data::recording::Recording;
 use crate::data::split::{CRUMB, Split};
 use crate::error::check_yaw_rate;
 use crate::selection::options::IdentifyOptions;
-use crate::sideslip::{other_sideslip, sideslip};
+use crate::sideslip::other_sideslip;
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::DELAY;
 use crate::structures::bicycle::simulate::within;
@@ -152,7 +152,7 @@ pub(crate) fn identify_moving(
             let covariance = uncertainty::covariance(&prompt, &without_delay)?;
             (without_delay.clone(), (simulate(&without_delay)?, covariance))
         };
-    let from_fixes = sideslip(log);
+    let from_fixes = steering.fixes();
     let known = evidence::Known {
         log,
         read,
@@ -164,7 +164,7 @@ pub(crate) fn identify_moving(
         simulation: &simulation,
         with_delay: summary,
         steering_faults: steering.faults(),
-        from_fixes: &from_fixes,
+        from_fixes,
     };
     let mut evidence = known.evidence()?;
     let mut used = log.options.clone();
@@ -175,7 +175,7 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
         ..parameters::vehicle(&found.parameters, options, log.steering_ratio)
     };
-    let quality = known.quality(&evidence, &vehicle);
+    let quality = from_fixes.graded(known.quality(&evidence, &vehicle));
     evidence
         .warnings
         .extend(from_fixes.sideslip.as_ref().and_then(|found| other_sideslip(&vehicle, found)));

@@ -5,7 +5,7 @@ use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, count, of};
 use crate::data::split::Split;
 use crate::selection::options::IdentifyOptions;
-use crate::sideslip::{other_sideslip, sideslip};
+use crate::sideslip::other_sideslip;
 use crate::structures::held::Steering;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::single_track::directions::directions;
@@ -105,9 +105,12 @@ pub(crate) fn identify_moving(
     let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(held, ranges));
     let validated = (!ranges[1].is_empty()).then_some(&validation);
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
-    let from_fixes = sideslip(log);
+    let from_fixes = steering.fixes();
     let as_held = read.and_then(|read| read.warning.clone());
-    warnings.splice(0..0, log.warnings.iter().cloned().chain(from_fixes.warnings).chain(as_held));
+    warnings.splice(
+        0..0,
+        log.warnings.iter().cloned().chain(from_fixes.warnings.iter().cloned()).chain(as_held),
+    );
     if log.others.contains_key(&Role::LongitudinalAcceleration) {
         warnings.push(
             "the longitudinal acceleration is compared with the speed, and not used: what braking does follows from the speed".into(),
@@ -141,7 +144,7 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
     });
     let gentle = vehicle.in_gentle_driving();
-    vehicle.quality = quality(steering, &recording, &found, &evidence, &gentle);
+    vehicle.quality = from_fixes.graded(quality(steering, &recording, &found, &evidence, &gentle));
     vehicle.sideslip = from_fixes.sideslip;
     evidence
         .warnings

@@ -17,7 +17,6 @@ use crate::selection::delay::{Delay, Estimated};
 use crate::selection::filter::{filter, uncertainty};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
-use crate::sideslip::sideslip;
 use crate::structures::held::{Read, Steering};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::evidence::Found;
@@ -83,9 +82,9 @@ pub(crate) fn identify_judged(
         Some([offset]) => data.about(*offset)?,
         _ => data,
     };
-    let from_fixes = sideslip(log);
+    let from_fixes = steering.fixes();
     let mut warnings = log.warnings.clone();
-    warnings.extend(from_fixes.warnings);
+    warnings.extend(from_fixes.warnings.iter().cloned());
     warnings.extend(as_held.clone());
     warnings.extend(reports(log, &data, &choice, options, &delay));
 
@@ -159,7 +158,8 @@ pub(crate) fn identify_judged(
     };
     let mut evidence = found.evidence(&outcome, &traces, warnings)?;
     evidence.held_for = held.vehicle.as_ref().map(ContinuousResponse::to_file);
-    let plant = outcome.plant(evidence)?;
+    let mut plant = outcome.plant(evidence)?;
+    plant.quality = from_fixes.graded(plant.quality);
     Ok(Identified { plant, traces })
 }
 
