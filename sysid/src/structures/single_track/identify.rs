@@ -75,6 +75,16 @@ pub fn identify_single_track(
     validation: Option<&Drive>,
     options: &SingleTrackOptions,
 ) -> Result<SingleTrack, Error> {
+    identify_near(None, estimation, validation, options)
+}
+
+/// The same, from another model of the drive instead of the priors.
+pub(super) fn identify_near(
+    near: Option<&SingleTrackModel>,
+    estimation: &Drive,
+    validation: Option<&Drive>,
+    options: &SingleTrackOptions,
+) -> Result<SingleTrack, Error> {
     estimation.check()?;
     validation.map_or(Ok(()), Drive::check)?;
     let has = |signal: fn(&crate::structures::single_track::DriveSegment) -> bool| {
@@ -92,7 +102,8 @@ pub fn identify_single_track(
         free: (0..COUNT).filter(|&i| priors[i].standard_deviation > 0.0).collect(),
         fitted: [true, fits_lateral_acceleration, fits_lateral_velocity],
     };
-    let found = solve(&problem)?;
+    let near = near.map(|model| problem.with_fixed_parameters(&model.point()));
+    let found = solve(&problem, near.as_ref())?;
     let run = result_run(estimation.sample_time_s);
     let covariance = covariance(&problem, &found.point, &found.densities, &found.run)?;
     let validating = validation.map(|drive| Problem {

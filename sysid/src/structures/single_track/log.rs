@@ -10,7 +10,9 @@ use crate::structures::held::Steering;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::single_track::directions::directions;
 use crate::structures::single_track::drive::{Drive, DriveSegment};
-use crate::structures::single_track::identify::{SingleTrack, identify_single_track};
+use crate::structures::single_track::identify::{
+    SingleTrack, identify_near, identify_single_track,
+};
 use crate::structures::single_track::log_options::IdentifyVehicleOptions;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::quality::{check_signs, quality};
@@ -182,8 +184,10 @@ fn consistent(
         fit_lateral_velocity: false,
         ..options.clone()
     };
+    let near = all.as_ref().ok().map(|all| &all.model);
+    let alone = identify_near(near, estimation, validation, &yaw_rate);
     // One of the two may spin; then there is nothing to compare.
-    let (all, alone) = match (all, identify_single_track(estimation, validation, &yaw_rate)) {
+    let (all, alone) = match (all, alone) {
         (Ok(all), Ok(alone)) => (all, alone),
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => return Ok((one, Vec::new())),
         (Err(error), Err(_)) => return Err(error),

@@ -52,7 +52,7 @@ impl SingleTrackModel {
         self
     }
 
-    fn point(&self) -> Point {
+    pub(super) fn point(&self) -> Point {
         std::array::from_fn(|i| Parameter::ALL[i].coordinate(self.values[i]))
     }
 

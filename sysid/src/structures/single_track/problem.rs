@@ -65,6 +65,11 @@ pub(super) struct Normals {
 }
 
 impl Problem<'_> {
+    /// A point with the parameters that are not estimated where their priors have them.
+    pub(super) fn with_fixed_parameters(&self, point: &Point) -> Point {
+        std::array::from_fn(|i| if self.free.contains(&i) { point[i] } else { self.priors[i].mean })
+    }
+
     /// The measured signal of an output on a segment.
     pub(super) fn measured_signal<'s>(
         &self,

@@ -60,18 +60,16 @@ pub(super) fn result_run(sample_time_s: f64) -> Run {
     Run { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
 }
 
-/// The estimate of least cost.
-pub(super) fn solve(problem: &Problem<'_>) -> Result<Found, Error> {
+/// The estimate of least cost, from a point of another fit of the same drive where one is given that does not spin.
+pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<Found, Error> {
     let free = free_run(problem.sample_time, COARSE_S);
-    let restart = (WINDOW_S / problem.sample_time).round() as usize;
-    let windows = Run { gain: 2.0, guard: GUARD, restart, ..free };
-    let yaw_rate = Problem { fitted: [true, false, false], ..problem.clone() };
     let at_first = supposed(problem);
-    let mut tried =
-        each(&initial_estimates(problem), |p| refine(&yaw_rate, p, &at_first, &windows, STEPS[0]));
-    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    tried.truncate(KEPT);
-    let followed = each(&tried, |r| follow(problem, &r.point, &at_first, &free));
+    let follows = |point: &&Point| problem.errors(point, &free).is_some();
+    let nearby = near.filter(follows).and_then(|p| refine(problem, p, &at_first, &free, STEPS[1]));
+    let (tried, followed) = match nearby {
+        Some(refined) => (1, vec![refined]),
+        None => from_all(problem, &at_first, &free),
+    };
     // One weighting for all, that of the best so far.
     let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
     let densities = observed(problem, &cheapest.point, &free).ok_or_else(spins)?;
@@ -91,8 +89,21 @@ pub(super) fn solve(problem: &Problem<'_>) -> Result<Found, Error> {
         }
         problem.errors(&found.point, &fine).is_some().then_some(found)
     });
-    let initial_estimates = [tried.len(), refined.len(), same];
+    let initial_estimates = [tried, refined.len(), same];
     Ok(Found { initial_estimates, ..found.next().ok_or_else(spins)? })
+}
+
+/// From the priors: how many initial estimates were refined to the end, and those that followed the drive.
+fn from_all(problem: &Problem<'_>, at_first: &Densities, free: &Run) -> (usize, Vec<Refined>) {
+    let restart = (WINDOW_S / problem.sample_time).round() as usize;
+    let windows = Run { gain: 2.0, guard: GUARD, restart, ..*free };
+    let yaw_rate = Problem { fitted: [true, false, false], ..problem.clone() };
+    let mut tried =
+        each(&initial_estimates(problem), |p| refine(&yaw_rate, p, at_first, &windows, STEPS[0]));
+    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    tried.truncate(KEPT);
+    let followed = each(&tried, |r| follow(problem, &r.point, at_first, free));
+    (tried.len(), followed)
 }
 
 /// From feedback to the free simulation; `None` where that spins.
