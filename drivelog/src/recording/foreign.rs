@@ -45,7 +45,7 @@ fn known(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let (magic, name, help) = FORMATS.iter().find(|(magic, ..)| start.starts_with(magic))?;
     let has = |part: &[u8]| start.windows(part.len()).any(|bytes| bytes == part);
     // Text begins like this, too.
-    if *magic == b"BZh" && !start.get(4..10).is_some_and(|block| block == b"1AY&SY") {
+    if *magic == b"BZh" && start.get(4..10).is_none_or(|block| block != b"1AY&SY") {
         return None;
     }
     if *magic == b"PK\x03\x04"

@@ -14,6 +14,7 @@ use crate::Error;
 use crate::options::LogOptions;
 pub(in crate::recording) use decode::{Decoder, Identifier, Seen};
 use frame::Frame;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use text::{Form, Frames};
 
@@ -106,11 +107,14 @@ impl Survey {
         let mut requests = BTreeSet::new();
         let mut left_out = 0;
         for (identifier, own) in of_requests {
-            if seen.contains_key(&identifier) {
-                left_out += own.frames;
-                requests.insert(identifier);
-            } else {
-                seen.insert(identifier, own);
+            match seen.entry(identifier) {
+                Entry::Occupied(entry) => {
+                    left_out += own.frames;
+                    requests.insert(entry.key().clone());
+                }
+                Entry::Vacant(entry) => {
+                    entry.insert(own);
+                }
             }
         }
         if left_out > 0 {

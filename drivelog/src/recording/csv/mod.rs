@@ -172,7 +172,7 @@ impl<'a> Csv<'a> {
             let got = record.len();
             // Without the end of its line the last cell may be cut.
             let is_whole = got >= columns
-                || got > 1 && !(self.is_at_end() && !self.reader.get_ref().ends_line());
+                || got > 1 && (!self.is_at_end() || self.reader.get_ref().ends_line());
             let read = if is_longer || !is_whole {
                 let file = self.groups[0].file.clone();
                 Err(Error::RaggedRow { file, line, got, expected: columns })
