@@ -40,6 +40,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start(format!("reading {}", arguments.log.display()));
     let mut found = inspect(log_file(&arguments.log, &progress)?, &options)?;
     drop(progress);
+    let empty = nothing_read(&found);
     select(&mut found, &arguments.channels)?;
     for loss in &found.losses {
         console::warning(loss);
@@ -51,7 +52,22 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(plot) = &plot {
         console::note(format!("written to {plot}"));
     }
-    Ok(Outcome::Done)
+    empty.map_or(Ok(Outcome::Done), Err)
+}
+
+/// Why a log without any number is refused.
+fn nothing_read(found: &Inspection) -> Option<Failure> {
+    let groups = &found.groups;
+    if groups.iter().any(|group| group.channels.iter().any(|channel| channel.values > 0)) {
+        return None;
+    }
+    let what = if groups.iter().all(|group| group.rows == 0) { "row" } else { "numeric channel" };
+    let hint = if found.losses.is_empty() {
+        "check that the log holds numbers: CSV with a header line and a row for each sample, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
+    } else {
+        "the warnings give the reasons; a table needs a header line and a row of numbers for each sample"
+    };
+    Some(Failure::new(format!("{}: no {what} was read", found.file), hint))
 }
 
 /// A channel as the options of the other commands name it.

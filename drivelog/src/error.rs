@@ -52,9 +52,17 @@ pub enum Error {
     #[error("{file}: a raw bus with {kinds} kinds of frames, and no database is named")]
     #[diagnostic(help("name the CAN database (DBC) of the vehicle"))]
     NoDatabase { file: String, kinds: usize },
-    #[error("{file}: none of the {kinds} kinds of frames is in the databases")]
+    #[error("{file}: none of the {kinds} kinds of frames is in the databases{faults}")]
     #[diagnostic(help("name the database of this vehicle and bus"))]
-    NotInDatabase { file: String, kinds: usize },
+    NotInDatabase { file: String, kinds: usize, faults: String },
+    #[error("{file}: the frames of candump have no time")]
+    #[diagnostic(help(
+        "record with candump -ta or candump -L, which write the time of each frame"
+    ))]
+    FramesWithoutTime { file: String },
+    #[error("{file}: this is {format}, which is not read here")]
+    #[diagnostic(help("{help}"))]
+    OtherFormat { file: String, format: &'static str, help: &'static str },
     #[error("{file}: {problem}")]
     #[diagnostic(help("use columns of equal length with different names"))]
     Columns { file: String, problem: String },

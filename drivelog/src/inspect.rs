@@ -126,6 +126,9 @@ impl State {
     fn new(group: &Group, options: &LogOptions) -> Self {
         let (clock, no_clock) = match time_column(group, options) {
             Ok(clock) => (clock.map(|(c, unit)| (c, unit.to_si)), None),
+            Err(error @ Error::UnknownUnit { .. }) => {
+                (None, Some(format!("{error}; {}", error.hint())))
+            }
             Err(error) => (None, Some(error.hint())),
         };
         let is_clock = |c: usize| clock.is_some_and(|(own, _)| own == c);

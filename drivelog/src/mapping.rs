@@ -6,7 +6,9 @@ use crate::expression::{Term, terms};
 use crate::options::LogOptions;
 use crate::recording::{Group, uncommented};
 use crate::role::Role;
-use crate::units::{ONE, Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
+use crate::units::{
+    ONE, Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header, unknown_unit,
+};
 use strsim::osa_distance;
 
 /// What a role is read from.
@@ -153,9 +155,9 @@ fn by_name(
                     let terms = vec![Term { factor: 1.0, channels: vec![c] }];
                     found.push(Source { group: g, name: channel.name.clone(), unit, terms });
                 }
-                // A stated unit is an error where it is not recognised.
+                // A stated unit is an error where it is not recognised; one in a name where no other column fits.
                 Err(error @ Error::UnknownUnit { .. })
-                    if !options.is_optional(role)
+                    if !options.is_optional(role) && channel.unit.is_some()
                         || options.units.keys().any(|name| is_named(group, c, name)) =>
                 {
                     return Err(error);
@@ -165,6 +167,13 @@ fn by_name(
         }
     }
     let is_required = options.response.roles().contains(&role);
+    let is_unknown = |error: &Error| matches!(error, Error::UnknownUnit { .. });
+    if found.is_empty()
+        && !options.is_optional(role)
+        && let Some(at) = unfit.iter().position(is_unknown)
+    {
+        return Err(unfit.swap_remove(at));
+    }
     if role == Role::Steering && !is_required {
         // Not the command.
         found.retain(|source| source.unit.quantity == Quantity::Angle);
@@ -244,7 +253,15 @@ pub(crate) fn unit_of(group: &Group, channel: usize, options: &LogOptions) -> Re
             let (header, row) = (name.name, apart.name);
             Err(Error::UnitsDiffer { at: place(), header, row })
         }
-        (name, apart) => name.or(apart).ok_or_else(|| Error::UnitNotStated { at: place() }),
+        (None, None) => Err(match unknown_unit(&own.name) {
+            Some(unit) => Error::UnknownUnit {
+                file: group.place(),
+                column: own.name.clone(),
+                unit: unit.into(),
+            },
+            None => Error::UnitNotStated { at: place() },
+        }),
+        (Some(unit), _) | (None, Some(unit)) => Ok(unit),
     }
 }
 

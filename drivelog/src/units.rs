@@ -37,12 +37,15 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
         unit("deg/s", Quantity::AngularRate, DEG),
     ),
     (&["radps", "rad_s", "rad/s", "rad/sec"], unit("rad/s", Quantity::AngularRate, 1.0)),
+    (&["mrad/s"], unit("mrad/s", Quantity::AngularRate, 1e-3)),
     (&["mps2", "m_s2", "m/s2", "m/s^2", "m/s²"], unit("m/s2", Quantity::Acceleration, 1.0)),
     (&["mps", "m_s", "m/s", "m/sec"], unit("m/s", Quantity::Speed, 1.0)),
     (&["kmh", "kph", "kmph", "km_h", "km/h"], unit("km/h", Quantity::Speed, 1.0 / 3.6)),
     (&["mph"], unit("mph", Quantity::Speed, 0.447_04)),
+    (&["knots"], unit("knots", Quantity::Speed, 1852.0 / 3600.0)),
     (&["deg", "degree", "degrees", "°"], unit("deg", Quantity::Angle, DEG)),
     (&["rad", "radian", "radians"], unit("rad", Quantity::Angle, 1.0)),
+    (&["mrad"], unit("mrad", Quantity::Angle, 1e-3)),
     (&["ms", "msec"], unit("ms", Quantity::Time, 1e-3)),
     (&["us", "µs"], unit("us", Quantity::Time, 1e-6)),
     (&["ns"], unit("ns", Quantity::Time, 1e-9)),
@@ -54,16 +57,74 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["1"], ONE),
 ];
 
+/// Spellings that are read where they stand alone, not as the end of a name, and what they equal.
+const EQUAL: &[(&[&str], &str)] = &[
+    (&["degree/s", "degrees/s", "degree/sec", "degrees/sec", "grad/s", "grad/sec"], "deg/s"),
+    (&["grad"], "deg"),
+    (&["radian/s", "radians/s"], "rad/s"),
+    (&["kn", "kt", "kts", "knot"], "knots"),
+];
+
+/// The unit of an angular rate as CarMaker and German tools write it.
+const PER_SECOND: Unit = unit("1/s", Quantity::AngularRate, 1.0);
+
 const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {
     Unit { name, quantity, to_si }
 }
 
 pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
-    let text = text.trim();
+    let text = plain_spelling(text);
+    let is_in = |names: &[&str]| names.iter().any(|n| n.eq_ignore_ascii_case(&text));
+    if text == PER_SECOND.name {
+        return Some(PER_SECOND);
+    }
+    let text = EQUAL.iter().find(|(names, _)| is_in(names)).map_or(&*text, |(_, unit)| *unit);
     SPELLINGS
         .iter()
         .find(|(names, _)| names.iter().any(|n| n.eq_ignore_ascii_case(text)))
         .map(|(_, unit)| *unit)
+}
+
+/// A unit with one degree sign, one micro sign and a slash: `º`, `˚` and the mis-decoded `Â°`; the Greek letter;
+/// `s^-1`, `s⁻¹` and `s-1` after a blank or a point.
+fn plain_spelling(text: &str) -> String {
+    let mut text = text.trim().to_owned();
+    for (from, to) in [
+        ("Â°", "°"),
+        ("Âº", "°"),
+        ("º", "°"),
+        ("˚", "°"),
+        ("Âµ", "µ"),
+        ("Î¼", "µ"),
+        ("μ", "µ"),
+        ("⁻¹", "-1"),
+        ("⁻²", "-2"),
+        ("^-", "-"),
+        (" / ", "/"),
+        ("/hr", "/h"),
+    ] {
+        text = text.replace(from, to);
+    }
+    for (power, per) in [("s-1", "/s"), ("s-2", "/s2"), ("h-1", "/h")] {
+        let Some(rest) = text.strip_suffix(power) else { continue };
+        let unit = rest.strip_suffix([' ', '.', '*', '·']).map(str::trim_end);
+        text = match unit {
+            Some(unit) => format!("{unit}{per}"),
+            None if rest.is_empty() => format!("1{per}"),
+            None => continue,
+        };
+        break;
+    }
+    text
+}
+
+/// The unit in square brackets at the end of a name that no unit known here is: neither blank, `-`, nor the index of
+/// an array.
+pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
+    let inner = header.trim_end().strip_suffix(']')?;
+    let text = inner[inner.rfind('[')? + 1..].trim();
+    let is_unit = text.contains(|c: char| !c.is_ascii_digit() && !"-–,: ".contains(c));
+    (is_unit && parse_unit(text).is_none()).then_some(text)
 }
 
 /// Splits `steer [deg]` (or `steer (deg)`) into name and unit text.
@@ -126,13 +187,46 @@ pub(crate) fn plain_name(header: &str) -> String {
 
 #[must_use]
 pub(crate) fn known_units() -> String {
-    let names: Vec<&str> = SPELLINGS.iter().map(|(_, unit)| unit.name).collect();
+    let names = SPELLINGS.iter().map(|(_, unit)| unit.name);
+    let names: Vec<&str> = names.chain([PER_SECOND.name]).collect();
     names.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spellings_of_other_tools() {
+        for (text, name, to_si) in [
+            ("1/s", "1/s", 1.0),
+            ("s^-1", "1/s", 1.0),
+            ("deg s^-1", "deg/s", DEG),
+            ("deg.s-1", "deg/s", DEG),
+            ("deg·s⁻¹", "deg/s", DEG),
+            ("m s-1", "m/s", 1.0),
+            ("m s^-2", "m/s2", 1.0),
+            ("degrees/s", "deg/s", DEG),
+            ("Grad/s", "deg/s", DEG),
+            ("Grad", "deg", DEG),
+            ("mrad", "mrad", 1e-3),
+            ("km/hr", "km/h", 1.0 / 3.6),
+            ("kn", "knots", 0.514_444_444_444_444_4),
+            ("μs", "us", 1e-6),
+            ("Âµs", "us", 1e-6),
+            ("Â°", "deg", DEG),
+            ("º/s", "deg/s", DEG),
+            ("˚", "deg", DEG),
+        ] {
+            let unit = parse_unit(text).unwrap();
+            assert_eq!(unit.name, name, "{text}");
+            assert!((unit.to_si / to_si - 1.0).abs() < 1e-12, "{text}");
+        }
+        assert_eq!(unknown_unit("yaw_rate [turns/s]"), Some("turns/s"));
+        for known in ["wheel[0]", "steer [-]", "steer []", "yaw rate [1/s]", "x (raw)", "steer"] {
+            assert_eq!(unknown_unit(known), None, "{known}");
+        }
+    }
 
     #[test]
     fn suffixes_and_brackets() {

@@ -6,6 +6,7 @@
 mod bytes;
 mod can;
 mod csv;
+mod foreign;
 mod mcap;
 mod mdf;
 mod memory;
@@ -302,6 +303,7 @@ const FORMATS: &[Format] = &[
     Format { recognises: mdf::recognises, open: mdf::open },
     Format { recognises: parquet::recognises, open: parquet::open },
     Format { recognises: mcap::recognises, open: mcap::open },
+    Format { recognises: foreign::recognises, open: foreign::open },
     Format { recognises: can::recognises, open: can::open },
     Format { recognises: |_| true, open: csv::open },
 ];

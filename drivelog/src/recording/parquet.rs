@@ -10,7 +10,7 @@ use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};
 use bytes::Bytes;
-use parquet::basic::{Compression, Encoding, LogicalType, TimeUnit, Type};
+use parquet::basic::{Compression, ConvertedType, Encoding, LogicalType, TimeUnit, Type};
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::column::reader::{ColumnReader, get_column_reader};
 use parquet::errors::{ParquetError, Result as Outcome};
@@ -110,7 +110,14 @@ enum Scale {
 }
 
 fn is_time(column: &ColumnDescPtr) -> bool {
-    matches!(column.logical_type_ref(), Some(LogicalType::Timestamp(_) | LogicalType::Time(_)))
+    use ConvertedType::{TIME_MICROS, TIME_MILLIS, TIMESTAMP_MICROS, TIMESTAMP_MILLIS};
+    match column.logical_type_ref() {
+        Some(kind) => matches!(kind, LogicalType::Timestamp(_) | LogicalType::Time(_)),
+        None => matches!(
+            column.converted_type(),
+            TIME_MICROS | TIME_MILLIS | TIMESTAMP_MICROS | TIMESTAMP_MILLIS
+        ),
+    }
 }
 
 impl Scale {
@@ -135,11 +142,26 @@ impl Scale {
             (Type::INT32 | Type::INT64, Some(LogicalType::Integer(kind))) => {
                 Some(Self::Plain { is_unsigned: !kind.is_signed })
             }
+            (Type::INT32 | Type::INT64, None) => Some(Self::of_converted(column)),
             (Type::BOOLEAN | Type::INT32 | Type::INT64 | Type::FLOAT | Type::DOUBLE, _) => {
                 Some(Self::Plain { is_unsigned: false })
             }
             (Type::INT96, _) => Some(Self::Int96),
             (Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY, _) => None,
+        }
+    }
+
+    /// By the older statement of an integer's type, which DuckDB writes alone.
+    fn of_converted(column: &ColumnDescPtr) -> Self {
+        use ConvertedType as Is;
+        match column.converted_type() {
+            Is::UINT_8 | Is::UINT_16 | Is::UINT_32 | Is::UINT_64 => {
+                Self::Plain { is_unsigned: true }
+            }
+            Is::TIME_MILLIS | Is::TIMESTAMP_MILLIS => Self::Divided(1e3),
+            Is::TIME_MICROS | Is::TIMESTAMP_MICROS => Self::Divided(1e6),
+            Is::DECIMAL => Self::Divided(10_f64.powi(column.type_scale())),
+            _ => Self::Plain { is_unsigned: false },
         }
     }
 

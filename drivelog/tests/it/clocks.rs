@@ -107,13 +107,13 @@ fn bad_files_are_refused_with_their_place() {
     assert!(
         matches!(e, Error::NotANumber { ref at, .. } if at.line == 5 && at.column == "steer_rad")
     );
-    let e = refused(with_line(6, "0.04,0.01,inf,15"), &o);
+    let e = refused(with_line(6, "0.04,0.01,1e999,15"), &o);
     assert!(
         matches!(e, Error::NotFinite { ref at, .. } if at.line == 6 && at.column == "yaw_rate_radps")
     );
     assert!(matches!(
-        refused(with_line(7, "0.05,0.01,0.1"), &o),
-        Error::RaggedRow { line: 7, got: 3, expected: 4, .. }
+        refused(with_line(7, "0.05,0.01,0.1,15,7"), &o),
+        Error::RaggedRow { line: 7, got: 5, expected: 4, .. }
     ));
     let back = refused(with_line(8, "0.02,0.01,0.1,15"), &o);
     assert!(matches!(back, Error::TimeNotIncreasing { ref at, .. } if at.line == 8));

@@ -241,7 +241,7 @@ fn an_optional_channel_takes_no_sample_from_the_others() {
             "no value in 5.0 s of 10.0 s, first from 4.99 s to 9.99",
         ),
         (acceleration, &when(|k| k >= 500), "no value in 5.0 s of 10.0 s, first from 0 s to 5"),
-        ("lateral_acceleration [furlong]", &value, "the unit is not stated"),
+        ("lateral_acceleration [furlong]", &value, "`furlong` is not a known unit"),
         ("sideslip_deg", &|k| format!("{}", 100 + k % 7), "sideslip"),
     ];
     for (name, cell, reason) in unused {

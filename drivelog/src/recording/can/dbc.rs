@@ -57,11 +57,7 @@ impl Signal {
 impl Database {
     /// Reads a database.
     pub(super) fn of_text(file: &str, bytes: &[u8]) -> Self {
-        let text = std::str::from_utf8(bytes).map_or_else(
-            // Latin 1, in which `°` is a byte.
-            |_| bytes.iter().map(|b| char::from(*b)).collect::<String>(),
-            ToOwned::to_owned,
-        );
+        let text = decoded(bytes).replace("\r\n", "\n").replace('\r', "\n");
         let mut database = Self::default();
         let mut in_text = false;
         // Whether signals belong to the last message.
@@ -80,7 +76,10 @@ impl Database {
             }
             let rest = line.trim_start().strip_prefix(statement).unwrap_or_default().trim();
             let read = match statement {
-                "BO_" => database.message(rest).map(|taken| is_open = taken),
+                "BO_" => {
+                    let place = format!("{file}:{}", k + 1);
+                    database.message(rest, &place).map(|taken| is_open = taken)
+                }
                 "SG_" if is_open => database.signal(rest),
                 "SIG_VALTYPE_" => database.value_type(rest),
                 "SG_MUL_VAL_" => database.multiplexing(rest),
@@ -97,7 +96,7 @@ impl Database {
     }
 
     /// `ID NAME: LENGTH SENDER`; whether it is taken.
-    fn message(&mut self, rest: &str) -> Option<bool> {
+    fn message(&mut self, rest: &str, place: &str) -> Option<bool> {
         let (head, _) = rest.split_once(':')?;
         let mut words = head.split_whitespace();
         let (id, name) = (words.next()?.parse::<u64>().ok()?, words.next()?);
@@ -105,12 +104,16 @@ impl Database {
         if id == 0xC000_0000 {
             return Some(false);
         }
-        let is_extended = id & 0x8000_0000 != 0;
-        let id = id & !0x8000_0000;
-        if id > if is_extended { 0x1FFF_FFFF } else { 0x7FF } {
-            return None;
+        let (id, is_extended) = identifier(u32::try_from(id).ok()?)?;
+        let same = |m: &&Message| m.id == id && m.is_extended == is_extended;
+        if let Some(first) = self.messages.iter().find(same) {
+            self.faults.push(format!(
+                "{place}: message {name} has the id {id:#X} of {}, by which the frames are read",
+                first.name
+            ));
+            return Some(false);
         }
-        let (id, signals) = (u32::try_from(id).ok()?, Vec::new());
+        let signals = Vec::new();
         self.messages.push(Message { id, is_extended, name: name.into(), signals });
         Some(true)
     }
@@ -163,8 +166,7 @@ impl Database {
     }
 
     fn message_of(&mut self, id: &str) -> Option<&mut Message> {
-        let id: u32 = id.parse().ok()?;
-        let (id, is_extended) = (id & 0x7FFF_FFFF, id & 0x8000_0000 != 0);
+        let (id, is_extended) = identifier(id.parse().ok()?)?;
         self.messages.iter_mut().find(|m| m.id == id && m.is_extended == is_extended)
     }
 
@@ -241,6 +243,29 @@ impl Database {
     }
 }
 
+/// The text of a database: UTF-16 by its mark, UTF-8, or else Latin 1, in which `°` is a byte.
+fn decoded(bytes: &[u8]) -> String {
+    let wide = |of: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|c| of([c[0], c[1]])).collect();
+        String::from_utf16_lossy(&units)
+    };
+    match bytes {
+        [0xFF, 0xFE, ..] => wide(u16::from_le_bytes),
+        [0xFE, 0xFF, ..] => wide(u16::from_be_bytes),
+        _ => std::str::from_utf8(bytes).map_or_else(
+            |_| bytes.iter().map(|b| char::from(*b)).collect(),
+            |text| text.trim_start_matches('\u{feff}').to_owned(),
+        ),
+    }
+}
+
+/// An identifier without its flag, and whether it has 29 bits: by the flag, or where it needs more than 11.
+fn identifier(id: u32) -> Option<(u32, bool)> {
+    let bare = id & 0x7FFF_FFFF;
+    let is_extended = id != bare || bare > 0x7FF;
+    (bare <= 0x1FFF_FFFF).then_some((bare, is_extended))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,11 +287,36 @@ BO_ 99 NOT_A_MESSAGE: 8 XXX
  with \" a quote";
 SIG_VALTYPE_ 2147484672 Deep : 1;
 SG_MUL_VAL_ 2147484672 Deep Inner 3-4, 7-7;
-BO_ 4096 TOO_LONG: 8 XXX
+BO_ 1073741824 TOO_LONG: 8 XXX
  SG_ LOST : 0|8@1+ (1,0) [0|0] "" XXX
 BO_ 37 BROKEN: 8 XXX
  SG_ WIDE : 0|65@1+ (1,0) [0|0] "" XXX
 "#;
+
+    #[test]
+    fn databases_of_other_editors() {
+        let text = "BO_ 274923520 A: 8 X\n SG_ S : 0|16@1- (1,0) [0|0] \"°\" X\nBO_ 37 B: 8 X\n";
+        let wide = |of: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            format!("\u{feff}{text}").encode_utf16().flat_map(of).collect()
+        };
+        let cr = text.replace('\n', "\r").into_bytes();
+        let crlf = text.replace('\n', "\r\n").into_bytes();
+        let marked = format!("\u{feff}{text}").into_bytes();
+        for bytes in [cr, crlf, marked, wide(u16::to_le_bytes), wide(u16::to_be_bytes)] {
+            let database = Database::of_text("a.dbc", &bytes);
+            let [a, b] = &database.messages[..] else { panic!("{database:?}") };
+            assert_eq!((a.id, a.is_extended, b.is_extended), (0x1063_0000, true, false));
+            assert_eq!(a.signals[0].unit, "°");
+            assert_eq!(database.faults, Vec::<String>::new());
+        }
+        let twice = format!("{text}BO_ 37 C: 8 X\n SG_ T : 0|8@1+ (1,0) [0|0] \"\" X\n");
+        let database = Database::of_text("a.dbc", twice.as_bytes());
+        assert_eq!(database.messages.len(), 2);
+        assert_eq!(
+            database.faults,
+            ["a.dbc:4: message C has the id 0x25 of B, by which the frames are read"]
+        );
+    }
 
     #[test]
     fn messages_signals_and_multiplexing() {
@@ -285,7 +335,7 @@ BO_ 37 BROKEN: 8 XXX
         assert_eq!(deep.value(&data), Some(2.5));
         assert_eq!(extended.signals[1].unit, "°");
         let faults = database.faults.join("\n");
-        assert!(faults.contains("a.dbc:18: not understood: BO_ 4096 TOO_LONG"), "{faults}");
+        assert!(faults.contains("a.dbc:18: not understood: BO_ 1073741824 TOO_LONG"), "{faults}");
         assert!(faults.contains("a.dbc:21: not understood: SG_ WIDE"), "{faults}");
         assert_eq!(database.faults.len(), 2);
     }

@@ -1,8 +1,11 @@
 //! Raw CAN buses in text, decoded by CAN databases (DBC).
 
+mod asc;
 mod bits;
+mod candump;
 mod dbc;
 mod decode;
+mod frame;
 mod text;
 
 use super::bytes::{Head, LogFile};
@@ -10,8 +13,10 @@ use super::{Batches, Group, Pieces, Recording, Request};
 use crate::Error;
 use crate::options::LogOptions;
 pub(in crate::recording) use decode::{Decoder, Identifier, Seen};
-use std::collections::{BTreeMap, VecDeque};
-use text::{Form, Frame, Frames};
+use frame::Frame;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use text::{Form, Frames};
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
     Form::of(head.start).is_some()
@@ -22,38 +27,115 @@ pub(super) fn open<'a>(
     file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    let form = Form::of(&file.head()?).unwrap_or(Form::Candump);
-    let mut seen = BTreeMap::new();
-    let mut frames = Frames::new(file.reader()?, form);
-    let mut losses = Vec::new();
-    loop {
-        match frames.next() {
-            Ok(Some(frame)) => {
-                let time = frame.time;
-                Seen::note(&mut seen, identifier(frame), time);
-            }
-            Ok(None) => break,
-            Err(error) => {
-                losses.push(format!(
-                    "{}: nothing is read after line {}, byte {}: {error}",
-                    file.name, frames.line, frames.byte
-                ));
-                break;
-            }
-        }
+    let mut form = Form::of(&file.head()?).unwrap_or(Form::Candump);
+    if form == Form::NoTime {
+        return Err(Error::FramesWithoutTime { file: file.name });
     }
-    losses.extend(frames.loss(&file.name));
+    let mut survey = Survey::new(&file, form)?;
+    if form == Form::Candump && survey.has_steps() {
+        form = Form::Steps;
+        survey = Survey::new(&file, form)?;
+        survey.losses.push(format!(
+            "{}: the times count from the frame before (candump -t d): they are added up",
+            file.name
+        ));
+    }
+    let Survey { seen, requests, mut losses, .. } = survey;
     if options.dbc.is_empty() {
-        let ids: std::collections::BTreeSet<u32> = seen.keys().map(|i| i.id).collect();
+        let ids: BTreeSet<u32> = seen.keys().map(|i| i.id).collect();
         return Err(Error::NoDatabase { file: file.name, kinds: ids.len() });
     }
     let mut decoder = Decoder::new(options);
     let groups = decoder.groups(&file.name, &seen);
-    if groups.is_empty() {
-        return Err(Error::NotInDatabase { file: file.name, kinds: seen.len() });
-    }
     losses.extend(decoder.losses(&file.name));
-    Ok(Box::new(Bus { file, form, decoder, groups, losses }))
+    if groups.is_empty() {
+        const SHOWN: usize = 4;
+        losses.truncate(SHOWN);
+        let faults = losses.iter().map(|loss| format!("; {loss}")).collect();
+        return Err(Error::NotInDatabase { file: file.name, kinds: seen.len(), faults });
+    }
+    Ok(Box::new(Bus { file, form, decoder, groups, requests, losses }))
+}
+
+/// What a log has, by one pass through it.
+struct Survey {
+    seen: BTreeMap<Identifier, Seen>,
+    /// Kinds of frames whose requests are logged in addition to the frames themselves.
+    requests: BTreeSet<Identifier>,
+    losses: Vec<String>,
+    frames: u64,
+    /// Frames before the one above them, and by how much, s.
+    falls: u64,
+    fallen_s: f64,
+    /// The first and the last instant in order of time, s.
+    span_s: (f64, f64),
+}
+
+impl Survey {
+    fn new(file: &LogFile<'_>, form: Form) -> Result<Self, Error> {
+        let mut seen = BTreeMap::new();
+        let mut of_requests = BTreeMap::new();
+        let mut frames = Frames::new(file.reader()?, form);
+        let mut losses = Vec::new();
+        let (mut count, mut falls, mut fallen_s) = (0, 0, 0.0);
+        let (mut last, mut span_s) = (f64::NEG_INFINITY, (f64::INFINITY, f64::NEG_INFINITY));
+        loop {
+            match frames.next() {
+                Ok(Some(frame)) => {
+                    let time = frame.time;
+                    count += 1;
+                    if time < last {
+                        falls += 1;
+                        fallen_s += last - time;
+                    }
+                    last = time;
+                    span_s = (span_s.0.min(time), span_s.1.max(time));
+                    let all = if frame.is_request { &mut of_requests } else { &mut seen };
+                    Seen::note(all, identifier(frame), time);
+                }
+                Ok(None) => break,
+                Err(error) => {
+                    losses.push(format!(
+                        "{}: nothing is read after line {}, byte {}: {error}",
+                        file.name, frames.line, frames.byte
+                    ));
+                    break;
+                }
+            }
+        }
+        losses.extend(frames.loss(&file.name));
+        let mut requests = BTreeSet::new();
+        let mut left_out = 0;
+        for (identifier, own) in of_requests {
+            match seen.entry(identifier) {
+                Entry::Occupied(entry) => {
+                    left_out += own.frames;
+                    requests.insert(entry.key().clone());
+                }
+                Entry::Vacant(entry) => {
+                    entry.insert(own);
+                }
+            }
+        }
+        if left_out > 0 {
+            losses.push(format!(
+                "{}: {left_out} requests (TxRq) of frames that are logged as sent, too: left out",
+                file.name
+            ));
+        }
+        Ok(Self { seen, requests, losses, frames: count, falls, fallen_s, span_s })
+    }
+
+    /// Whether the times are those between frames: small, and often before the one above, in sum by more than all of
+    /// them span. Several frames may share an instant.
+    fn has_steps(&self) -> bool {
+        const LARGEST_S: f64 = 1e6;
+        const MOST_IN_ORDER: u64 = 5;
+        self.frames > 10
+            && self.span_s.1 < LARGEST_S
+            && self.falls * MOST_IN_ORDER > self.frames
+            && self.fallen_s > self.span_s.1 - self.span_s.0
+    }
 }
 
 fn identifier(frame: Frame) -> Identifier {
@@ -65,6 +147,8 @@ struct Bus<'a> {
     form: Form,
     decoder: Decoder,
     groups: Vec<Group>,
+    /// Kinds of frames whose requests are left out.
+    requests: BTreeSet<Identifier>,
     losses: Vec<String>,
 }
 
@@ -79,7 +163,7 @@ impl Recording for Bus<'_> {
         let mut ready = VecDeque::new();
         let mut is_read = false;
         let mut rows = vec![0; request.wanted.len()];
-        let decoder = &self.decoder;
+        let (decoder, requests) = (&self.decoder, &self.requests);
         Ok(Box::new(std::iter::from_fn(move || {
             while ready.is_empty() && !is_read {
                 // An error here is that of the first pass, which has reported it.
@@ -89,7 +173,12 @@ impl Recording for Bus<'_> {
                     break;
                 };
                 let (time, data) = (frame.time, std::mem::take(&mut frame.data));
-                for group in decoder.of_frame(&identifier(frame)) {
+                let is_request = frame.is_request;
+                let identifier = identifier(frame);
+                if is_request && requests.contains(&identifier) {
+                    continue;
+                }
+                for group in decoder.of_frame(&identifier) {
                     let Some(w) = request.wanted.iter().position(|w| w.group == *group) else {
                         continue;
                     };

@@ -1,21 +1,17 @@
 //! Frames of a bus in text: candump of SocketCAN, and Vector's ASC.
 
+use super::asc::Asc;
+use super::candump::{candump, has_no_time};
+use super::frame::{Frame, Line};
 use std::io::{BufRead, BufReader, Read};
-
-/// A frame with data.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Frame {
-    /// Instant, s.
-    pub(super) time: f64,
-    pub(super) bus: String,
-    pub(super) id: u32,
-    pub(super) is_extended: bool,
-    pub(super) data: Vec<u8>,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     Candump,
+    /// candump whose times count from the frame before (`-t d`).
+    Steps,
+    /// candump without times.
+    NoTime,
     Asc,
 }
 
@@ -24,7 +20,9 @@ impl Form {
     pub(super) fn of(start: &[u8]) -> Option<Self> {
         let start = String::from_utf8_lossy(start);
         // The last line may be cut.
-        let mut lines = start.lines().map(str::trim).filter(|l| !l.is_empty()).take(30);
+        let is_comment = |l: &&str| l.starts_with(';') || l.starts_with("//");
+        let lines = start.lines().map(str::trim).filter(|l| !l.is_empty() && !is_comment(l));
+        let mut lines = lines.take(30);
         let first = lines.next()?;
         if first.starts_with("date ")
             || first.starts_with("base hex")
@@ -32,18 +30,17 @@ impl Form {
         {
             return Some(Self::Asc);
         }
-        let is_frame = |line: &str| matches!(candump(line), Line::Frame(_));
-        (is_frame(first) || lines.next().is_some_and(is_frame)).then_some(Self::Candump)
+        // The first line may be cut, too.
+        let second = lines.next();
+        let is = |is_frame: fn(&str) -> bool| is_frame(first) || second.is_some_and(is_frame);
+        if is(|line| matches!(candump(line), Line::Frame(_))) {
+            Some(Self::Candump)
+        } else if is(|line| matches!(Asc::default().line(line), Line::Frame(_))) {
+            Some(Self::Asc)
+        } else {
+            is(has_no_time).then_some(Self::NoTime)
+        }
     }
-}
-
-/// What a line is.
-#[derive(Debug, PartialEq)]
-enum Line {
-    Frame(Frame),
-    /// A remote frame, an error frame, a comment or the like.
-    Other,
-    Fault,
 }
 
 /// The frames of a text, line by line.
@@ -59,12 +56,7 @@ pub(super) struct Frames<R> {
     pub(super) first_fault: Option<(u64, u64)>,
     text: Vec<u8>,
     asc: Asc,
-}
-
-/// The number bases and the clock of an ASC file.
-struct Asc {
-    is_hex: bool,
-    is_relative: bool,
+    /// The instant of the last frame of [`Form::Steps`], s.
     time: f64,
 }
 
@@ -81,7 +73,8 @@ impl<R: Read> Frames<R> {
             faults: 0,
             first_fault: None,
             text: Vec::new(),
-            asc: Asc { is_hex: true, is_relative: false, time: 0.0 },
+            asc: Asc::default(),
+            time: 0.0,
         }
     }
 
@@ -97,12 +90,18 @@ impl<R: Read> Frames<R> {
             self.line += 1;
             self.byte += count as u64;
             let read = match (std::str::from_utf8(&self.text), self.form) {
-                (Ok(text), Form::Candump) => candump(text.trim()),
+                (Ok(text), Form::Candump | Form::Steps) => candump(text.trim()),
                 (Ok(text), Form::Asc) => self.asc.line(text.trim()),
-                (Err(_), _) => Line::Fault,
+                (Err(_), _) | (_, Form::NoTime) => Line::Fault,
             };
             match read {
-                Line::Frame(frame) => return Ok(Some(frame)),
+                Line::Frame(mut frame) => {
+                    if self.form == Form::Steps {
+                        self.time += frame.time;
+                        frame.time = self.time;
+                    }
+                    return Ok(Some(frame));
+                }
                 Line::Other => {}
                 Line::Fault => {
                     self.faults += 1;
@@ -123,123 +122,6 @@ impl<R: Read> Frames<R> {
     }
 }
 
-/// `(1436509052.249713) can0 044#2A366C2B7F`, with `##` and flags for CAN FD, or in columns
-/// `(1436509052.249713)  can0  044   [5]  2A 36 6C 2B 7F`.
-fn candump(line: &str) -> Line {
-    if line.is_empty() || line.starts_with('#') {
-        return Line::Other;
-    }
-    let mut words = line.split_whitespace();
-    let parsed = (|| {
-        let time = words.next()?.strip_prefix('(')?.strip_suffix(')')?.parse::<f64>().ok()?;
-        let bus = words.next()?;
-        let word = words.next()?;
-        let (id, data) = match word.split_once('#') {
-            Some((_, data)) if data.starts_with('R') => return Some(Line::Other),
-            Some((id, data)) => {
-                let data = data.strip_prefix('#').map_or(Some(data), |fd| fd.get(1..))?;
-                // A length of 9 to 15 with 8 bytes.
-                (id, data.split('_').next().unwrap_or_default().replace('.', ""))
-            }
-            None => {
-                words.next()?.strip_prefix('[')?.strip_suffix(']')?;
-                let rest: Vec<&str> = words.clone().collect();
-                if rest.first() == Some(&"remote") {
-                    return Some(Line::Other);
-                }
-                let data = rest.into_iter().take_while(|w| w.len() == 2).collect::<String>();
-                (word, data)
-            }
-        };
-        let number = u32::from_str_radix(id, 16).ok()?;
-        if number & 0x2000_0000 != 0 && id.len() > 3 {
-            // An error of the bus.
-            return Some(Line::Other);
-        }
-        let data = bytes(&data)?;
-        let is_extended = id.len() > 3;
-        time.is_finite()
-            .then(|| Line::Frame(Frame { time, bus: bus.into(), id: number, is_extended, data }))
-    })();
-    parsed.unwrap_or(Line::Fault)
-}
-
-fn bytes(hex: &str) -> Option<Vec<u8>> {
-    let digits = hex.as_bytes();
-    if !digits.len().is_multiple_of(2) || digits.len() > 128 {
-        return None;
-    }
-    let digit = |d: u8| char::from(d).to_digit(16);
-    let byte = |pair: &[u8]| Some((16 * digit(pair[0])? + digit(pair[1])?) as u8);
-    digits.chunks(2).map(byte).collect()
-}
-
-impl Asc {
-    fn line(&mut self, line: &str) -> Line {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        if let ["base", base, rest @ ..] = &words[..] {
-            self.is_hex = *base == "hex";
-            self.is_relative = rest.contains(&"relative");
-            return Line::Other;
-        }
-        let Some(time) = words.first().and_then(|t| t.parse::<f64>().ok()) else {
-            // Header, comments, blocks of triggers.
-            return Line::Other;
-        };
-        if !time.is_finite() {
-            return Line::Fault;
-        }
-        self.time = if self.is_relative { self.time + time } else { time };
-        match &words[1..] {
-            ["CANFD", rest @ ..] => self.fd(rest),
-            [bus, id, direction, "d", length, data @ ..]
-                if bus.parse::<u32>().is_ok() && matches!(*direction, "Rx" | "Tx" | "TxRq") =>
-            {
-                self.frame(bus, id, length, data)
-            }
-            // Remote frames, errors, statistics, events.
-            _ => Line::Other,
-        }
-    }
-
-    /// `CANFD BUS Rx ID NAME BRS ESI DLC LENGTH DATA …`; the name may be left out.
-    fn fd(&self, words: &[&str]) -> Line {
-        let [bus, _, id, rest @ ..] = words else { return Line::Fault };
-        // A name is there where the next word is no flag.
-        let rest = match rest {
-            [flag, other, ..] if matches!(*flag, "0" | "1") && matches!(*other, "0" | "1") => rest,
-            [_, rest @ ..] => rest,
-            [] => return Line::Fault,
-        };
-        let [_, _, _, length, data @ ..] = rest else { return Line::Fault };
-        let Ok(count) = length.parse::<usize>() else { return Line::Fault };
-        self.made(bus, id, count, data)
-    }
-
-    fn frame(&self, bus: &str, id: &str, length: &str, data: &[&str]) -> Line {
-        match usize::from_str_radix(length, 16) {
-            Ok(count) => self.made(bus, id, count.min(8), data),
-            Err(_) => Line::Fault,
-        }
-    }
-
-    fn made(&self, bus: &str, id: &str, count: usize, data: &[&str]) -> Line {
-        let radix = if self.is_hex { 16 } else { 10 };
-        let (number, is_extended) =
-            id.strip_suffix('x').or(id.strip_suffix('X')).map_or((id, false), |id| (id, true));
-        let id = u32::from_str_radix(number, radix).ok();
-        let byte = |text: &&str| u8::from_str_radix(text, radix).ok();
-        let data = data.get(..count).and_then(|data| data.iter().map(byte).collect());
-        match (id, data) {
-            (Some(id), Some(data)) => {
-                let (time, bus) = (self.time, bus.to_owned());
-                Line::Frame(Frame { time, bus, id, is_extended, data })
-            }
-            _ => Line::Fault,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,7 +137,7 @@ mod tests {
     }
 
     fn frame(time: f64, bus: &str, id: u32, is_extended: bool, data: &[u8]) -> Frame {
-        Frame { time, bus: bus.into(), id, is_extended, data: data.into() }
+        Frame { time, bus: bus.into(), id, is_extended, data: data.into(), is_request: false }
     }
 
     #[test]
@@ -275,6 +157,32 @@ mod tests {
             frame(1_436_509_052.5, "can1", 0x1F33_4455, true, &[0x11, 0x22]),
         ];
         assert_eq!(all(text), (expected.to_vec(), 1));
+    }
+
+    #[test]
+    fn dialects_of_both() {
+        let first = |text: &str| all(text).0.swap_remove(0);
+        // The column of text, the flags of the direction, a date.
+        let plain = frame(1.5, "can0", 0x25, false, &[0x41, 0x20]);
+        for text in
+            ["(1.5)  can0  025   [2]  41 20   'A '", "(1.5)  can0  RX - -  025   [2]  41 20"]
+        {
+            assert_eq!(first(text), plain, "{text}");
+        }
+        // `date -u -d '2024-02-01T10:00:00Z' +%s`
+        let dated = frame(1_706_781_600.25, "can0", 0x25, false, &[1]);
+        assert_eq!(first("(2024-02-01 10:00:00.250000)  can0  025   [1]  01"), dated);
+        let form = |text: &str| Form::of(text.as_bytes());
+        assert_eq!(form("  can0  025   [2]  41 20\n"), Some(Form::NoTime));
+        let comment = "; written by a tool\ndate Thu Feb 1\nbase hex\n0.5 1 25 Rx d 1 49\n";
+        for text in [comment, "0.5 1 25 Rx d 1 49 Length = 1\n", "0,5 1 25 Rx d 1 49\r\n"] {
+            assert_eq!(form(text), Some(Form::Asc), "{text}");
+            assert_eq!(first(text), frame(0.5, "1", 0x25, false, &[0x49]), "{text}");
+        }
+        assert!(first("0.5 1 25 TxRq d 1 49\n").is_request);
+        for text in ["t,x\n1,2\n", "1 2 3\n", "time [s] speed [2]\n", "a b [2] c d\n"] {
+            assert_eq!(form(text), None, "{text}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Comment lines, taken out of a text before its cells are parsed: a quote in one opens no cell.
 
+use super::missing::is_spreadsheet_error;
 use std::io::Read;
 
 const BOM: [u8; 3] = *b"\xEF\xBB\xBF";
@@ -9,8 +10,12 @@ pub(super) struct WithoutComments<R> {
     inner: R,
     delimiter: u8,
     at: At,
+    /// Whether the last byte ends a line.
+    at_line_end: bool,
     /// A `/` that may begin a comment.
     slash: bool,
+    /// A first cell that may be a comment: `#N/A` and `%` are none.
+    mark: Vec<u8>,
     /// Bytes that are read, and from where on they have not been passed on.
     ready: Vec<u8>,
     from: usize,
@@ -30,25 +35,61 @@ enum At {
     /// After that next one.
     Quote,
     Comment,
+    /// In a first cell that may be a comment.
+    Mark,
 }
+
+/// No error of a spreadsheet is longer.
+const LONGEST_MARK: usize = 10;
 
 impl<R: Read> WithoutComments<R> {
     pub(super) fn new(inner: R, delimiter: u8) -> Self {
         let (ready, buffer) = (Vec::new(), vec![0; 1 << 16]);
-        Self { inner, delimiter, at: At::LineStart, slash: false, ready, from: 0, buffer }
+        let mark = Vec::new();
+        Self {
+            inner,
+            delimiter,
+            at: At::LineStart,
+            at_line_end: false,
+            slash: false,
+            mark,
+            ready,
+            from: 0,
+            buffer,
+        }
     }
 
     pub(super) fn inner(&self) -> &R {
         &self.inner
     }
 
+    /// Whether what was read ends with the end of a line.
+    pub(super) fn ends_line(&self) -> bool {
+        self.at_line_end
+    }
+
     fn take(&mut self, byte: u8) {
+        self.at_line_end = b"\r\n".contains(&byte);
         if std::mem::take(&mut self.slash) {
             if byte == b'/' {
                 self.at = At::Comment;
             } else {
                 self.at = At::Cell;
                 self.ready.push(b'/');
+            }
+        }
+        if self.at == At::Mark {
+            let ends = byte == self.delimiter || b"\r\n".contains(&byte);
+            if !ends && self.mark.len() < LONGEST_MARK {
+                self.mark.push(byte);
+                return;
+            }
+            self.at = if ends && self.is_cell(byte) { At::Cell } else { At::Comment };
+            if self.at == At::Cell {
+                self.ready.append(&mut self.mark);
+            }
+            if byte == self.delimiter && self.at == At::Comment {
+                return;
             }
         }
         self.at = match (self.at, byte) {
@@ -58,7 +99,8 @@ impl<R: Read> WithoutComments<R> {
             (_, b'\n' | b'\r') => At::LineStart,
             (At::Comment, _) => return,
             (At::LineStart | At::Indent, b'#' | b'%') => {
-                self.at = At::Comment;
+                self.at = At::Mark;
+                self.mark = vec![byte];
                 return;
             }
             (At::LineStart | At::Indent, b'/') => {
@@ -72,6 +114,11 @@ impl<R: Read> WithoutComments<R> {
             _ => At::Cell,
         };
         self.ready.push(byte);
+    }
+
+    /// Whether the first cell is one, and no comment.
+    fn is_cell(&self, end: u8) -> bool {
+        is_spreadsheet_error(&self.mark) || end == self.delimiter && self.mark.trim_ascii() == b"%"
     }
 }
 
@@ -88,6 +135,11 @@ impl<R: Read> Read for WithoutComments<R> {
                 if std::mem::take(&mut self.slash) {
                     self.ready.push(b'/');
                 }
+                if self.at == At::Mark && is_spreadsheet_error(&self.mark) {
+                    self.ready.append(&mut self.mark);
+                }
+                self.mark.clear();
+                self.at = At::Comment;
                 break;
             }
         }

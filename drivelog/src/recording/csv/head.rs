@@ -3,6 +3,7 @@
 //! What the first rows leave open is refused where it matters.
 
 use super::comments::WithoutComments;
+use super::missing::{is_missing, is_spreadsheet_error};
 use super::stamps::Stamps;
 use crate::Error;
 use crate::options::DecimalMark;
@@ -96,14 +97,18 @@ impl Head {
     }
 }
 
-/// Whether the record is a comment.
+/// Whether the line is a comment.
 pub(super) fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
-    COMMENTS.iter().any(|comment| line.starts_with(comment))
+    let end = line.iter().position(|b| DELIMITERS.contains(b));
+    let first = &line[..end.unwrap_or(line.len())];
+    let is_cell = is_spreadsheet_error(first) || end.is_some() && first.trim_ascii_end() == b"%";
+    !is_cell && COMMENTS.iter().any(|comment| line.starts_with(comment))
 }
 
-pub(super) fn is_missing(cell: &str) -> bool {
-    cell.is_empty() || ["na", "nan", "null"].iter().any(|m| cell.eq_ignore_ascii_case(m))
+/// Whether the record is a comment, such as one in quotes.
+pub(super) fn is_comment_record(record: &csv::ByteRecord) -> bool {
+    is_comment(&record[0]) && !(record.len() > 1 && record[0].trim_ascii() == b"%")
 }
 
 /// The number of a cell that is true or false.
@@ -273,7 +278,7 @@ impl<'a> Records<'a> {
                 Some(held) => held,
                 None => self.record()?,
             };
-            if !is_blank(&record) && !is_comment(&record[0]) {
+            if !is_blank(&record) && !is_comment_record(&record) {
                 return Some(record);
             }
         }
@@ -287,7 +292,7 @@ impl<'a> Records<'a> {
             if is_blank(&record) || is_separator(&record) {
                 continue;
             }
-            if !is_comment(&record[0]) {
+            if !is_comment_record(&record) {
                 break record;
             }
             comments.push(record);

@@ -5,15 +5,17 @@
 mod comments;
 mod dialect;
 mod head;
-mod stamps;
+mod missing;
+pub(super) mod stamps;
 
 use super::bytes::LogFile;
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use crate::Error;
-use crate::error::Place;
+use crate::error::{Place, counted};
 use crate::options::{DecimalMark, LogOptions};
 use comments::WithoutComments;
-use head::{Head, comma_number, is_blank, is_comment, is_missing, line};
+use head::{Head, comma_number, is_blank, is_comment, is_comment_record, line};
+use missing::is_missing;
 use stamps::Stamps;
 use std::io::{Cursor, Read};
 use std::rc::Rc;
@@ -30,6 +32,14 @@ struct Csv<'a> {
     with_texts: Vec<usize>,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
+    /// A record that was looked at, which is the next one.
+    held: Option<csv::ByteRecord>,
+    /// Whether a row of values was read.
+    has_rows: bool,
+    /// Rows with fewer cells than columns, and the line of the first.
+    short: Option<(u64, u64)>,
+    /// The last row, where it is none of values.
+    last: Option<String>,
 }
 
 /// Opens a text; reads its header.
@@ -77,6 +87,10 @@ impl<'a> Csv<'a> {
             with_texts: Vec::new(),
             reader,
             is_read: false,
+            held: None,
+            has_rows: false,
+            short: None,
+            last: None,
         };
         let mut record = csv::ByteRecord::new();
         for _ in 0..head.records {
@@ -86,6 +100,10 @@ impl<'a> Csv<'a> {
     }
 
     fn next(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
+        if let Some(held) = self.held.take() {
+            *record = held;
+            return Ok(true);
+        }
         let more = self.reader.read_byte_record(record).map_err(|e| {
             let line = e.position().map_or(1, csv::Position::line);
             Error::Csv { file: self.groups[0].file.clone(), line, problem: e.to_string() }
@@ -94,6 +112,21 @@ impl<'a> Csv<'a> {
             return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
         }
         Ok(more)
+    }
+
+    /// Whether no row follows.
+    fn is_at_end(&mut self) -> bool {
+        let mut record = csv::ByteRecord::new();
+        while self.held.is_none() {
+            match self.reader.read_byte_record(&mut record) {
+                Ok(true) if is_blank(&record) || is_comment_record(&record) => {}
+                Ok(true) => self.held = Some(std::mem::take(&mut record)),
+                Ok(false) => return true,
+                // It is met again.
+                Err(_) => return false,
+            }
+        }
+        false
     }
 
     /// Reads so many rows, or those that are left: the columns' numbers, as written in the file. The rows before a
@@ -130,29 +163,55 @@ impl<'a> Csv<'a> {
         let columns = self.groups[0].channels.len();
         while self.next(record)? {
             // A comment in quotes is one.
-            if is_blank(record) || is_comment(&record[0]) {
+            if is_blank(record) || is_comment_record(record) {
                 continue;
             }
             let line = line(record);
             let beyond = record.iter().skip(columns);
             let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
-            if record.len() < columns || is_longer {
-                return Err(Error::RaggedRow {
-                    file: self.groups[0].file.clone(),
-                    line,
-                    got: record.len(),
-                    expected: columns,
-                });
+            let got = record.len();
+            // Without the end of its line the last cell may be cut.
+            let is_whole = got >= columns
+                || got > 1 && (!self.is_at_end() || self.reader.get_ref().ends_line());
+            let read = if is_longer || !is_whole {
+                let file = self.groups[0].file.clone();
+                Err(Error::RaggedRow { file, line, got, expected: columns })
+            } else {
+                self.numbers(record, line, wanted, values)
+            };
+            match read {
+                // What ends a file, such as a cut line or a closing remark.
+                Err(error) if self.has_rows && self.is_at_end() => {
+                    self.last = Some(format!("{error}: this last row is not read"));
+                    return Ok(None);
+                }
+                read => read?,
             }
-            for (values, &j) in values.iter_mut().zip(wanted) {
-                values.push(match self.number(&record[j], line, j) {
-                    Err(_) if self.with_texts.contains(&j) => f64::NAN,
-                    number => number?,
-                });
+            if got < columns {
+                let (count, _) = self.short.get_or_insert((0, line));
+                *count += 1;
             }
+            self.has_rows = true;
             return Ok(Some(line));
         }
         Ok(None)
+    }
+
+    /// The numbers of a row; cells that are not there are missing.
+    fn numbers(
+        &mut self,
+        record: &csv::ByteRecord,
+        line: u64,
+        wanted: &[usize],
+        values: &mut [Vec<f64>],
+    ) -> Result<(), Error> {
+        for (values, &j) in values.iter_mut().zip(wanted) {
+            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
+                Err(_) if self.with_texts.contains(&j) => f64::NAN,
+                number => number?,
+            });
+        }
+        Ok(())
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
@@ -163,7 +222,7 @@ impl<'a> Csv<'a> {
         {
             return match x {
                 x if x.is_finite() => Ok(x),
-                x if x.is_nan() => Ok(f64::NAN),
+                _ if is_missing(text) => Ok(f64::NAN),
                 _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
             };
         }
@@ -223,6 +282,28 @@ impl Recording for Csv<'_> {
             Some(Ok(Rows { wanted: 0, columns }))
         });
         Ok(Box::new(pieces))
+    }
+
+    fn losses(&self) -> Vec<String> {
+        let file = &self.groups[0].file;
+        let short = self.short.map(|(count, line)| {
+            let rows = counted(usize::try_from(count).unwrap_or(usize::MAX), "row");
+            format!(
+                "{file}: {rows} with fewer cells than the header, the first at line {line}: what is not there is a missing value"
+            )
+        });
+        let open = self
+            .stamps
+            .iter()
+            .zip(&self.groups[0].channels)
+            .filter(|(stamps, _)| stamps.as_ref().is_some_and(Stamps::has_open_order));
+        let open = open.map(|(_, channel)| {
+            format!(
+                "{file}: column `{}`: day and month are open and the month is taken to be first, which changes no time between rows",
+                channel.name
+            )
+        });
+        short.into_iter().chain(self.last.clone()).chain(open).collect()
     }
 
     fn hashes_bytes(&self) -> bool {

@@ -1,4 +1,5 @@
-//! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, or the time of day alone.
+//! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, or the time of day alone; dates with
+//! slashes; seconds as MATLAB writes durations (`0.01 sec`).
 
 use jiff::civil::{Date, Time};
 use jiff::fmt::temporal::DateTimeParser;
@@ -12,6 +13,25 @@ pub(super) struct Stamps {
     form: Form,
     /// Seconds of the last time of day, with the midnights before it.
     last: f64,
+    /// The first date with slashes, and which of its numbers is the day, where that is known.
+    first: Slashed,
+    order: Option<Order>,
+    /// Days by which the first date was taken for another one.
+    shift: f64,
+}
+
+/// A date with slashes that ends with the year, and the time of its day, s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Slashed {
+    numbers: [i8; 2],
+    year: i16,
+    of_day: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Order {
+    MonthFirst,
+    DayFirst,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,17 +40,51 @@ enum Form {
     /// Date and time of an unstated zone.
     Local,
     TimeOfDay,
+    /// `0.01 sec`.
+    Seconds,
+    /// A date that ends with the year.
+    Slashed,
 }
 
 impl Stamps {
     pub(super) fn like(text: &str) -> Option<Self> {
-        let (form, _) = read(text)?;
-        Some(Self { form, last: f64::NEG_INFINITY })
+        let slashed = slashed(text);
+        let form = if slashed.is_some() { Form::Slashed } else { read(text)?.0 };
+        let first = slashed.unwrap_or_default();
+        Some(Self { form, last: f64::NEG_INFINITY, first, order: first.order(), shift: 0.0 })
+    }
+
+    /// Whether the order of day and month is open, which changes no time between two rows.
+    pub(super) fn has_open_order(&self) -> bool {
+        self.form == Form::Slashed && self.order.is_none()
+    }
+
+    /// Seconds since 1970 of a date with slashes; where day and month are open, the month is taken to be first until
+    /// another date shows which is the day.
+    fn of_slashed(&mut self, text: &str) -> Option<f64> {
+        let own = slashed(text)?;
+        if self.order.is_none() {
+            let [a, b] = self.first.numbers;
+            self.order = own.order().or(match own.numbers {
+                [_, d] if own.numbers[0] == a && d != b => Some(Order::MonthFirst),
+                [d, _] if own.numbers[1] == b && d != a => Some(Order::DayFirst),
+                _ if own.numbers == self.first.numbers => None,
+                _ => return None,
+            });
+            if let Some(order) = self.order {
+                self.shift = self.first.days(Order::MonthFirst)? - self.first.days(order)?;
+            }
+        }
+        let days = own.days(self.order.unwrap_or(Order::MonthFirst))? + self.shift;
+        Some(days * DAY_S + own.of_day)
     }
 
     /// Seconds since 1970, or since the first midnight where there is no date; `None` where the text is
     /// no time of this form. A time of day half a day or more before the last is one of the next day.
     pub(super) fn seconds(&mut self, text: &str) -> Option<f64> {
+        if self.form == Form::Slashed {
+            return self.of_slashed(text);
+        }
         let (form, mut seconds) = read(text)?;
         if form != self.form {
             return None;
@@ -46,13 +100,90 @@ impl Stamps {
     }
 }
 
+impl Slashed {
+    /// Which number is the day, where the other cannot be a month.
+    fn order(&self) -> Option<Order> {
+        match self.numbers {
+            [a, _] if a > 12 => Some(Order::DayFirst),
+            [_, b] if b > 12 => Some(Order::MonthFirst),
+            _ => None,
+        }
+    }
+
+    /// Days since 1970.
+    fn days(&self, order: Order) -> Option<f64> {
+        let [month, day] = match (order, self.numbers) {
+            (Order::MonthFirst, numbers) => numbers,
+            (Order::DayFirst, [day, month]) => [month, day],
+        };
+        let date = Date::new(self.year, month, day).ok()?;
+        let midnight = since_1970(date, Time::midnight(), Offset::UTC)?;
+        Some(midnight / DAY_S)
+    }
+}
+
+/// A text such as `02/29/2024 10:11:32.000` or `2/9/2024 1:00:00 PM`.
+fn slashed(text: &str) -> Option<Slashed> {
+    let (date, time) = text.split_once([' ', 'T'])?;
+    let mut numbers = date.split('/');
+    let mut next = |most: usize| {
+        let number = numbers.next().filter(|n| (1..=most).contains(&n.len()))?;
+        number.parse::<i16>().ok().filter(|n| *n > 0)
+    };
+    let (a, b, year) = (next(2)?, next(2)?, next(4)?);
+    if year < 1000 || numbers.next().is_some() {
+        return None;
+    }
+    let numbers = [i8::try_from(a).ok()?, i8::try_from(b).ok()?];
+    Some(Slashed { numbers, year, of_day: time_of_day(time.trim())? })
+}
+
+/// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`.
+fn time_of_day(text: &str) -> Option<f64> {
+    let is_half = |half: &str| {
+        text.get(text.len().checked_sub(2)?..)?.eq_ignore_ascii_case(half).then_some(())
+    };
+    let (is_am, is_pm) = (is_half("am").is_some(), is_half("pm").is_some());
+    let text = if is_am || is_pm { text[..text.len() - 2].trim_end() } else { text };
+    let colons = text.bytes().filter(|b| *b == b':').count();
+    let mut text = if text.as_bytes().get(1) == Some(&b':') && colons >= 2 {
+        format!("0{text}")
+    } else {
+        text.to_owned()
+    };
+    if colons == 3 {
+        let at = text.rfind(':')?;
+        text.replace_range(at..=at, ".");
+    }
+    let seconds = of_day(PARSER.parse_time(&text).ok()?);
+    match (is_am || is_pm, seconds >= 0.5 * DAY_S) {
+        (false, _) => Some(seconds),
+        // The hour after midnight and that after noon are 12.
+        (true, true) if seconds < 0.5 * DAY_S + 3600.0 => {
+            Some(seconds - if is_am { 0.5 * DAY_S } else { 0.0 })
+        }
+        (true, false) => Some(seconds + if is_pm { 0.5 * DAY_S } else { 0.0 }),
+        (true, true) => None,
+    }
+}
+
+/// The instant of a date and time, s since 1970.
+pub(in crate::recording) fn instant(text: &str) -> Option<f64> {
+    read(text).filter(|(form, _)| *form != Form::TimeOfDay).map(|(_, seconds)| seconds)
+}
+
 fn read(text: &str) -> Option<(Form, f64)> {
     // Numbers are none, though 20240301 and 1000 are forms of ISO 8601.
     let bytes = text.as_bytes();
     let is_mark = |at: usize, mark: u8| bytes.get(at) == Some(&mark);
-    if is_mark(2, b':') {
-        let time = PARSER.parse_time(text).ok()?;
-        return Some((Form::TimeOfDay, of_day(time)));
+    if is_mark(2, b':') || is_mark(1, b':') {
+        return Some((Form::TimeOfDay, time_of_day(text)?));
+    }
+    if let Some(number) = text.strip_suffix(" sec") {
+        return Some((Form::Seconds, number.trim().parse().ok().filter(|x: &f64| x.is_finite())?));
+    }
+    if is_mark(4, b'/') && is_mark(7, b'/') {
+        return read(&text.replacen('/', "-", 2));
     }
     if !(is_mark(4, b'-') && is_mark(7, b'-')) {
         return None;
@@ -100,6 +231,41 @@ mod tests {
         assert_eq!(seconds(&["2024-03-01T10:00:00Z", "2024-03-01T10:00:01"])[1], None);
         for none in ["20240301", "1000", "10.5", "", "2024-03-01", "2024-13-01T10:00:00", "1:2"] {
             assert_eq!(Stamps::like(none), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn dates_with_slashes_and_times_of_other_tools() {
+        // `date -u -d '2024-02-29T10:11:32Z' +%s`
+        let leap = 1_709_201_492.0;
+        for text in ["2024/02/29 10:11:32.000", "02/29/2024 10:11:32", "29/2/2024 10:11:32 AM"] {
+            assert_eq!(seconds(&[text])[0], Some(leap), "{text}");
+        }
+        assert_eq!(seconds(&["2/29/2024 10:11:32 PM"])[0], Some(leap + 0.5 * DAY_S));
+        // 3 April or 4 March: open, and then the number that goes on is the day.
+        for texts in [
+            ["03/04/2024 23:59:59", "03/05/2024 00:00:00"],
+            ["03/04/2024 23:59:59", "04/04/2024 00:00:00"],
+        ] {
+            assert!(Stamps::like(texts[0]).unwrap().has_open_order());
+            let read: Vec<f64> = seconds(&texts).into_iter().flatten().collect();
+            assert_eq!(read[1] - read[0], 1.0, "{texts:?}");
+        }
+        assert_eq!(seconds(&["03/04/2024 10:00:00", "04/05/2024 10:00:00"])[1], None);
+        for (text, expected) in [
+            ("10:00:00:250", 36_000.25),
+            ("9:00:00.250", 32_400.25),
+            ("12:00:01 AM", 1.0),
+            ("12:00:01 PM", 43_201.0),
+            ("0.25 sec", 0.25),
+            ("0 sec", 0.0),
+        ] {
+            assert_eq!(seconds(&[text])[0], Some(expected), "{text}");
+        }
+        for none in
+            ["1:23", "1/2", "3/4/24 10:00:00", "x sec", "30/30/2024 10:00:00", "13:00:00 PM"]
+        {
+            assert_eq!(Stamps::like(none).and_then(|mut s| s.seconds(none)), None, "{none}");
         }
     }
 

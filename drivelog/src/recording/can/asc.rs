@@ -1,0 +1,90 @@
+//! Lines of Vector's ASC.
+
+use super::frame::{Frame, Line};
+
+/// The number bases and the clock of an ASC file.
+#[derive(Debug)]
+pub(super) struct Asc {
+    is_hex: bool,
+    is_relative: bool,
+    time: f64,
+}
+
+impl Default for Asc {
+    fn default() -> Self {
+        Self { is_hex: true, is_relative: false, time: 0.0 }
+    }
+}
+
+impl Asc {
+    pub(super) fn line(&mut self, line: &str) -> Line {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        if let ["base", base, rest @ ..] = &words[..] {
+            self.is_hex = *base == "hex";
+            self.is_relative = rest.contains(&"relative");
+            return Line::Other;
+        }
+        // Some tools write the clock with a decimal comma.
+        let number = |t: &&str| t.parse().or_else(|_| t.replace(',', ".").parse::<f64>()).ok();
+        let Some(time) = words.first().and_then(number) else {
+            // Header, comments, blocks of triggers.
+            return Line::Other;
+        };
+        if !time.is_finite() {
+            return Line::Fault;
+        }
+        self.time = if self.is_relative { self.time + time } else { time };
+        match &words[1..] {
+            ["CANFD", rest @ ..] => self.fd(rest),
+            [bus, id, direction, "d", length, data @ ..]
+                if bus.parse::<u32>().is_ok() && matches!(*direction, "Rx" | "Tx" | "TxRq") =>
+            {
+                match self.frame(bus, id, length, data) {
+                    Line::Frame(frame) => {
+                        Line::Frame(Frame { is_request: *direction == "TxRq", ..frame })
+                    }
+                    other => other,
+                }
+            }
+            // Remote frames, errors, statistics, events.
+            _ => Line::Other,
+        }
+    }
+
+    /// `CANFD BUS Rx ID NAME BRS ESI DLC LENGTH DATA …`; the name may be left out.
+    fn fd(&self, words: &[&str]) -> Line {
+        let [bus, _, id, rest @ ..] = words else { return Line::Fault };
+        // A name is there where the next word is no flag.
+        let rest = match rest {
+            [flag, other, ..] if matches!(*flag, "0" | "1") && matches!(*other, "0" | "1") => rest,
+            [_, rest @ ..] => rest,
+            [] => return Line::Fault,
+        };
+        let [_, _, _, length, data @ ..] = rest else { return Line::Fault };
+        let Ok(count) = length.parse::<usize>() else { return Line::Fault };
+        self.made(bus, id, count, data)
+    }
+
+    fn frame(&self, bus: &str, id: &str, length: &str, data: &[&str]) -> Line {
+        match usize::from_str_radix(length, 16) {
+            Ok(count) => self.made(bus, id, count.min(8), data),
+            Err(_) => Line::Fault,
+        }
+    }
+
+    fn made(&self, bus: &str, id: &str, count: usize, data: &[&str]) -> Line {
+        let radix = if self.is_hex { 16 } else { 10 };
+        let (number, is_extended) =
+            id.strip_suffix('x').or(id.strip_suffix('X')).map_or((id, false), |id| (id, true));
+        let id = u32::from_str_radix(number, radix).ok();
+        let byte = |text: &&str| u8::from_str_radix(text, radix).ok();
+        let data = data.get(..count).and_then(|data| data.iter().map(byte).collect());
+        match (id, data) {
+            (Some(id), Some(data)) => {
+                let (time, bus) = (self.time, bus.to_owned());
+                Line::Frame(Frame { time, bus, id, is_extended, data, is_request: false })
+            }
+            _ => Line::Fault,
+        }
+    }
+}

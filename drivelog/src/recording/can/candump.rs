@@ -1,0 +1,68 @@
+//! Lines of candump of SocketCAN.
+
+use super::frame::{Frame, Line};
+use crate::recording::csv::stamps::instant;
+
+/// `(1436509052.249713) can0 044#2A366C2B7F`, with `##` and flags for CAN FD, or in columns
+/// `(1436509052.249713)  can0  044   [5]  2A 36 6C 2B 7F`. The time may be a date (`-t A`); flags of the direction
+/// (`-x`) and a column of text (`-a`) are no data.
+pub(super) fn candump(line: &str) -> Line {
+    if line.is_empty() || line.starts_with('#') {
+        return Line::Other;
+    }
+    let parsed = (|| {
+        let (stamp, rest) = line.strip_prefix('(')?.split_once(')')?;
+        let time = stamp.trim().parse::<f64>().ok().or_else(|| instant(stamp.trim()))?;
+        let mut words = rest.split_whitespace();
+        let bus = words.next()?;
+        let mut word = words.next()?;
+        if matches!(word, "RX" | "TX") {
+            word = words.nth(2)?;
+        }
+        let (id, data) = match word.split_once('#') {
+            Some((_, data)) if data.starts_with('R') => return Some(Line::Other),
+            Some((id, data)) => {
+                let data = data.strip_prefix('#').map_or(Some(data), |fd| fd.get(1..))?;
+                // A length of 9 to 15 with 8 bytes.
+                (id, data.split('_').next().unwrap_or_default().replace('.', ""))
+            }
+            None => {
+                let count = words.next()?.strip_prefix('[')?.strip_suffix(']')?;
+                let count = count.trim().parse::<usize>().ok()?;
+                let rest: Vec<&str> = words.clone().collect();
+                if rest.first() == Some(&"remote") {
+                    return Some(Line::Other);
+                }
+                let data = rest.get(..count)?;
+                if data.iter().any(|byte| byte.len() != 2) {
+                    return None;
+                }
+                (word, data.concat())
+            }
+        };
+        let number = u32::from_str_radix(id, 16).ok()?;
+        if number & 0x2000_0000 != 0 && id.len() > 3 {
+            // An error of the bus.
+            return Some(Line::Other);
+        }
+        let (id, is_extended, data) = (number, id.len() > 3, bytes(&data)?);
+        let frame = Frame { time, bus: bus.into(), id, is_extended, data, is_request: false };
+        time.is_finite().then_some(Line::Frame(frame))
+    })();
+    parsed.unwrap_or(Line::Fault)
+}
+
+/// Whether the line is one of candump without `-t`.
+pub(super) fn has_no_time(line: &str) -> bool {
+    !line.starts_with('(') && matches!(candump(&format!("(0) {line}")), Line::Frame(_))
+}
+
+fn bytes(hex: &str) -> Option<Vec<u8>> {
+    let digits = hex.as_bytes();
+    if !digits.len().is_multiple_of(2) || digits.len() > 128 {
+        return None;
+    }
+    let digit = |d: u8| char::from(d).to_digit(16);
+    let byte = |pair: &[u8]| Some((16 * digit(pair[0])? + digit(pair[1])?) as u8);
+    digits.chunks(2).map(byte).collect()
+}

@@ -1,0 +1,71 @@
+//! Formats that are not read here, by their first bytes, and what reads them.
+
+use super::Recording;
+use super::bytes::{Head, LogFile};
+use crate::Error;
+use crate::options::LogOptions;
+
+/// First bytes, name, what to do.
+type Known = (&'static [u8], &'static str, &'static str);
+
+const PYTHON: &str = "read it in Python: pip install './python[logs]', then steerwright.read(FILE); or convert it to CSV, MCAP or Parquet";
+const BUS: &str = "read it in Python: pip install './python[logs]', then steerwright.read(FILE, dbc=DBC); or convert it, as with: python -m can.logconvert IN.blf OUT.asc";
+const PACKETS: &str =
+    "export the frames with Wireshark as text, or record the bus with candump -L, which is read";
+const SHEET: &str = "export the sheet as CSV";
+const COLUMNS: &str =
+    "convert it to Parquet or CSV, as with pandas.read_feather(FILE).to_parquet(OUT)";
+const UNPACK: &str = "decompress it first; texts in gzip are read as they are";
+
+const FORMATS: &[Known] = &[
+    (b"\x89HDF\r\n\x1a\n", "HDF5", "convert it to Parquet or CSV, as with h5py and pandas"),
+    (b"MATLAB 7.3 MAT", "a MAT file (MATLAB 7.3)", PYTHON),
+    (b"MATLAB 5.0 MAT", "a MAT file (MATLAB)", PYTHON),
+    (b"\xd0\xcf\x11\xe0", "an Excel workbook (.xls)", SHEET),
+    (b"\xd4\xc3\xb2\xa1", "a packet capture (pcap)", PACKETS),
+    (b"\xa1\xb2\xc3\xd4", "a packet capture (pcap)", PACKETS),
+    (b"\x4d\x3c\xb2\xa1", "a packet capture (pcap)", PACKETS),
+    (b"\xa1\xb2\x3c\x4d", "a packet capture (pcap)", PACKETS),
+    (b"\x0a\x0d\x0d\x0a", "a packet capture (pcapng)", PACKETS),
+    (b"LOGG", "a bus log of Vector (BLF)", BUS),
+    (b"SQLite format 3\0", "an SQLite database, such as a ROS 2 bag (.db3)", PYTHON),
+    (b"#ROSBAG V", "a ROS 1 bag", PYTHON),
+    (b"TDSm", "a TDMS file", PYTHON),
+    (b"ARROW1", "Arrow IPC (Feather)", COLUMNS),
+    (b"FEA1", "Feather", COLUMNS),
+    (b"ULog\x01\x12\x35", "a log of PX4 (ULog)", "convert it to CSV, as with ulog2csv of pyulog"),
+    (b"\x28\xb5\x2f\xfd", "compressed as a whole (Zstandard)", UNPACK),
+    (b"\xfd7zXZ\0", "compressed as a whole (xz)", UNPACK),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
+    (b"BZh", "compressed as a whole (bzip2)", UNPACK),
+    (b"PK\x03\x04", "a ZIP archive", UNPACK),
+];
+
+fn known(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let (magic, name, help) = FORMATS.iter().find(|(magic, ..)| start.starts_with(magic))?;
+    let has = |part: &[u8]| start.windows(part.len()).any(|bytes| bytes == part);
+    // Text begins like this, too.
+    if *magic == b"BZh" && start.get(4..10).is_none_or(|block| block != b"1AY&SY") {
+        return None;
+    }
+    if *magic == b"PK\x03\x04"
+        && [&b"xl/"[..], b"[Content_Types].xml", b"docProps/"].into_iter().any(has)
+    {
+        return Some(("an Excel workbook (.xlsx)", SHEET));
+    }
+    Some((name, help))
+}
+
+pub(super) fn recognises(head: &Head<'_>) -> bool {
+    known(head.start).is_some()
+}
+
+/// Refuses the file by the name of its format.
+pub(super) fn open<'a>(
+    file: LogFile<'a>,
+    _: &LogOptions,
+) -> Result<Box<dyn Recording + 'a>, Error> {
+    let start = file.head()?;
+    let (format, help) = known(&start).unwrap_or(("another format", SHEET));
+    Err(Error::OtherFormat { file: file.name, format, help })
+}
