@@ -85,7 +85,7 @@ pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
         .map(|(_, unit)| *unit)
 }
 
-/// A unit with one degree sign, one micro sign and a slash: `º`, `˚` and the mis-decoded `Â°`; the Greek letter;
+/// A unit with one degree sign, one micro sign and a slash: `º`, `˚` and the wrongly decoded `Â°`; the Greek letter;
 /// `s^-1`, `s⁻¹` and `s-1` after a blank or a point.
 fn plain_spelling(text: &str) -> String {
     let mut text = text.trim().to_owned();
