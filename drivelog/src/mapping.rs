@@ -169,6 +169,7 @@ fn by_name(
     let is_required = options.response.roles().contains(&role);
     let is_unknown = |error: &Error| matches!(error, Error::UnknownUnit { .. });
     if found.is_empty()
+        && (is_required || role == Role::Speed)
         && !options.is_optional(role)
         && let Some(at) = unfit.iter().position(is_unknown)
     {

@@ -62,8 +62,11 @@ const EQUAL: &[(&[&str], &str)] = &[
     (&["degree/s", "degrees/s", "degree/sec", "degrees/sec", "grad/s", "grad/sec"], "deg/s"),
     (&["grad"], "deg"),
     (&["radian/s", "radians/s"], "rad/s"),
-    (&["kn", "kt", "kts", "knot"], "knots"),
+    (&["kts", "knot"], "knots"),
 ];
+
+/// As sailors and pilots write knots; kN is a force.
+const KNOTS: [&str; 2] = ["kn", "kt"];
 
 /// The unit of an angular rate as CarMaker and German tools write it.
 const PER_SECOND: Unit = unit("1/s", Quantity::AngularRate, 1.0);
@@ -74,10 +77,11 @@ const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {
 
 pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
     let text = plain_spelling(text);
-    let is_in = |names: &[&str]| names.iter().any(|n| n.eq_ignore_ascii_case(&text));
     if text == PER_SECOND.name {
         return Some(PER_SECOND);
     }
+    let text = if KNOTS.contains(&&*text) { "knots".into() } else { text };
+    let is_in = |names: &[&str]| names.iter().any(|n| n.eq_ignore_ascii_case(&text));
     let text = EQUAL.iter().find(|(names, _)| is_in(names)).map_or(&*text, |(_, unit)| *unit);
     SPELLINGS
         .iter()

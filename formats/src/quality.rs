@@ -184,7 +184,7 @@ impl Quality {
     /// The same with a further reason and advice.
     #[must_use]
     pub fn with_reason(self, reason: Reason, advice: String) -> Self {
-        let summary = format!("{} But {}.", self.summary, reason.message);
+        let summary = format!("{} Also, {}.", self.summary, reason.message);
         let (mut reasons, mut all_advice) = (self.reasons, self.advice);
         reasons.push(reason);
         all_advice.push(advice);

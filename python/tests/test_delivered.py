@@ -43,7 +43,9 @@ def test_the_packed_model_has_the_stated_fit(structure: str, lag_s: float, tmp_p
     # The command of a servo: ahead of the angle.
     steering = columns["roadwheel_angle_rad"]
     columns["roadwheel_angle_rad"] = steering + lag_s * np.gradient(steering, columns["time_s"])
-    found = steerwright.identify(columns, structure=structure, sample_time=SAMPLE_TIME_S)
+    # Of a drive with many speeds a model of one has a slow mode, which the initial states of blocks take up.
+    place = "end" if structure == "state-space" else "auto"
+    found = steerwright.identify(columns, structure=structure, sample_time=SAMPLE_TIME_S, validation_place=place)
     traces = found.traces
     assert traces is not None and found.fit is not None
     # FMPy holds an input over a step: that of its middle.

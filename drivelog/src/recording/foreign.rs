@@ -44,7 +44,12 @@ const FORMATS: &[Known] = &[
 fn known(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let (magic, name, help) = FORMATS.iter().find(|(magic, ..)| start.starts_with(magic))?;
     let has = |part: &[u8]| start.windows(part.len()).any(|bytes| bytes == part);
-    // Text begins like this, too.
+    // Text may begin like the letters of a name: in the format, a number or padding follows.
+    let is_text =
+        |bytes: &[u8]| bytes.iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace());
+    if magic.iter().all(u8::is_ascii_alphanumeric) && is_text(start.get(..64).unwrap_or(start)) {
+        return None;
+    }
     if *magic == b"BZh" && start.get(4..10).is_none_or(|block| block != b"1AY&SY") {
         return None;
     }

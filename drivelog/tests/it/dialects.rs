@@ -1,7 +1,8 @@
 //! Tables and buses as other tools write them: each is read as the plain one, or refused with its reason.
 
 use super::{csv, good_row, rate, read_one, refused, steer};
-use steerwright_drivelog::{DriveLog, Error, Inspection, LogFile, LogOptions, inspect};
+use std::fmt::Write;
+use steerwright_drivelog::{DriveLog, Error, Inspection, LogFile, LogOptions, inspect, read_log};
 
 fn o() -> LogOptions {
     LogOptions::default()
@@ -243,5 +244,32 @@ fn foreign_formats_are_named_with_what_reads_them() {
         let e = refused(bytes.to_vec(), &o());
         assert!(matches!(e, Error::OtherFormat { .. }), "{name}: {e:?}");
         assert!(e.to_string().contains(name) && e.hint().contains(help), "{e} {}", e.hint());
+    }
+}
+
+/// A deflate stream that ends early is reported, though each row lacks the last cells of the header.
+#[test]
+fn a_cut_stream_with_short_rows_is_reported() {
+    let mut text = String::from("time_s,steer_rad,yaw_rate_radps,speed_mps,gap,note\n");
+    for k in 0..40_000 {
+        let t = 0.01 * f64::from(k);
+        let _ = writeln!(
+            text,
+            "{t:.2},{:.6},{:.6},{:.3}",
+            0.03 * t.sin(),
+            0.2 * t.cos(),
+            15.0 + (0.37 * t).sin()
+        );
+    }
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut packed, text.as_bytes()).unwrap();
+    let packed = packed.finish().unwrap();
+    let cut = packed[..2 * packed.len() / 3].to_vec();
+    let options = LogOptions { steering_ratio: Some(1.0), ..LogOptions::default() };
+    match read_log(&[("a.csv.gz".into(), cut)], &options) {
+        Ok(log) => {
+            assert!(log.warnings.iter().any(|w| w.contains("deflate")), "{:?}", log.warnings)
+        }
+        Err(error) => assert!(error.to_string().contains("deflate"), "{error}"),
     }
 }

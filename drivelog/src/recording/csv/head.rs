@@ -278,7 +278,7 @@ impl<'a> Records<'a> {
                 Some(held) => held,
                 None => self.record()?,
             };
-            if !is_blank(&record) && !is_comment_record(&record) {
+            if !is_blank(&record) && !is_comment(&record[0]) {
                 return Some(record);
             }
         }
@@ -292,7 +292,7 @@ impl<'a> Records<'a> {
             if is_blank(&record) || is_separator(&record) {
                 continue;
             }
-            if !is_comment_record(&record) {
+            if !is_comment(&record[0]) {
                 break record;
             }
             comments.push(record);

@@ -33,7 +33,7 @@ struct Csv<'a> {
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
     /// A record that was looked at, which is the next one.
-    held: Option<csv::ByteRecord>,
+    held: Option<Result<csv::ByteRecord, Error>>,
     /// Whether a row of values was read.
     has_rows: bool,
     /// Rows with fewer cells than columns, and the line of the first.
@@ -101,17 +101,19 @@ impl<'a> Csv<'a> {
 
     fn next(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
         if let Some(held) = self.held.take() {
-            *record = held;
+            *record = held?;
             return Ok(true);
         }
-        let more = self.reader.read_byte_record(record).map_err(|e| {
-            let line = e.position().map_or(1, csv::Position::line);
-            Error::Csv { file: self.groups[0].file.clone(), line, problem: e.to_string() }
-        })?;
+        let more = self.reader.read_byte_record(record).map_err(|e| self.fault(&e))?;
         if record.as_slice().contains(&0) {
             return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
         }
         Ok(more)
+    }
+
+    fn fault(&self, error: &csv::Error) -> Error {
+        let line = error.position().map_or(1, csv::Position::line);
+        Error::Csv { file: self.groups[0].file.clone(), line, problem: error.to_string() }
     }
 
     /// Whether no row follows.
@@ -120,10 +122,10 @@ impl<'a> Csv<'a> {
         while self.held.is_none() {
             match self.reader.read_byte_record(&mut record) {
                 Ok(true) if is_blank(&record) || is_comment_record(&record) => {}
-                Ok(true) => self.held = Some(std::mem::take(&mut record)),
+                Ok(true) => self.held = Some(Ok(std::mem::take(&mut record))),
                 Ok(false) => return true,
-                // It is met again.
-                Err(_) => return false,
+                // The reader does not meet it again.
+                Err(error) => self.held = Some(Err(self.fault(&error))),
             }
         }
         false
@@ -161,6 +163,7 @@ impl<'a> Csv<'a> {
         values: &mut [Vec<f64>],
     ) -> Result<Option<u64>, Error> {
         let columns = self.groups[0].channels.len();
+        let rows = values.first().map_or(0, Vec::len);
         while self.next(record)? {
             // A comment in quotes is one.
             if is_blank(record) || is_comment_record(record) {
@@ -180,6 +183,11 @@ impl<'a> Csv<'a> {
                 self.numbers(record, line, wanted, values)
             };
             match read {
+                // A mark of a tool beside texts.
+                Err(_) if record[0].trim_ascii() == b"%" => {
+                    values.iter_mut().for_each(|values| values.truncate(rows));
+                    continue;
+                }
                 // What ends a file, such as a cut line or a closing remark.
                 Err(error) if self.has_rows && self.is_at_end() => {
                     self.last = Some(format!("{error}: this last row is not read"));

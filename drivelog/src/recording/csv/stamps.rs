@@ -153,6 +153,10 @@ fn time_of_day(text: &str) -> Option<f64> {
     };
     if colons == 3 {
         let at = text.rfind(':')?;
+        // Of fewer digits it is open whether they are milliseconds or a fraction.
+        if text.len() - at != 4 {
+            return None;
+        }
         text.replace_range(at..=at, ".");
     }
     let seconds = of_day(PARSER.parse_time(&text).ok()?);

@@ -60,20 +60,27 @@ pub(super) fn result_run(sample_time_s: f64) -> Run {
     Run { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
 }
 
-/// The estimate of least cost, from a point of another fit of the same drive where one is given that does not spin.
+/// The estimate of least cost, from a point of another fit of the same drive where that leads to one.
 pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<Found, Error> {
     let free = free_run(problem.sample_time, COARSE_S);
     let at_first = supposed(problem);
-    let follows = |point: &&Point| problem.errors(point, &free).is_some();
-    let nearby = near.filter(follows).and_then(|p| refine(problem, p, &at_first, &free, STEPS[1]));
-    let (tried, followed) = match nearby {
-        Some(refined) => (1, vec![refined]),
-        None => from_all(problem, &at_first, &free),
-    };
+    let nearby = near.filter(|point| problem.errors(point, &free).is_some());
+    if let Some(refined) = nearby.and_then(|p| refine(problem, p, &at_first, &free, STEPS[1]))
+        && let Ok(found) = to_the_end(problem, 1, &[refined])
+    {
+        return Ok(found);
+    }
+    let (tried, followed) = from_all(problem, &at_first, &free);
+    to_the_end(problem, tried, &followed)
+}
+
+/// The estimate of least cost from those that follow the drive, of so many that were tried.
+fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Result<Found, Error> {
+    let free = free_run(problem.sample_time, COARSE_S);
     // One weighting for all, that of the best so far.
     let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
     let densities = observed(problem, &cheapest.point, &free).ok_or_else(spins)?;
-    let mut refined = each(&followed, |r| refine(problem, &r.point, &densities, &free, STEPS[2]));
+    let mut refined = each(followed, |r| refine(problem, &r.point, &densities, &free, STEPS[2]));
     refined.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let best = refined.first().ok_or_else(spins)?;
     let same = refined.iter().filter(|r| r.cost < best.cost + SAME_COST).count();
