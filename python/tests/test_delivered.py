@@ -37,14 +37,22 @@ def scored(time: np.ndarray, validation: np.ndarray) -> np.ndarray:
 CASES = [(structure, lag_s) for structure in PACKED for lag_s in (0.0, 0.06) if (structure, lag_s) != ("state-space", 0.0)]
 
 
-@pytest.mark.parametrize(("structure", "lag_s"), CASES)
-def test_the_packed_model_has_the_stated_fit(structure: str, lag_s: float, tmp_path: Path) -> None:
+# Of a drive with many speeds a state-space model has a slow mode, which the initial states of blocks take up.
+SLOW_MODE = pytest.mark.xfail(strict=True, reason="the packed plant has 4 points less than the stated fit")
+
+
+def placed(structure: str, lag_s: float) -> list:
+    if structure != "state-space":
+        return [(structure, lag_s, "auto")]
+    return [(structure, lag_s, "end"), pytest.param(structure, lag_s, "auto", marks=SLOW_MODE)]
+
+
+@pytest.mark.parametrize(("structure", "lag_s", "place"), [case for pair in CASES for case in placed(*pair)])
+def test_the_packed_model_has_the_stated_fit(structure: str, lag_s: float, place: str, tmp_path: Path) -> None:
     columns = drive(120.0)
     # The command of a servo: ahead of the angle.
     steering = columns["roadwheel_angle_rad"]
     columns["roadwheel_angle_rad"] = steering + lag_s * np.gradient(steering, columns["time_s"])
-    # Of a drive with many speeds a model of one has a slow mode, which the initial states of blocks take up.
-    place = "end" if structure == "state-space" else "auto"
     found = steerwright.identify(columns, structure=structure, sample_time=SAMPLE_TIME_S, validation_place=place)
     traces = found.traces
     assert traces is not None and found.fit is not None
