@@ -37,17 +37,11 @@ def scored(time: np.ndarray, validation: np.ndarray) -> np.ndarray:
 CASES = [(structure, lag_s) for structure in PACKED for lag_s in (0.0, 0.06) if (structure, lag_s) != ("state-space", 0.0)]
 
 
-# Of a drive with many speeds a state-space model has a slow mode, which the initial states of blocks take up.
-SLOW_MODE = pytest.mark.xfail(strict=True, reason="the packed plant has 4 points less than the stated fit")
+# The place of the validation data: a slow mode of a state-space model hides in initial states of blocks.
+PLACED = [(*case, place) for case in CASES for place in (("auto", "end") if case[0] == "state-space" else ("auto",))]
 
 
-def placed(structure: str, lag_s: float) -> list:
-    if structure != "state-space":
-        return [(structure, lag_s, "auto")]
-    return [(structure, lag_s, "end"), pytest.param(structure, lag_s, "auto", marks=SLOW_MODE)]
-
-
-@pytest.mark.parametrize(("structure", "lag_s", "place"), [case for pair in CASES for case in placed(*pair)])
+@pytest.mark.parametrize(("structure", "lag_s", "place"), PLACED)
 def test_the_packed_model_has_the_stated_fit(structure: str, lag_s: float, place: str, tmp_path: Path) -> None:
     columns = drive(120.0)
     # The command of a servo: ahead of the angle.

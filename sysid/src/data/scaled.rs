@@ -39,6 +39,7 @@ pub(crate) struct Preparation {
 }
 
 /// Signals of one input and one output, `(signal − mean)/scale` of the estimation part.
+#[derive(Clone)]
 pub(crate) struct Data {
     pub(crate) sample_time: f64,
     pub(crate) estimation: Part,
@@ -48,6 +49,8 @@ pub(crate) struct Data {
     pub(crate) input_scale: f64,
     pub(crate) output_scale: f64,
     pub(crate) selection: Selection,
+    /// All samples of the log, where estimation and validation data are blocks of it.
+    pub(crate) whole: Option<Part>,
     /// What was taken from the output, for each run of samples.
     output_lines: Vec<(Range<usize>, Line)>,
 }
@@ -81,6 +84,7 @@ impl Line {
 }
 
 /// Estimation or validation data, in as many segments as the log has there.
+#[derive(Clone)]
 pub(crate) struct Part {
     pub(crate) data: DataSet,
     /// Which of the log's samples each segment is.
@@ -214,11 +218,19 @@ impl Data {
         let output_lines = lines(&log.output, output_mean);
         let (u, input_scale) = scaled(&input, &lines(&input, input_mean), "steering")?;
         let (y, output_scale) = scaled(&log.output, &output_lines, "yaw rate")?;
+        let segments = || {
+            log.segments.iter().map(|s| s.range.start..s.range.end.min(n)).filter(|r| !r.is_empty())
+        };
+        let whole = match selection {
+            Selection::End => None,
+            _ => Some(Part::new(log.sample_time_s, segments().collect(), &u, &y)?),
+        };
         Ok(Self {
             sample_time: log.sample_time_s,
             estimation: Part::new(log.sample_time_s, estimation, &u, &y)?,
             validation: Part::new(log.sample_time_s, validation, &u, &y)?,
             selection,
+            whole,
             input_mean,
             output_mean,
             input_scale,
@@ -248,7 +260,8 @@ impl Data {
     }
 
     pub(crate) fn about(mut self, offset: f64) -> Result<Self, Error> {
-        for part in [&mut self.estimation, &mut self.validation] {
+        for part in [&mut self.estimation, &mut self.validation].into_iter().chain(&mut self.whole)
+        {
             part.data = without(&part.data, &[offset])?;
             part.output.iter_mut().for_each(|y| *y -= offset);
         }

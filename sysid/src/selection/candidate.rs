@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::data::scaled::Part;
+use crate::data::scaled::{Data, Part};
 use crate::model::stability::largest_radius;
 use crate::model::{StateSpace, simulate};
 use crate::pem::{Stop, by_simulation};
@@ -126,16 +126,25 @@ pub(crate) fn refine_within(
     Ok(())
 }
 
-/// Simulated output of one part from the states at the beginning of its segments.
+/// The simulated output of a part of the data. Blocks of a drive are simulated in one run, from the state at the beginning
+/// of the log's segment: with an initial state for each block, an error of a slow mode would not show.
+pub(crate) fn simulated(model: &StateSpace, data: &Data, part: &Part) -> Result<Vec<f64>, Error> {
+    let Some(whole) = &data.whole else { return from_initial_states(model, part) };
+    let mut all = vec![0.0; whole.ranges.last().map_or(0, |r| r.end)];
+    whole.put(&from_initial_states(model, whole)?, &mut all);
+    Ok(part.of(&all))
+}
+
+/// The simulated output of a part, from the state at the beginning of each segment that fits its output best.
+pub(crate) fn from_initial_states(model: &StateSpace, part: &Part) -> Result<Vec<f64>, Error> {
+    Ok(output(model, part, &InitialConditions::new(model, &part.data, false)?.x0))
+}
+
+/// The same from stated states.
 pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f64> {
     let mut all = Vec::with_capacity(part.len());
     for (segment, x0) in part.data.segments().iter().zip(x0) {
         all.extend(simulate(model, segment.u.as_ref(), x0).row(0));
     }
     all
-}
-
-/// The states at the beginning of each segment of a part that fit its output best.
-pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
-    Ok(InitialConditions::new(model, &part.data, false)?.x0)
 }

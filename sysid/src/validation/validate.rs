@@ -6,7 +6,7 @@ use crate::data::scaled::{Data, Part, Preparation};
 use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
 use crate::model::conversion::discretize;
-use crate::selection::candidate::{initial_states, output};
+use crate::selection::candidate::from_initial_states;
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use faer::Mat;
@@ -156,8 +156,7 @@ fn validated(
     };
     let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
     let mut fit = |part: &Part| -> Result<f64, Error> {
-        let x0 = initial_states(&scaled, part)?;
-        let y = output(&scaled, part, &x0);
+        let y = from_initial_states(&scaled, part)?;
         simulated.extend_from_slice(&y);
         Ok(fit_percent(&part.output, &y))
     };

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::data::scaled::{Data, driving_input};
-use crate::selection::candidate::{Choice, initial_states, output};
+use crate::selection::candidate::{Choice, simulated};
 use crate::selection::filter::Filter;
 use crate::structures::state_space::plant::{Outcome, Traces, feedback_test, order_table};
 use crate::validation::correlation::{independence, whiteness};
@@ -38,7 +38,7 @@ impl Found<'_> {
         let chosen = &choice.candidates[choice.chosen];
         let input = driving_input(&log.input, log.speed.as_deref(), outcome.input_kind)?;
         let part = &data.validation;
-        let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
+        let simulated = simulated(&chosen.model, data, part)?;
         let residuals = part.segments_of(&filter.validation_residuals);
         let validation_input = part.of(&input);
         let validation_input = part.segments_of(&validation_input);

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::data::scaled::Data;
 use crate::model::StateSpace;
 use crate::model::conversion::ContinuousModel;
-use crate::selection::candidate::{Candidate, Choice, initial_states, output};
+use crate::selection::candidate::{Candidate, Choice, from_initial_states, output};
 use crate::selection::options::IdentifyOptions;
 use crate::structures::held::with_open_hold;
 use crate::subspace::closed_loop::Feedback;
@@ -259,16 +259,19 @@ pub(crate) fn traces(
     chosen: &Candidate,
     options: &IdentifyOptions,
 ) -> Result<Traces, Error> {
-    let validation = &data.validation;
-    let x0 = initial_states(&chosen.model, validation)?;
-    let mut simulated = vec![0.0; log.len()];
-    let own = output(&chosen.model, &data.estimation, &chosen.initial_conditions.x0);
-    data.estimation.put(&own, &mut simulated);
-    validation.put(&output(&chosen.model, validation, &x0), &mut simulated);
-    if let Some(unused) = data.unused(log, &options.preparation())? {
-        let x0 = initial_states(&chosen.model, &unused)?;
-        unused.put(&output(&chosen.model, &unused, &x0), &mut simulated);
+    let model = &chosen.model;
+    let mut all = vec![0.0; log.len()];
+    match &data.whole {
+        Some(whole) => whole.put(&from_initial_states(model, whole)?, &mut all),
+        None => {
+            let x0 = &chosen.initial_conditions.x0;
+            data.estimation.put(&output(model, &data.estimation, x0), &mut all);
+            data.validation.put(&from_initial_states(model, &data.validation)?, &mut all);
+            if let Some(unused) = data.unused(log, &options.preparation())? {
+                unused.put(&from_initial_states(model, &unused)?, &mut all);
+            }
+        }
     }
-    data.restore(log, &mut simulated);
-    Ok(Traces::new(log, simulated, &validation.ranges))
+    data.restore(log, &mut all);
+    Ok(Traces::new(log, all, &data.validation.ranges))
 }
