@@ -119,6 +119,17 @@ proptest! {
     }
 }
 
+/// Whatever parameter and state are at the ends of the numbers, with whatever other one.
+#[test]
+fn the_largest_numbers_of_a_vehicle() {
+    let steps = [(1e-3, [0.0; 5])];
+    for (first, second) in (0..40).flat_map(|first| (0..40).map(move |second| (first, second))) {
+        for largest in [f64::MAX, f64::MIN] {
+            survive(nonlinear(), &[(first, largest), (second, 4.9)], &steps).unwrap();
+        }
+    }
+}
+
 /// A step over more grid points than can be walked is refused, not walked.
 #[test]
 fn too_many_grid_points() {

@@ -71,7 +71,8 @@ impl Axle {
         let [f, r] = axles;
         let [a, b] = slip_angle;
         let [m, n] = more;
-        let bounded = |transfer: f64, more: f64| transfer.clamp(-1.0 - more, 1.0 + more);
+        // Loads that are no number bound nothing: the step is refused by its result.
+        let bounded = |transfer: f64, more: f64| transfer.min(1.0 + more).max(-1.0 - more);
         let (p, q) = (bounded(transfer[0], m), bounded(transfer[1], n));
         let force = tyres([f, f, r, r], [a, a, b, b], [m + p, m - p, n + q, n - q]);
         [force[0] + force[1], force[2] + force[3]]

@@ -10,15 +10,19 @@ use crate::structures::single_track::noise::{observed, supposed};
 use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::problem::{Densities, Point, Problem};
 use crate::structures::single_track::simulate::Run;
-use crate::structures::single_track::step::{Refined, refine};
+use crate::structures::single_track::step::{Refined, Stop, refine};
 use steerwright_formats::interruption::Interruption;
 
 /// Initial estimates that are refined to the end, of those that are tried.
 const KEPT: usize = 3;
-/// Steps on windows, with feedback and in free simulation.
-const STEPS: [usize; 3] = [10, 15, 40];
+/// On windows, on the way to the free simulation, and of the result.
+const WINDOWS: Stop = Stop { steps: 10, least_gain: 1e-3, least_share: 1e-3 };
+const ON_THE_WAY: Stop = Stop { steps: 15, least_gain: 1e-3, least_share: 1e-3 };
+const RESULT: Stop = Stop { steps: 40, least_gain: 1e-3, least_share: 0.0 };
 /// Seconds between two initial states of the first run.
 const WINDOW_S: f64 = 5.0;
+/// Time between samples on windows, s.
+const WINDOW_STEP_S: f64 = 0.04;
 /// Feedback of yaw rate, 1/s, while the free simulation spins.
 const GAINS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// The guard of sideslip with feedback, 1/s.
@@ -34,8 +38,9 @@ const COARSE_S: f64 = 0.02;
 const FINE_S: f64 = 0.01;
 /// Step of integration of the result, s: with twice that, the delay is wrong by half a millisecond.
 const FINE_STEP_S: f64 = 0.005;
-/// Costs that differ by less are of one minimum.
+/// Costs that differ by less are of one minimum, and points by less of the priors' deviations.
 const SAME_COST: f64 = 0.5;
+const SAME_POINT: f64 = 0.25;
 
 /// What was found.
 #[derive(Debug, Clone)]
@@ -65,7 +70,7 @@ pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<Found
     let free = free_run(problem.sample_time, COARSE_S);
     let at_first = supposed(problem);
     let nearby = near.filter(|point| problem.errors(point, &free).is_some());
-    if let Some(refined) = nearby.and_then(|p| refine(problem, p, &at_first, &free, STEPS[1]))
+    if let Some(refined) = nearby.and_then(|p| refine(problem, p, &at_first, &free, ON_THE_WAY))
         && let Ok(found) = to_the_end(problem, 1, &[refined])
     {
         return Ok(found);
@@ -80,7 +85,7 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
     // One weighting for all, that of the best so far.
     let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
     let densities = observed(problem, &cheapest.point, &free).ok_or_else(spins)?;
-    let mut refined = each(followed, |r| refine(problem, &r.point, &densities, &free, STEPS[2]));
+    let mut refined = each(followed, |r| refine(problem, &r.point, &densities, &free, RESULT));
     refined.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let best = refined.first().ok_or_else(spins)?;
     let same = refined.iter().filter(|r| r.cost < best.cost + SAME_COST).count();
@@ -92,7 +97,7 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
         let mut found = Found { point: best.point, densities, run, initial_estimates: [0; 3] };
         for _ in 0..2 {
             found.densities = observed(problem, &found.point, &run)?;
-            found.point = refine(problem, &found.point, &found.densities, &run, STEPS[2])?.point;
+            found.point = refine(problem, &found.point, &found.densities, &run, RESULT)?.point;
         }
         problem.errors(&found.point, &fine).is_some().then_some(found)
     });
@@ -103,14 +108,23 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
 /// From the priors: how many initial estimates were refined to the end, and those that followed the drive.
 fn from_all(problem: &Problem<'_>, at_first: &Densities, free: &Run) -> (usize, Vec<Refined>) {
     let restart = (WINDOW_S / problem.sample_time).round() as usize;
-    let windows = Run { gain: 2.0, guard: GUARD, restart, ..*free };
+    let step = free_run(problem.sample_time, WINDOW_STEP_S);
+    let windows = Run { gain: 2.0, guard: GUARD, restart, ..step };
     let yaw_rate = Problem { fitted: [true, false, false], ..problem.clone() };
     let mut tried =
-        each(&initial_estimates(problem), |p| refine(&yaw_rate, p, at_first, &windows, STEPS[0]));
+        each(&initial_estimates(problem), |p| refine(&yaw_rate, p, at_first, &windows, WINDOWS));
     tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    // Of those in one minimum the first goes on.
+    tried.dedup_by(|next, kept| is_same(problem, next, kept));
     tried.truncate(KEPT);
     let followed = each(&tried, |r| follow(problem, &r.point, at_first, free));
     (tried.len(), followed)
+}
+
+fn is_same(problem: &Problem<'_>, a: &Refined, b: &Refined) -> bool {
+    let is_near =
+        |&i: &usize| (a.point[i] - b.point[i]).abs() < SAME_POINT * problem.priors[i].deviation;
+    (a.cost - b.cost).abs() < SAME_COST && problem.free.iter().all(is_near)
 }
 
 /// From feedback to the free simulation; `None` where that spins.
@@ -123,7 +137,7 @@ fn follow(
     let mut point = *from;
     for gain in GAINS {
         let run = Run { gain, guard: GUARD, ..*free };
-        point = refine(problem, &point, densities, &run, STEPS[1])?.point;
+        point = refine(problem, &point, densities, &run, ON_THE_WAY)?.point;
         if problem.cost(&point, free, densities).is_some() {
             break;
         }
@@ -132,7 +146,7 @@ fn follow(
         let mut point = point;
         let balance = Parameter::FrictionBalance.index();
         point[balance] = (point[balance] + by).min(problem.priors[balance].bounds[1]);
-        refine(problem, &point, densities, free, STEPS[1])
+        refine(problem, &point, densities, free, ON_THE_WAY)
     };
     std::iter::once(0.0).chain(BALANCES).find_map(grown)
 }

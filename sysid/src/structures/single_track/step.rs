@@ -10,8 +10,15 @@ use faer::{Mat, Side};
 
 /// Largest step in priors' deviations.
 const LARGEST_STEP: f64 = 2.0;
-/// A step that lowers the cost, half a sum of squares in deviations, by less is the last.
-const LEAST_GAIN: f64 = 1e-3;
+/// When to stop.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stop {
+    pub(super) steps: usize,
+    /// A step that lowers the cost, half a sum of squares in deviations, by less is the last …
+    pub(super) least_gain: f64,
+    /// … or by less than this share of it.
+    pub(super) least_share: f64,
+}
 
 /// A point with its cost.
 #[derive(Debug, Clone, Copy)]
@@ -20,20 +27,20 @@ pub(super) struct Refined {
     pub(super) cost: f64,
 }
 
-/// Lowers the cost of a run from a point by at most `steps` steps; `None` where the point has no cost.
+/// Lowers the cost of a run from a point until `stop`; `None` where the point has no cost.
 pub(super) fn refine(
     problem: &Problem<'_>,
     point: &Point,
     densities: &Densities,
     run: &Run,
-    steps: usize,
+    stop: Stop,
 ) -> Option<Refined> {
     let cost = problem.cost(point, run, densities)?;
     let reached = lower::<_, _, Error>(
         (*point, cost),
-        steps,
+        stop.steps,
         Damping { first: 1e-2, ..USUAL },
-        |before, now| before - now > LEAST_GAIN,
+        |before, now| before - now > stop.least_gain.max(stop.least_share * before),
         |at, _| Ok(problem.normals(at, run, densities)),
         |at, normals, damping| {
             let Some(next) = step(problem, at, normals, damping) else { return Ok(None) };
