@@ -36,6 +36,9 @@ pub(crate) struct SourceArguments {
     /// Vehicle of the mapping file
     #[arg(long, value_name = "NAME", requires = "mapping")]
     pub(crate) mapping_vehicle: Option<String>,
+    /// Line of the header of text files, from 1; by default the row of names above the first row of values
+    #[arg(long, value_name = "N")]
+    pub(crate) header_line: Option<u64>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
     #[arg(long, value_name = DecimalMark::WORDS)]
     pub(crate) decimal: Option<DecimalMark>,
@@ -193,6 +196,7 @@ impl SourceArguments {
             time: self.time_channel.clone(),
             units: self.units.iter().cloned().collect(),
             topics: self.topics.clone(),
+            header_line: self.header_line,
             decimal: self.decimal,
             row_period_s: self.row_period,
             ..options

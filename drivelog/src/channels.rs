@@ -81,6 +81,11 @@ impl Selected {
         }))
     }
 
+    /// The channel that is the clock.
+    pub(crate) fn clock_channel(&self) -> Option<usize> {
+        self.clock.as_ref().map(|_| self.wanted.channels[0])
+    }
+
     /// The channels of optional roles alone.
     fn optional(&self, sources: &[(Role, Source)], options: &LogOptions) -> Vec<usize> {
         let own = || self.sources.iter().map(|&i| &sources[i]);
@@ -189,7 +194,7 @@ pub(crate) fn read(
         let window_s = stated.map(|start| hull(options, start));
         let request = Request { wanted: &wanted, window_s, most: PIECE };
         if let Some((_, own)) = selected.first() {
-            file.recording.allow_texts(own.optional(sources, options));
+            file.recording.tolerate(own.clock_channel(), own.optional(sources, options));
         }
         if wanted.is_empty() {
             // The hash of a file that brings no channel.

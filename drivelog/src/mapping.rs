@@ -70,6 +70,7 @@ fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error
             column: name.into(),
             available: available(groups, Some(name)),
         }),
+        [(g, c)] if groups[g].is_repeated(c) => Err(groups[g].repeated(c)),
         [hit] => Ok(hit),
         _ => {
             let places: Vec<String> = hits.iter().map(|(g, _)| groups[*g].place()).collect();
@@ -151,6 +152,9 @@ fn by_name(
             let unit = unit_for(group, c, role, options)
                 .and_then(|unit| check_quantity(group, c, unit, role).map(|()| unit));
             match unit {
+                Ok(_) if group.is_repeated(c) && !options.is_optional(role) => {
+                    return Err(group.repeated(c));
+                }
                 Ok(unit) => {
                     let terms = vec![Term { factor: 1.0, channels: vec![c] }];
                     found.push(Source { group: g, name: channel.name.clone(), unit, terms });
@@ -313,7 +317,13 @@ pub(crate) fn time_column(
     options: &LogOptions,
 ) -> Result<Option<(usize, Unit)>, Error> {
     let of = |c: usize| {
-        if group.channels[c].has_stamps { Ok(STAMP) } else { unit_of(group, c, options) }
+        if group.is_repeated(c) {
+            Err(group.repeated(c))
+        } else if group.channels[c].has_stamps {
+            Ok(STAMP)
+        } else {
+            unit_of(group, c, options)
+        }
     };
     if let Some(name) = &options.time {
         let name = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);

@@ -94,6 +94,8 @@ pub struct LogOptions {
     pub topics: Vec<String>,
     /// CAN databases (DBC) for raw buses, as name and text.
     pub dbc: Vec<(String, Vec<u8>)>,
+    /// Line of the header of text files, from 1. `None`: the row of names above the first row of values.
+    pub header_line: Option<u64>,
     /// The decimal mark of the files. `None`: the one that the first rows of each file determine.
     pub decimal: Option<DecimalMark>,
     /// Steering angle at 1 of a normalised steering command (unit `1` or `%`), rad. `None`: such a
@@ -156,6 +158,7 @@ impl Default for LogOptions {
             units: BTreeMap::new(),
             topics: Vec::new(),
             dbc: Vec::new(),
+            header_line: None,
             decimal: None,
             steering_full_scale_rad: None,
             steering_ratio: None,
@@ -228,6 +231,9 @@ impl LogOptions {
         ];
         for (name, value) in optional {
             value.map(|value| map.insert(name.into(), value.to_string()));
+        }
+        if let Some(line) = self.header_line {
+            map.insert("header_line".into(), line.to_string());
         }
         if let Some(mark) = self.decimal {
             map.insert("decimal".into(), mark.name().into());

@@ -215,7 +215,7 @@ impl Role {
             Self::Engaged => is(&["latactive", "lateralactive", "steeringengaged"]),
             Self::Override => is(&["steeringpressed", "steeroverride", "steeringoverride"]),
             Self::Time => {
-                let header = header.to_lowercase();
+                let header = header.trim_start_matches('_').to_lowercase();
                 header == "t"
                     || ["time", "stamp", "t_", "t ", "t[", "zeit", "uhrzeit"]
                         .into_iter()

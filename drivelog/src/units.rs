@@ -63,6 +63,7 @@ const EQUAL: &[(&[&str], &str)] = &[
     (&["grad"], "deg"),
     (&["radian/s", "radians/s"], "rad/s"),
     (&["kts", "knot"], "knots"),
+    (&["unix time"], "s"),
 ];
 
 /// As sailors and pilots write knots; kN is a force.
@@ -70,6 +71,12 @@ const KNOTS: [&str; 2] = ["kn", "kt"];
 
 /// The unit of an angular rate as CarMaker and German tools write it.
 const PER_SECOND: Unit = unit("1/s", Quantity::AngularRate, 1.0);
+
+/// Minutes of arc as VBOX writes places, with longitudes positive in the west.
+const MINUTES: [Unit; 2] = [
+    unit("arcmin", Quantity::Angle, DEG / 60.0),
+    unit("arcmin west", Quantity::Angle, -DEG / 60.0),
+];
 
 const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {
     Unit { name, quantity, to_si }
@@ -79,6 +86,9 @@ pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
     let text = plain_spelling(text);
     if text == PER_SECOND.name {
         return Some(PER_SECOND);
+    }
+    if let Some(unit) = MINUTES.into_iter().find(|unit| unit.name == text) {
+        return Some(unit);
     }
     let text = if KNOTS.contains(&&*text) { "knots".into() } else { text };
     let is_in = |names: &[&str]| names.iter().any(|n| n.eq_ignore_ascii_case(&text));
@@ -131,8 +141,19 @@ pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
     (is_unit && parse_unit(text).is_none()).then_some(text)
 }
 
-/// Splits `steer [deg]` (or `steer (deg)`) into name and unit text.
+/// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)` or `Winkel in Grad` into name and unit text;
+/// without brackets only where the unit is known.
 pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
+    for word in [" / ", " in "] {
+        if let Some((name, unit)) = header.rsplit_once(word) {
+            let unit = unit.trim();
+            let bare =
+                unit.strip_prefix('(').and_then(|unit| unit.strip_suffix(')')).unwrap_or(unit);
+            if parse_unit(bare).is_some() {
+                return (name.trim_end(), Some(bare));
+            }
+        }
+    }
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some(inner) = header.strip_suffix(close)
             && let Some(at) = inner.rfind(open)

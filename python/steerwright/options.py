@@ -34,6 +34,8 @@ class ReadOptions(TypedDict, total=False):
     line override it."""
     mapping_vehicle: str
     """Vehicle of the mapping file."""
+    header_line: int
+    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -99,6 +101,8 @@ class ModelOptions(TypedDict, total=False):
     line override it."""
     mapping_vehicle: str
     """Vehicle of the mapping file."""
+    header_line: int
+    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -231,6 +235,8 @@ class AccumulateOptions(TypedDict, total=False):
     line override it."""
     mapping_vehicle: str
     """Vehicle of the mapping file."""
+    header_line: int
+    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -406,6 +412,8 @@ class InspectOptions(TypedDict, total=False):
     line override it."""
     mapping_vehicle: str
     """Vehicle of the mapping file."""
+    header_line: int
+    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -488,6 +496,8 @@ class CompareOptions(TypedDict, total=False):
     line override it."""
     mapping_vehicle: str
     """Vehicle of the mapping file."""
+    header_line: int
+    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity

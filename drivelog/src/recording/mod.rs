@@ -43,9 +43,9 @@ pub trait Recording {
         self.groups().get(wanted.group)?.span_s.map(|(first, _)| first)
     }
 
-    /// Reads a cell of one of these channels of the first group that is no number as a missing value; by default it is
-    /// an error.
-    fn allow_texts(&mut self, _channels: Vec<usize>) {}
+    /// Reads a cell of the first group that is no number as a missing value, which is an error by default: any of the
+    /// `optional` channels, none of the `clock`, and of each other channel one in a hundred rows.
+    fn tolerate(&mut self, _clock: Option<usize>, _optional: Vec<usize>) {}
 
     /// What could not be read, after [`Self::rows`]: what it is and at which byte.
     fn losses(&self) -> Vec<String> {
@@ -258,6 +258,20 @@ impl Group {
     pub(crate) fn names(&self) -> String {
         let names: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
         names.join(", ")
+    }
+
+    /// Whether several channels have the name of that one.
+    pub(crate) fn is_repeated(&self, channel: usize) -> bool {
+        let name = &self.channels[channel].name;
+        self.channels.iter().filter(|own| own.name == *name).count() > 1
+    }
+
+    pub(crate) fn repeated(&self, channel: usize) -> Error {
+        Error::RepeatedColumn {
+            file: self.place(),
+            line: self.header_line,
+            column: self.channels[channel].name.clone(),
+        }
     }
 
     /// The channel of that name: with or without its unit in brackets, and with the group before it.

@@ -102,6 +102,9 @@ fn in_chunks<E: From<Error>>(
         clocks.extend(selected.map(|selected| OfClock::new(group, selected)));
     }
     let wanted: Vec<Wanted> = clocks.iter().map(|own| own.selected.wanted.clone()).collect();
+    if let Some(own) = clocks.first() {
+        file.recording.tolerate(own.selected.clock_channel(), Vec::new());
+    }
     let mut reading = Reading::new(&groups, clocks, sources, options);
     reading.hash = (!file.recording.hashes_bytes()).then(SampleHash::default);
     let mut spans: Option<Spans> = None;

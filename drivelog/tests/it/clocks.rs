@@ -103,25 +103,39 @@ fn bad_files_are_refused_with_their_place() {
     let header_only = format!("{HEADER}\n").into_bytes();
     assert!(matches!(refused(header_only, &o), Error::TooFewRows { .. }));
     assert!(matches!(refused(b"\0\x01PK\n".to_vec(), &o), Error::NotText { line: 1, .. }));
-    let e = refused(with_line(5, "0.03,abc,0.1,15"), &o);
-    assert!(
-        matches!(e, Error::NotANumber { ref at, .. } if at.line == 5 && at.column == "steer_rad")
-    );
-    let e = refused(with_line(6, "0.04,0.01,1e999,15"), &o);
-    assert!(
-        matches!(e, Error::NotFinite { ref at, .. } if at.line == 6 && at.column == "yaw_rate_radps")
-    );
+    let e = refused(with_line(5, "abc,0.1,0.1,15"), &o);
+    assert!(matches!(e, Error::NotANumber { ref at, .. } if at.line == 5 && at.column == "time_s"));
+    let e = refused(with_line(6, "1e999,0.01,0.1,15"), &o);
+    assert!(matches!(e, Error::NotFinite { ref at, .. } if at.line == 6 && at.column == "time_s"));
     assert!(matches!(
         refused(with_line(7, "0.05,0.01,0.1,15,7"), &o),
         Error::RaggedRow { line: 7, got: 5, expected: 4, .. }
     ));
     let back = refused(with_line(8, "0.02,0.01,0.1,15"), &o);
     assert!(matches!(back, Error::TimeNotIncreasing { ref at, .. } if at.line == 8));
-    let twice = refused(csv("time_s,a_rad,a_rad", 5, |_| "1,2,3".into()), &o);
+    let twice = refused(csv("time_s,steer_rad,steer_rad", 5, |_| "1,2,3".into()), &o);
     assert!(matches!(twice, Error::RepeatedColumn { line: 1, .. }));
     let unclosed = [HEADER, "\n0,\"0.1,0.2,15\n0.01,0.1,0.2,15\n"].concat().into_bytes();
     refused(unclosed, &o);
     assert!(matches!(read_log(&[], &o), Err(Error::NoFiles)));
+}
+
+/// Of a channel one cell in a hundred rows may be bad; it is a missing value.
+#[test]
+fn bad_cells_are_counted() {
+    let with_bad = |count: usize| {
+        csv(HEADER, 1000, |k| {
+            let row = super::good_row(k);
+            if k % 50 == 3 && k / 50 < count { row.replace(",15.0", ",abc") } else { row }
+        })
+    };
+    let log = read_one(with_bad(10), &LogOptions::default()).unwrap();
+    let text = "drive.csv:5: column `speed_mps`: `abc` is not a number: 10 cells of this kind";
+    assert!(log.warnings.iter().any(|w| w.starts_with(text)), "{:?}", log.warnings);
+    let e = refused(with_bad(11), &LogOptions::default());
+    assert!(
+        matches!(e, Error::NotANumber { ref at, .. } if at.line == 5 && at.column == "speed_mps")
+    );
 }
 
 /// A reader that returns a byte at a time, and fails at a stated byte.

@@ -191,9 +191,9 @@ fn an_unnamed_index_is_no_channel_unless_it_is_named() {
     // The index is the clock.
     let text = format!(",t2,roadwheel_angle_deg,yaw_rate_degps,speed_kmh\n{body}");
     assert!(matches!(refused(text.clone().into_bytes(), &o()), Error::NoTime { .. }));
-    let in_ms = units(&[("column 1", "ms")]);
+    let in_ms = units(&[("column_1", "ms")]);
     let options = LogOptions {
-        time: Some("column 1".into()),
+        time: Some("column_1".into()),
         units: in_ms,
         sample_time_s: Some(0.002),
         ..o()
@@ -375,7 +375,7 @@ fn a_quote_in_a_comment_hides_no_row() {
     let log = same(format!("{plain}{body}"), &o());
     assert_eq!(log.channels[0].rows, 1000);
     // A line is counted, whether or not it is a comment.
-    let broken = body.replacen("9.980,", "9.980,x", 1);
+    let broken = body.replacen("9.980,", "x9.980,", 1);
     let e = refused(format!("{plain}{broken}").into_bytes(), &o());
     assert!(matches!(e, Error::NotANumber { ref at, .. } if at.line == 1007), "{e:?}");
 }

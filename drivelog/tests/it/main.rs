@@ -8,6 +8,7 @@ mod dialects;
 mod drives;
 mod exports;
 mod gaps;
+mod headers;
 mod mcap;
 mod mdf;
 mod parquet;

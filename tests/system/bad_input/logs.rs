@@ -51,8 +51,8 @@ fn logs() {
             &log("time_s,wheels_rad,yaw_rate_radps,speed_mps", |_, _| {}),
             &["which column is the steering?", "wheels_rad", "--input-channel NAME"],
         ),
-        (&with_cell(1, "oops"), &["log.csv:502: column `steering_angle_rad`: `oops`"]),
-        (&with_cell(2, "1e999"), &["log.csv:502: column `yaw_rate_radps`", "finite"]),
+        (&with_cell(0, "oops"), &["log.csv:502: column `time_s`: `oops`"]),
+        (&with_cell(0, "1e999"), &["log.csv:502: column `time_s`", "finite"]),
         (&with_cell(1, "1e300"), &["log.csv:502:", "1.000e300 rad"]),
         (&with_cell(3, "1e300"), &["log.csv:502:", "the speed would be"]),
         (&with_cell(0, "3.0"), &["log.csv:502: column `time_s`: time 3 s", "4.99 s"]),
@@ -188,6 +188,7 @@ fn logs_with_faults_that_are_corrected() {
     let other = log(HEADER, later).replace("time_s", "t_ms");
     for (first, arguments, says) in [
         (log(HEADER, gap), "", &["a.csv:902:", "nothing from 8.99 s to 10 s: the drive is split"]),
+        (with_cell(1, "oops"), "", &["a.csv:502: column `steering_angle_rad`: `oops`", "1 cell"]),
         (log(HEADER, wild), "", &["a.csv:2001:", "to 1.000e300 s"]),
         (log(HEADER, |_, _| {}), "other.csv", &["a.csv:steering_angle", "other.csv:"]),
         (log(HEADER, |_, _| {}), "--speed-window 50..60km/h", &["13.9 to 16.7 m/s", "1 s"]),

@@ -14,6 +14,8 @@ pub(super) struct WithoutComments<R> {
     at_line_end: bool,
     /// A `/` that may begin a comment.
     slash: bool,
+    /// Blanks that delimit the last cell, where one follows.
+    blank: bool,
     /// A first cell that may be a comment: `#N/A` and `%` are none.
     mark: Vec<u8>,
     /// Bytes that are read, and from where on they have not been passed on.
@@ -52,6 +54,7 @@ impl<R: Read> WithoutComments<R> {
             at: At::LineStart,
             at_line_end: false,
             slash: false,
+            blank: false,
             mark,
             ready,
             from: 0,
@@ -92,6 +95,17 @@ impl<R: Read> WithoutComments<R> {
                 return;
             }
         }
+        if self.delimiter == b' ' && !matches!(self.at, At::Quoted | At::Comment) {
+            // A run of blanks is one delimiter, and none at the ends of a line.
+            if b" \t".contains(&byte) {
+                self.blank = self.at != At::LineStart;
+                return;
+            }
+            if std::mem::take(&mut self.blank) && !self.at_line_end {
+                self.at = At::CellStart;
+                self.ready.push(b' ');
+            }
+        }
         self.at = match (self.at, byte) {
             (At::Quoted, b'"') => At::Quote,
             // Two quotes within are one of the text.
@@ -118,7 +132,8 @@ impl<R: Read> WithoutComments<R> {
 
     /// Whether the first cell is one, and no comment.
     fn is_cell(&self, end: u8) -> bool {
-        is_spreadsheet_error(&self.mark) || end == self.delimiter && self.mark.trim_ascii() == b"%"
+        let is_delimited = end == self.delimiter && end != b' ';
+        is_spreadsheet_error(&self.mark) || is_delimited && self.mark.trim_ascii() == b"%"
     }
 }
 

@@ -1,4 +1,10 @@
-//! Tables of known programs that state their units in documentation only.
+//! Tables of known programs that state their units in documentation or in the text above the table.
+
+use super::head::Head;
+use super::stamps::Stamps;
+use crate::recording::Channel;
+use crate::role::Role;
+use crate::units::unit_of_header;
 
 /// comma.ai's steering-control data set: command from −1 to 1, speeds and accelerations in SI.
 const STEERING_CONTROL: &[(&str, &str)] = &[
@@ -16,10 +22,60 @@ const STEERING_CONTROL: &[(&str, &str)] = &[
     ("latAccelLocalizer", "m/s2"),
 ];
 
-/// The unit of a column of a table whose header is that of a known program.
-pub(super) fn unit(header: &[String], column: &str) -> Option<&'static str> {
-    let has = |name: &str| header.iter().any(|own| own == name);
-    let is_known = STEERING_CONTROL.iter().all(|(name, _)| has(name));
-    let unit = STEERING_CONTROL.iter().find(|(name, _)| is_known && *name == column);
-    unit.map(|(_, unit)| *unit)
+/// `rostopic echo -p`: both stamps are instants of ROS.
+const ROSTOPIC: &[(&str, &str)] = &[("time", "ns"), ("field.header.stamp", "ns")];
+
+/// Units and roles of the columns of known programs, where the table does not state them.
+pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
+    let has = |name: &str| head.header.iter().any(|own| own == name);
+    let is_ros = has("time") && head.header.iter().any(|name| name.starts_with("field."));
+    let is_control = STEERING_CONTROL.iter().all(|(name, _)| has(name));
+    let units = [(is_control, STEERING_CONTROL), (is_ros, ROSTOPIC)];
+    let units = units.into_iter().filter(|(is_known, _)| *is_known).flat_map(|(_, units)| units);
+    let units: Vec<(&str, &str)> = units.copied().collect();
+    for channel in channels.iter_mut().filter(|channel| channel.unit.is_none()) {
+        let unit = units.iter().find(|(name, _)| *name == channel.name);
+        channel.unit = unit.map(|(_, unit)| (*unit).into());
+        // LabVIEW, whose x is the time unless the user makes it another quantity.
+        if channel.name == "X_Value" && !head.text.iter().any(|line| is_other_x(line)) {
+            (channel.role, channel.unit) = (Some(Role::Time), Some("s".into()));
+        }
+    }
+    let section = |name: &str| -> Vec<&str> {
+        let lines = head.text.iter().map(String::as_str).skip_while(|line| *line != name);
+        lines.skip(1).take_while(|line| !line.starts_with('[')).collect()
+    };
+    if head.text.iter().any(|line| line == "[column names]") {
+        vbox(&section("[header]"), &section("[channel units]"), channels, &mut head.stamps);
+    }
+}
+
+/// `X_Dimension` of another quantity than time.
+fn is_other_x(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    words.next() == Some("X_Dimension") && words.any(|word| word != "Time")
+}
+
+/// Racelogic VBOX: the time of day as digits, the place in minutes with west positive; units of the speeds in the list
+/// of names, and those of further channels, which are the last ones, in a list of their own.
+fn vbox(names: &[&str], units: &[&str], channels: &mut [Channel], stamps: &mut [Option<Stamps>]) {
+    for (channel, name) in channels.iter_mut().zip(names) {
+        channel.unit = unit_of_header(name).map(|unit| unit.name.into());
+    }
+    for (channel, unit) in channels.iter_mut().rev().zip(units.iter().rev()) {
+        channel.unit = Some((*unit).into());
+    }
+    for (channel, stamps) in channels.iter_mut().zip(stamps) {
+        let (role, unit) = match &*channel.name {
+            "lat" => (Role::Latitude, "arcmin"),
+            "long" => (Role::Longitude, "arcmin west"),
+            "time" => {
+                *stamps = Some(Stamps::of_digits());
+                channel.has_stamps = true;
+                continue;
+            }
+            _ => continue,
+        };
+        (channel.role, channel.unit) = (Some(role), Some(unit.into()));
+    }
 }

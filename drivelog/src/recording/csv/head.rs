@@ -3,14 +3,15 @@
 //! What the first rows leave open is refused where it matters.
 
 use super::comments::WithoutComments;
+use super::header;
 use super::missing::{is_missing, is_spreadsheet_error};
 use super::stamps::Stamps;
 use crate::Error;
 use crate::options::DecimalMark;
-use crate::units::parse_unit;
+use std::io::Read;
 
 /// Delimiters, the preferred one last.
-const DELIMITERS: [u8; 3] = [b',', b'\t', b';'];
+const DELIMITERS: [u8; 5] = [b' ', b'|', b',', b'\t', b';'];
 /// What begins a line that is a comment.
 const COMMENTS: [&[u8]; 3] = [b"#", b"//", b"%"];
 /// Rows that delimiter and decimal mark are determined from.
@@ -23,7 +24,13 @@ pub(super) struct Head {
     /// `None` where the first rows have neither mark, or where groups of three digits leave it open.
     pub(super) decimal: Option<DecimalMark>,
     pub(super) header: Vec<String>,
+    /// 0 of a file without a header.
     pub(super) header_line: u64,
+    pub(super) has_names: bool,
+    /// Rows of text above the values that are neither names nor units.
+    pub(super) skipped: usize,
+    /// All rows above the values, blanks between their cells.
+    pub(super) text: Vec<String>,
     /// The unit of each column from the row under the header; empty where there is no such row.
     pub(super) units: Vec<String>,
     pub(super) stamps: Vec<Option<Stamps>>,
@@ -35,10 +42,11 @@ pub(super) struct Head {
 
 impl Head {
     /// Of a file that starts with these bytes, which end with a whole line.
-    pub(super) fn of(file: &str, start: &[u8]) -> Result<Self, Error> {
+    /// `stated` is the line of the header, where that is stated.
+    pub(super) fn of(file: &str, start: &[u8], stated: Option<u64>) -> Result<Self, Error> {
         check_encoding(file, start)?;
         let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
-        let mut lines = text.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+        let mut lines = text.split(|b| b"\r\n".contains(b)).map(<[u8]>::trim_ascii);
         let Some(first) = lines.clone().find(|line| !line.is_empty()) else {
             return Err(Error::EmptyFile { file: file.into() });
         };
@@ -47,27 +55,45 @@ impl Head {
         }
         let delimiter = stated_delimiter(first).unwrap_or_else(|| {
             let lines = lines.by_ref().filter(|l| !l.is_empty() && !is_comment(l));
-            delimiter_of(&lines.take(SAMPLE).collect::<Vec<_>>())
+            delimiter_of(&lines.take(2 * SAMPLE).collect::<Vec<_>>())
         });
-        let mut rows = Records::new(start, delimiter);
-        let Some((names, header_line)) = rows.names_and_units() else {
-            return Err(Error::EmptyFile { file: file.into() });
+        let mut records = records(start, delimiter);
+        let lead = records.iter().take_while(|r| is_blank(r) || is_separator(r)).count();
+        let rows = records.split_off(lead);
+        let top = rows.iter().find(|row| !is_comment_record(row));
+        let Some(top) = top else { return Err(Error::EmptyFile { file: file.into() }) };
+        let quoted = rows.iter().take_while(|row| is_blank(row) || is_comment_record(row));
+        let quoted: Vec<csv::ByteRecord> = quoted.map(uncommented).collect();
+        let of_text = |last| [comments_above(start, delimiter, last), quoted.clone()].concat();
+        // Comments between the rows of text and the values name the columns, too.
+        let found = header::find(&rows, &of_text(line(top)), stated).and_then(|above| {
+            let last = rows.get(above.first).map_or(u64::MAX, line);
+            header::find(&rows, &of_text(last), stated)
+        });
+        let Some(above) = found else {
+            let value = stated.unwrap_or_default().to_string();
+            let expected = format!("a line with text above the values of {file}");
+            return Err(Error::Option { option: "header line", value, expected });
         };
-        let records = rows.read - usize::from(rows.held.is_some());
-        let mut names = names.iter().map(|row| row.iter().map(text_of).collect::<Vec<_>>());
-        let (mut header, units) =
-            (names.next().unwrap_or_default(), names.next().unwrap_or_default());
+        let values = &rows[above.first..];
+        let header_line = above.names.as_ref().map_or(0, line);
+        let width = || values.iter().take(SAMPLE).map(csv::ByteRecord::len).max().unwrap_or(0);
+        let has_names = above.names.is_some();
+        let mut header: Vec<String> = match &above.names {
+            Some(names) => names.iter().map(text_of).collect(),
+            None => vec![String::new(); width()],
+        };
         for (i, name) in header.iter_mut().enumerate() {
             // Such as the index of a table that pandas wrote.
             if name.is_empty() {
-                *name = format!("column {}", i + 1);
+                *name = format!("column_{}", i + 1);
             }
         }
         let mut marks = Marks::default();
         let mut stamps: Vec<Option<Option<Stamps>>> = vec![None; header.len()];
         let mut cells = vec![(0, 0); header.len()];
-        for _ in 0..SAMPLE {
-            let Some(row) = rows.next() else { break };
+        let samples = values.iter().filter(|row| !is_blank(row) && !is_comment_record(row));
+        for row in samples.take(SAMPLE) {
             for ((cell, stamps), (all, texts)) in row.iter().zip(&mut stamps).zip(&mut cells) {
                 let cell = std::str::from_utf8(cell).unwrap_or_default().trim();
                 marks.note(cell);
@@ -89,10 +115,13 @@ impl Head {
             decimal: marks.decide(),
             header,
             header_line,
-            units,
+            has_names,
+            skipped: above.skipped,
+            text: rows[..above.first].iter().map(joined).collect(),
+            units: above.units,
             stamps: stamps.into_iter().map(Option::flatten).collect(),
             are_texts: cells.into_iter().map(|(all, texts)| all > 0 && texts == all).collect(),
-            records,
+            records: lead + above.first,
         })
     }
 }
@@ -100,7 +129,7 @@ impl Head {
 /// Whether the line is a comment.
 pub(super) fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
-    let end = line.iter().position(|b| DELIMITERS.contains(b));
+    let end = line.iter().position(|b| *b != b' ' && DELIMITERS.contains(b));
     let first = &line[..end.unwrap_or(line.len())];
     let is_cell = is_spreadsheet_error(first) || end.is_some() && first.trim_ascii_end() == b"%";
     !is_cell && COMMENTS.iter().any(|comment| line.starts_with(comment))
@@ -152,34 +181,42 @@ fn stated_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-/// The delimiter by which most rows have as many cells as the header; of several, the preferred one.
+/// The delimiter by which the rows have most numbers, or else by which most have as many cells; of several, the
+/// preferred one.
 fn delimiter_of(lines: &[&[u8]]) -> u8 {
-    let Some((header, rows)) = lines.split_first() else { return b',' };
+    // Above may be a text.
+    let tail = &lines[lines.len() / 2..];
     let score = |delimiter: u8| {
-        let cells = cells(header, delimiter);
-        let alike = rows.iter().filter(|row| self::cells(row, delimiter) == cells).count();
-        (cells > 1).then_some(alike)
+        let rows: Vec<Vec<&[u8]>> = tail.iter().map(|line| split(line, delimiter)).collect();
+        let mut widths: Vec<usize> = rows.iter().map(Vec::len).collect();
+        widths.sort_unstable();
+        let width = widths.get(widths.len() / 2).copied().filter(|width| *width > 1)?;
+        let alike = rows.iter().filter(|row| row.len() == width);
+        let numbers = rows.iter().flatten().filter(|cell| is_number(&unquoted(cell))).count();
+        let is_table = numbers > 0 || delimiter != b' ';
+        is_table.then_some((numbers, alike.count()))
     };
-    DELIMITERS.into_iter().max_by_key(|d| score(*d)).unwrap_or(b',')
+    let best = DELIMITERS.into_iter().filter_map(|d| Some((score(d)?, d))).max_by_key(|(s, _)| *s);
+    best.map_or(b',', |(_, delimiter)| delimiter)
 }
 
-/// Cells of a line, delimiters in quotes apart.
-fn cells(line: &[u8], delimiter: u8) -> usize {
-    let mut quoted = false;
-    let mut cells = 1;
-    for b in line {
-        quoted ^= *b == b'"';
-        cells += usize::from(!quoted && *b == delimiter);
-    }
-    cells
+/// The cells of a line; delimiters in quotes are none, and a run of blanks is one.
+fn split(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
+    let mut is_quoted = false;
+    let is_blank = delimiter == b' ';
+    let cells = line.split(|b| {
+        is_quoted ^= *b == b'"';
+        !is_quoted && (*b == delimiter || is_blank && *b == b'\t')
+    });
+    cells.filter(|cell| !is_blank || !cell.is_empty()).collect()
 }
 
-/// A row without a number in which a cell is a unit.
-fn is_unit_row(row: &csv::ByteRecord) -> bool {
-    let cells: Vec<String> = row.iter().map(text_of).collect();
-    let is_value = |cell: &String| cell != "1" && is_value(cell);
-    !cells.iter().any(is_value)
-        && cells.iter().any(|cell| cell != "1" && parse_unit(bare_unit(cell)).is_some())
+fn unquoted(cell: &[u8]) -> String {
+    text_of(cell).trim_matches('"').trim().to_owned()
+}
+
+fn joined(row: &csv::ByteRecord) -> String {
+    row.iter().map(text_of).collect::<Vec<_>>().join(" ")
 }
 
 /// A unit without the brackets that may enclose it.
@@ -190,6 +227,19 @@ pub(super) fn bare_unit(text: &str) -> &str {
 
 fn is_value(cell: &str) -> bool {
     cell.parse::<f64>().is_ok() || comma_number(cell).is_some() || Stamps::like(cell).is_some()
+}
+
+/// Whether the cell holds a number, a time or a switch, be it in groups of digits.
+pub(super) fn is_number(cell: &str) -> bool {
+    let is_of_groups = || {
+        cell.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c))
+            && cell.contains(|c: char| c.is_ascii_digit())
+            && cell
+                .trim_start_matches(['+', '-'])
+                .chars()
+                .all(|c| c.is_ascii_digit() || ".,'’ ".contains(c))
+    };
+    is_value(cell) || switch(cell).is_some() || is_of_groups()
 }
 
 /// The number of a cell with a decimal comma, and whether the comma may set off three digits instead.
@@ -230,95 +280,55 @@ impl Marks {
     }
 }
 
-struct Records<'a> {
-    reader: csv::Reader<WithoutComments<&'a [u8]>>,
-    /// Records read so far, blank ones among them.
-    read: usize,
-    /// Where comments name the columns: the row of values that showed it.
-    held: Option<csv::ByteRecord>,
-    comments: Vec<csv::ByteRecord>,
+/// The first records at their lines, comments apart.
+fn records(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
+    const MOST: usize = 1000;
+    let mut text = Vec::new();
+    // Bytes in memory are read without an error.
+    let _ = WithoutComments::new(start, delimiter).read_to_end(&mut text);
+    // What cannot be read here is reported when the rows are.
+    let records = reader_of(delimiter).from_reader(&text[..]).into_byte_records();
+    let (mut line, mut counted) = (1, 0);
+    let at_its_line = |record: csv::ByteRecord| {
+        let before = record.position().map_or(0, csv::Position::byte);
+        let before = usize::try_from(before).unwrap_or(text.len()).min(text.len());
+        // The reader passes over blank lines.
+        let blank = text[before..].iter().take_while(|b| b"\r\n".contains(b)).count();
+        let lines = text[counted..before + blank].iter().filter(|b| **b == b'\n').count();
+        (line, counted) = (line + lines as u64, before + blank);
+        at_line(record, line)
+    };
+    records.map_while(Result::ok).take(MOST).map(at_its_line).collect()
 }
 
-/// The cells of each comment above the first row; a quote that is open at its end closes there.
-fn comments_above(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
+/// The cells of each comment above a line, without its marks; a quote that is open at its end closes there.
+fn comments_above(start: &[u8], delimiter: u8, last: u64) -> Vec<csv::ByteRecord> {
     let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
     let lines = text.split(|b| *b == b'\n').zip(1..);
     let parts = lines.flat_map(|(line, n)| line.split(|b| *b == b'\r').map(move |part| (part, n)));
-    let above = parts
-        .filter(|(part, _)| !part.trim_ascii().is_empty())
-        .filter(|(part, _)| stated_delimiter(part.trim_ascii()).is_none())
-        .take_while(|(part, _)| is_comment(part));
-    let cells = |(part, n): (&[u8], u64)| {
-        let mut record = reader_of(delimiter).from_reader(part).into_byte_records().next()?.ok()?;
-        let mut position = csv::Position::new();
-        position.set_line(n);
-        record.set_position(Some(position));
-        Some(record)
-    };
-    above.filter_map(cells).collect()
+    let mut comments = Vec::new();
+    let mut is_top = true;
+    for (part, n) in parts.filter(|(part, _)| !part.trim_ascii().is_empty()) {
+        is_top &= is_comment(part) || stated_delimiter(part.trim_ascii()).is_some();
+        if !is_top && n >= last {
+            break;
+        }
+        if is_comment(part) {
+            let bare = part.trim_ascii_start();
+            let marks = bare.iter().take_while(|b| b"#/%".contains(b)).count();
+            let bare = WithoutComments::new(&bare[marks..], delimiter);
+            let record = reader_of(delimiter).from_reader(bare).into_byte_records().next();
+            comments.extend(record.and_then(Result::ok).map(|record| at_line(record, n)));
+        }
+    }
+    comments
 }
 
-impl<'a> Records<'a> {
-    fn new(start: &'a [u8], delimiter: u8) -> Self {
-        let reader = reader_of(delimiter).from_reader(WithoutComments::new(start, delimiter));
-        Self { reader, read: 0, held: None, comments: comments_above(start, delimiter) }
-    }
-
-    fn record(&mut self) -> Option<csv::ByteRecord> {
-        let mut record = csv::ByteRecord::new();
-        // What cannot be read here is reported when the rows are.
-        let is_there = self.reader.read_byte_record(&mut record).is_ok_and(|there| there);
-        self.read += usize::from(is_there);
-        is_there.then_some(record)
-    }
-
-    fn next(&mut self) -> Option<csv::ByteRecord> {
-        loop {
-            let record = match self.held.take() {
-                Some(held) => held,
-                None => self.record()?,
-            };
-            if !is_blank(&record) && !is_comment(&record[0]) {
-                return Some(record);
-            }
-        }
-    }
-
-    /// The rows above the values, with the header's line: the first record, or the comments above it.
-    fn names_and_units(&mut self) -> Option<(Vec<csv::ByteRecord>, u64)> {
-        let mut comments = std::mem::take(&mut self.comments);
-        let first = loop {
-            let record = self.record()?;
-            if is_blank(&record) || is_separator(&record) {
-                continue;
-            }
-            if !is_comment(&record[0]) {
-                break record;
-            }
-            comments.push(record);
-        };
-        comments.retain(|comment| comment.len() == first.len());
-        let cells: Vec<String> = first.iter().map(text_of).collect();
-        let mut values = cells.iter().filter(|c| !is_missing(c)).peekable();
-        let is_values = values.peek().is_some() && values.all(|c| is_value(c));
-        if let Some(last) = comments.pop().filter(|_| is_values) {
-            self.held = Some(first);
-            let last = uncommented(&last);
-            let rows = match comments.pop().filter(|_| is_unit_row(&last)) {
-                Some(names) => vec![uncommented(&names), last],
-                None => vec![last],
-            };
-            let line = line(&rows[0]);
-            return Some((rows, line));
-        }
-        let line = line(&first);
-        let mut rows = vec![first];
-        match self.next() {
-            Some(row) if is_unit_row(&row) => rows.push(row),
-            row => self.held = row,
-        }
-        Some((rows, line))
-    }
+fn at_line(mut record: csv::ByteRecord, line: u64) -> csv::ByteRecord {
+    let mut position = csv::Position::new();
+    position.set_line(line);
+    record.set_position(Some(position));
+    record
 }
 
 /// A reader of rows of any length.

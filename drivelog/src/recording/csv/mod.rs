@@ -5,6 +5,7 @@
 mod comments;
 mod dialect;
 mod head;
+mod header;
 mod missing;
 pub(super) mod stamps;
 
@@ -14,7 +15,7 @@ use crate::Error;
 use crate::error::{Place, counted};
 use crate::options::{DecimalMark, LogOptions};
 use comments::WithoutComments;
-use head::{Head, comma_number, is_blank, is_comment, is_comment_record, line};
+use head::{Head, comma_number, is_blank, is_comment_record, line};
 use missing::is_missing;
 use stamps::Stamps;
 use std::io::{Cursor, Read};
@@ -28,8 +29,15 @@ struct Csv<'a> {
     groups: [Group; 1],
     decimal: Option<DecimalMark>,
     stamps: Vec<Option<Stamps>>,
-    /// Columns whose texts are missing values.
-    with_texts: Vec<usize>,
+    /// The clock, where bad cells of other columns are missing values, and the columns without which the read goes on.
+    clock: Option<usize>,
+    optional: Vec<usize>,
+    is_tolerant: bool,
+    /// Bad cells of each column: how many, and the first.
+    bad: Vec<Option<(u64, Error)>>,
+    count: u64,
+    /// What stands at the top of the file besides names and units.
+    top: Option<String>,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
     /// A record that was looked at, which is the next one.
@@ -38,6 +46,8 @@ struct Csv<'a> {
     has_rows: bool,
     /// Rows with fewer cells than columns, and the line of the first.
     short: Option<(u64, u64)>,
+    /// Rows that begin with a mark of a tool and hold texts, and the line of the first.
+    marked: Option<(u64, u64)>,
     /// The last row, where it is none of values.
     last: Option<String>,
 }
@@ -47,49 +57,60 @@ pub(super) fn open<'a>(
     file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    Ok(Box::new(Csv::open(file, options.decimal)?))
+    Ok(Box::new(Csv::open(file, options)?))
 }
 
 impl<'a> Csv<'a> {
-    /// Reads the header; `decimal` is the mark that is stated.
-    fn open(file: LogFile<'a>, decimal: Option<DecimalMark>) -> Result<Self, Error> {
+    /// Reads the header.
+    fn open(file: LogFile<'a>, options: &LogOptions) -> Result<Self, Error> {
         let name = file.name.clone();
         let mut reader = file.into_reader()?;
-        let (start, whole_lines) = start(&name, reader.as_mut())?;
-        let head = Head::of(&name, &start[..whole_lines])?;
-        for (i, column) in head.header.iter().enumerate() {
-            if head.header[..i].contains(column) {
-                return Err(Error::RepeatedColumn {
-                    file: name,
-                    line: head.header_line,
-                    column: column.clone(),
-                });
-            }
-        }
+        let (start, whole_lines) = header::start(&name, reader.as_mut())?;
+        let mut head = Head::of(&name, &start[..whole_lines], options.header_line)?;
         // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
         let bytes = WithoutComments::new(bytes, head.delimiter);
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
         let channels = head.header.iter().enumerate().map(|(j, name)| {
-            let unit = head.units.get(j).map(|unit| head::bare_unit(unit));
-            let unit = unit.or_else(|| dialect::unit(&head.header, name));
-            let mut channel = Channel::new(name, unit);
+            let mut channel =
+                Channel::new(name, head.units.get(j).map(|unit| head::bare_unit(unit)));
             channel.has_stamps = head.stamps[j].is_some();
             channel.is_text = head.are_texts[j];
             channel
         });
-        let mut group = Group::new(&name, "", channels.collect());
+        let mut channels: Vec<Channel> = channels.collect();
+        dialect::complete(&mut head, &mut channels);
+        let top = if !head.has_names {
+            let last = channels.last().map_or("", |channel| &channel.name);
+            Some(format!("{name}: no header: the columns are named column_1 to {last}"))
+        } else if head.skipped > 0 {
+            let rows = counted(head.skipped, "row");
+            let line = head.header_line;
+            Some(format!(
+                "{name}: {rows} of text above the values not read; the header is line {line}"
+            ))
+        } else {
+            None
+        };
+        let bad = channels.iter().map(|_| None).collect();
+        let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
         let mut csv = Self {
             groups: [group],
-            decimal: decimal.or(head.decimal),
+            decimal: options.decimal.or(head.decimal),
             stamps: head.stamps,
-            with_texts: Vec::new(),
+            clock: None,
+            optional: Vec::new(),
+            is_tolerant: false,
+            bad,
+            count: 0,
+            top,
             reader,
             is_read: false,
             held: None,
             has_rows: false,
             short: None,
+            marked: None,
             last: None,
         };
         let mut record = csv::ByteRecord::new();
@@ -182,49 +203,93 @@ impl<'a> Csv<'a> {
             } else {
                 self.numbers(record, line, wanted, values)
             };
-            match read {
+            let faults = match read {
                 // A mark of a tool beside texts.
-                Err(_) if record[0].trim_ascii() == b"%" => {
-                    values.iter_mut().for_each(|values| values.truncate(rows));
-                    continue;
-                }
+                Ok(faults) if !faults.is_empty() && is_marked(record) => Err(faults),
+                Err(_) if is_marked(record) => Err(Vec::new()),
                 // What ends a file, such as a cut line or a closing remark.
-                Err(error) if self.has_rows && self.is_at_end() => {
+                Err(error) if self.has_rows && self.is_at_end() => Err(vec![(0, error)]),
+                Ok(faults) if self.is_new(&faults) && self.has_rows && self.is_at_end() => {
+                    Err(faults)
+                }
+                read => Ok(read?),
+            };
+            let faults = match faults {
+                Ok(faults) => faults,
+                Err(mut faults) => {
+                    values.iter_mut().for_each(|values| values.truncate(rows));
+                    if is_marked(record) {
+                        self.marked.get_or_insert((0, line)).0 += 1;
+                        continue;
+                    }
+                    let error = faults.remove(0).1;
                     self.last = Some(format!("{error}: this last row is not read"));
                     return Ok(None);
                 }
-                read => read?,
+            };
+            for (j, error) in faults {
+                self.bad[j].get_or_insert((0, error)).0 += 1;
             }
             if got < columns {
                 let (count, _) = self.short.get_or_insert((0, line));
                 *count += 1;
             }
             self.has_rows = true;
+            self.count += 1;
             return Ok(Some(line));
         }
         Ok(None)
     }
 
-    /// The numbers of a row; cells that are not there are missing.
+    /// Whether a column has its first bad cell.
+    fn is_new(&self, faults: &[(usize, Error)]) -> bool {
+        faults.iter().any(|(j, _)| self.bad[*j].is_none() && !self.optional.contains(j))
+    }
+
+    /// Bad cells of a column that is needed: more than one in a hundred rows, or any where the decimal mark is open.
+    fn too_many(&mut self) -> Vec<Error> {
+        let mut errors = Vec::new();
+        for (j, bad) in self.bad.iter_mut().enumerate() {
+            let is_needed = !self.optional.contains(&j);
+            let is_too_many = bad.as_ref().is_some_and(|(count, error)| {
+                100 * count > self.count || matches!(error, Error::DecimalMark { .. })
+            });
+            if is_needed && is_too_many {
+                errors.extend(bad.take().map(|(_, error)| error));
+            }
+        }
+        errors
+    }
+
+    /// The numbers of a row, and its bad cells; cells that are not there are missing.
     fn numbers(
         &mut self,
         record: &csv::ByteRecord,
         line: u64,
         wanted: &[usize],
         values: &mut [Vec<f64>],
-    ) -> Result<(), Error> {
+    ) -> Result<Vec<(usize, Error)>, Error> {
+        let mut faults = Vec::new();
         for (values, &j) in values.iter_mut().zip(wanted) {
             values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
-                Err(_) if self.with_texts.contains(&j) => f64::NAN,
+                Err(error) if self.is_tolerant && self.clock != Some(j) => {
+                    faults.push((j, error));
+                    f64::NAN
+                }
                 number => number?,
             });
         }
-        Ok(())
+        Ok(faults)
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
         let text = std::str::from_utf8(cell).unwrap_or_default().trim();
         let with_comma = self.decimal == Some(DecimalMark::Comma);
+        if let Some(stamps) = self.stamps[column].as_mut().filter(|stamps| stamps.are_digits())
+            && let Some(seconds) = stamps.seconds(text)
+        {
+            return Ok(seconds);
+        }
         if let Ok(x) = text.parse::<f64>()
             && !(with_comma && text.contains('.'))
         {
@@ -270,23 +335,27 @@ impl Recording for Csv<'_> {
         &self.groups
     }
 
-    fn allow_texts(&mut self, channels: Vec<usize>) {
-        self.with_texts = channels;
+    fn tolerate(&mut self, clock: Option<usize>, optional: Vec<usize>) {
+        (self.is_tolerant, self.clock, self.optional) = (true, clock, optional);
     }
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
         let Some(wanted) = request.wanted.first() else { return Ok(Box::new(std::iter::empty())) };
-        let mut fault = None;
+        let mut faults = Vec::new();
         let pieces = std::iter::from_fn(move || {
-            if let Some(error) = fault.take() {
+            if let Some(error) = faults.pop() {
                 return Some(Err(error));
             }
             if self.is_read {
                 return None;
             }
-            let columns;
-            (columns, fault) = self.take(&wanted.channels, request.most);
+            let (columns, fault) = self.take(&wanted.channels, request.most);
             self.is_read = columns.lines.len() < request.most;
+            if self.is_read {
+                faults = self.too_many();
+                faults.reverse();
+            }
+            faults.extend(fault);
             Some(Ok(Rows { wanted: 0, columns }))
         });
         Ok(Box::new(pieces))
@@ -300,6 +369,16 @@ impl Recording for Csv<'_> {
                 "{file}: {rows} with fewer cells than the header, the first at line {line}: what is not there is a missing value"
             )
         });
+        let marked = self.marked.map(|(count, line)| {
+            let rows = counted(usize::try_from(count).unwrap_or(usize::MAX), "row");
+            format!(
+                "{file}: {rows} that begin with % and hold texts not read, the first at line {line}"
+            )
+        });
+        let bad = self.bad.iter().flatten().map(|(count, first)| {
+            let cells = counted(usize::try_from(*count).unwrap_or(usize::MAX), "cell");
+            format!("{first}: {cells} of this kind in the column: missing values")
+        });
         let open = self
             .stamps
             .iter()
@@ -311,7 +390,8 @@ impl Recording for Csv<'_> {
                 channel.name
             )
         });
-        short.into_iter().chain(self.last.clone()).chain(open).collect()
+        let top = self.top.clone().into_iter();
+        top.chain(short).chain(marked).chain(bad).chain(self.last.clone()).chain(open).collect()
     }
 
     fn hashes_bytes(&self) -> bool {
@@ -323,29 +403,6 @@ impl Recording for Csv<'_> {
     }
 }
 
-/// The first bytes, with some rows of values if there are any, and how many of them are whole lines.
-fn start(file: &str, reader: &mut dyn Read) -> Result<(Vec<u8>, usize), Error> {
-    const CHUNK: u64 = 1 << 16;
-    const LINES: usize = 4;
-    const MOST: usize = 1 << 24;
-    let mut bytes = Vec::new();
-    loop {
-        let before = bytes.len();
-        reader.take(CHUNK).read_to_end(&mut bytes).map_err(|e| Error::Csv {
-            file: file.into(),
-            line: 1,
-            problem: e.to_string(),
-        })?;
-        let is_whole = bytes.len() < before + CHUNK as usize;
-        // No text, or no end of a line in sight.
-        if is_whole || bytes.contains(&0) || bytes.len() > MOST {
-            let length = bytes.len();
-            return Ok((bytes, length));
-        }
-        let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
-        if lines.filter(|line| !line.is_empty() && !is_comment(line)).count() > LINES {
-            let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-            return Ok((bytes, end));
-        }
-    }
+fn is_marked(record: &csv::ByteRecord) -> bool {
+    record[0].trim_ascii() == b"%"
 }

@@ -44,6 +44,8 @@ enum Form {
     Seconds,
     /// A date that ends with the year.
     Slashed,
+    /// A time of day without colons.
+    Digits,
 }
 
 impl Stamps {
@@ -52,6 +54,16 @@ impl Stamps {
         let form = if slashed.is_some() { Form::Slashed } else { read(text)?.0 };
         let first = slashed.unwrap_or_default();
         Some(Self { form, last: f64::NEG_INFINITY, first, order: first.order(), shift: 0.0 })
+    }
+
+    /// Times of day without colons, such as `100059.99`, which are numbers elsewhere.
+    pub(super) fn of_digits() -> Self {
+        let first = Slashed::default();
+        Self { form: Form::Digits, last: f64::NEG_INFINITY, first, order: None, shift: 0.0 }
+    }
+
+    pub(super) fn are_digits(&self) -> bool {
+        self.form == Form::Digits
     }
 
     /// Whether the order of day and month is open, which changes no time between two rows.
@@ -85,11 +97,18 @@ impl Stamps {
         if self.form == Form::Slashed {
             return self.of_slashed(text);
         }
-        let (form, mut seconds) = read(text)?;
+        let mut form_and_seconds = read(text);
+        if self.form == Form::Digits {
+            let (hours, rest) = text.split_at_checked(2)?;
+            let (minutes, seconds) = rest.split_at_checked(2)?;
+            let of_day = time_of_day(&format!("{hours}:{minutes}:{seconds}"))?;
+            form_and_seconds = Some((Form::Digits, of_day));
+        }
+        let (form, mut seconds) = form_and_seconds?;
         if form != self.form {
             return None;
         }
-        if form == Form::TimeOfDay {
+        if matches!(form, Form::TimeOfDay | Form::Digits) {
             if self.last.is_finite() {
                 let days = ((self.last - seconds) / DAY_S).round().max(0.0);
                 seconds += days * DAY_S;
