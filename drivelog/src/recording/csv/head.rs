@@ -2,18 +2,18 @@
 //!
 //! What the first rows leave open is refused where it matters.
 
+use super::cells::{
+    DELIMITERS, comma_number, is_blank, is_comment, is_comment_record, is_number, is_value, line,
+    switch, text_of,
+};
 use super::comments::WithoutComments;
 use super::header;
-use super::missing::{is_missing, is_spreadsheet_error};
+use super::missing::is_missing;
 use super::stamps::Stamps;
 use crate::Error;
 use crate::options::DecimalMark;
 use std::io::Read;
 
-/// Delimiters, the preferred one last.
-const DELIMITERS: [u8; 5] = [b' ', b'|', b',', b'\t', b';'];
-/// What begins a line that is a comment.
-const COMMENTS: [&[u8]; 3] = [b"#", b"//", b"%"];
 /// Rows that delimiter and decimal mark are determined from.
 const SAMPLE: usize = 200;
 
@@ -126,33 +126,6 @@ impl Head {
     }
 }
 
-/// Whether the line is a comment.
-pub(super) fn is_comment(line: &[u8]) -> bool {
-    let line = line.trim_ascii_start();
-    let end = line.iter().position(|b| *b != b' ' && DELIMITERS.contains(b));
-    let first = &line[..end.unwrap_or(line.len())];
-    let is_cell = is_spreadsheet_error(first) || end.is_some() && first.trim_ascii_end() == b"%";
-    !is_cell && COMMENTS.iter().any(|comment| line.starts_with(comment))
-}
-
-/// Whether the record is a comment, such as one in quotes.
-pub(super) fn is_comment_record(record: &csv::ByteRecord) -> bool {
-    is_comment(&record[0]) && !(record.len() > 1 && record[0].trim_ascii() == b"%")
-}
-
-/// The number of a cell that is true or false.
-pub(super) fn switch(cell: &str) -> Option<f64> {
-    let is = |word: &str| cell.eq_ignore_ascii_case(word);
-    if is("true") { Some(1.0) } else { is("false").then_some(0.0) }
-}
-
-/// The text of a cell: UTF-8, else Latin 1, in which `°` and `ä` are a byte each.
-pub(super) fn text_of(bytes: &[u8]) -> String {
-    let text = std::str::from_utf8(bytes)
-        .map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), ToOwned::to_owned);
-    text.trim().to_owned()
-}
-
 /// UTF-16 has a mark at its start, or a zero in every other byte.
 fn check_encoding(file: &str, start: &[u8]) -> Result<(), Error> {
     let marked = start.starts_with(b"\xFF\xFE") || start.starts_with(b"\xFE\xFF");
@@ -217,42 +190,6 @@ fn unquoted(cell: &[u8]) -> String {
 
 fn joined(row: &csv::ByteRecord) -> String {
     row.iter().map(text_of).collect::<Vec<_>>().join(" ")
-}
-
-/// A unit without the brackets that may enclose it.
-pub(super) fn bare_unit(text: &str) -> &str {
-    let inner = |open, close| text.strip_prefix(open)?.strip_suffix(close);
-    inner('[', ']').or_else(|| inner('(', ')')).unwrap_or(text).trim()
-}
-
-fn is_value(cell: &str) -> bool {
-    cell.parse::<f64>().is_ok() || comma_number(cell).is_some() || Stamps::like(cell).is_some()
-}
-
-/// Whether the cell holds a number, a time or a switch, be it in groups of digits.
-pub(super) fn is_number(cell: &str) -> bool {
-    let is_of_groups = || {
-        cell.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c))
-            && cell.contains(|c: char| c.is_ascii_digit())
-            && cell
-                .trim_start_matches(['+', '-'])
-                .chars()
-                .all(|c| c.is_ascii_digit() || ".,'’ ".contains(c))
-    };
-    is_value(cell) || switch(cell).is_some() || is_of_groups()
-}
-
-/// The number of a cell with a decimal comma, and whether the comma may set off three digits instead.
-pub(super) fn comma_number(cell: &str) -> Option<(f64, bool)> {
-    let (whole, part) = cell.split_once(',')?;
-    if cell.contains('.') || part.contains(',') || !part.starts_with(|c: char| c.is_ascii_digit()) {
-        return None;
-    }
-    let number = format!("{whole}.{part}").parse().ok()?;
-    let digits = whole.trim_start_matches(['+', '-']);
-    let group = part.len() == 3 && part.bytes().all(|b| b.is_ascii_digit());
-    let leads = (1..=3).contains(&digits.len()) && !digits.starts_with('0');
-    Some((number, group && leads))
 }
 
 /// Decimal marks that were seen.
@@ -352,16 +289,8 @@ fn uncommented(record: &csv::ByteRecord) -> csv::ByteRecord {
     new
 }
 
-pub(super) fn is_blank(record: &csv::ByteRecord) -> bool {
-    record.iter().all(|c| c.trim_ascii().is_empty())
-}
-
 /// Whether the record is the line `sep=;`, which its own delimiter splits.
 fn is_separator(record: &csv::ByteRecord) -> bool {
     let rest_is_blank = record.iter().skip(1).all(|c| c.trim_ascii().is_empty());
     rest_is_blank && stated_delimiter(record[0].trim_ascii()).is_some()
-}
-
-pub(super) fn line(record: &csv::ByteRecord) -> u64 {
-    record.position().map_or(1, csv::Position::line)
 }

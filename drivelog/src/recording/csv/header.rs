@@ -3,7 +3,7 @@
 //! The values begin at the first row from which most rows have numbers in the same cells. The header is the row of names
 //! above it, or the comment above it; text further up is left out and counted.
 
-use super::head::{bare_unit, is_blank, is_comment, is_comment_record, is_number, line, text_of};
+use super::cells::{bare_unit, is_blank, is_comment, is_comment_record, is_number, line, text_of};
 use super::missing::is_missing;
 use crate::Error;
 use crate::role::Role;

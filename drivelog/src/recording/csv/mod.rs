@@ -2,6 +2,7 @@
 //!
 //! The text is read once and never held: what stays of a row are its numbers.
 
+mod cells;
 mod comments;
 mod dialect;
 mod head;
@@ -14,8 +15,9 @@ use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use crate::Error;
 use crate::error::{Place, counted};
 use crate::options::{DecimalMark, LogOptions};
+use cells::{comma_number, is_blank, is_comment_record, line};
 use comments::WithoutComments;
-use head::{Head, comma_number, is_blank, is_comment_record, line};
+use head::Head;
 use missing::is_missing;
 use stamps::Stamps;
 use std::io::{Cursor, Read};
@@ -73,7 +75,7 @@ impl<'a> Csv<'a> {
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
         let channels = head.header.iter().enumerate().map(|(j, name)| {
             let mut channel =
-                Channel::new(name, head.units.get(j).map(|unit| head::bare_unit(unit)));
+                Channel::new(name, head.units.get(j).map(|unit| cells::bare_unit(unit)));
             channel.has_stamps = head.stamps[j].is_some();
             channel.is_text = head.are_texts[j];
             channel
@@ -299,7 +301,7 @@ impl<'a> Csv<'a> {
                 _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
             };
         }
-        if let Some(x) = head::switch(text) {
+        if let Some(x) = cells::switch(text) {
             return Ok(x);
         }
         if is_missing(text) && cell.is_ascii() {
@@ -314,7 +316,7 @@ impl<'a> Csv<'a> {
         match comma_number(text) {
             Some((x, _)) if with_comma => Ok(x),
             None if !with_comma || text.parse::<f64>().is_err() => {
-                let text = head::text_of(cell);
+                let text = cells::text_of(cell);
                 Err(Error::NotANumber { at: self.place(line, column), text })
             }
             _ => Err(Error::DecimalMark {
