@@ -90,6 +90,8 @@ pub enum ReasonCode {
     LateYawRate,
     /// The GNSS fixes are older or younger than stated.
     AgeOfFixes,
+    /// The drive turns to one side alone: a bank of the road and the vehicle's parameters are not told apart.
+    OneSidedTurns,
     /// A parameter of a vehicle is at a bound, or more than three standard deviations off its prior.
     UnusualParameter,
     /// A vehicle with slightly less grip at the rear axle would spin on the drive.

@@ -66,6 +66,7 @@ ReasonCode = Literal[
     "early-yaw-rate",
     "late-yaw-rate",
     "age-of-fixes",
+    "one-sided-turns",
     "unusual-parameter",
     "near-spin",
     "no-actuator",

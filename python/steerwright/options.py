@@ -35,7 +35,8 @@ class ReadOptions(TypedDict, total=False):
     mapping_vehicle: str
     """Vehicle of the mapping file."""
     header_line: int
-    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
+    """Line of the header of text files, from 1; by default the row of names above the first row of
+    values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -102,7 +103,8 @@ class ModelOptions(TypedDict, total=False):
     mapping_vehicle: str
     """Vehicle of the mapping file."""
     header_line: int
-    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
+    """Line of the header of text files, from 1; by default the row of names above the first row of
+    values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -236,7 +238,8 @@ class AccumulateOptions(TypedDict, total=False):
     mapping_vehicle: str
     """Vehicle of the mapping file."""
     header_line: int
-    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
+    """Line of the header of text files, from 1; by default the row of names above the first row of
+    values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -413,7 +416,8 @@ class InspectOptions(TypedDict, total=False):
     mapping_vehicle: str
     """Vehicle of the mapping file."""
     header_line: int
-    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
+    """Line of the header of text files, from 1; by default the row of names above the first row of
+    values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
@@ -497,7 +501,8 @@ class CompareOptions(TypedDict, total=False):
     mapping_vehicle: str
     """Vehicle of the mapping file."""
     header_line: int
-    """Line of the header of text files, from 1; by default the row of names above the first row of values."""
+    """Line of the header of text files, from 1; by default the row of names above the first row of
+    values."""
     decimal: Literal["point", "comma"]
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity

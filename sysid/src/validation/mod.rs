@@ -10,6 +10,7 @@ pub(crate) mod frequencies;
 pub(crate) mod model_error;
 pub(crate) mod model_error_reasons;
 pub(crate) mod modelled;
+pub(crate) mod one_sided;
 pub(crate) mod open_hold;
 pub(crate) mod pairs;
 pub(crate) mod plausible;

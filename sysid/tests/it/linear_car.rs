@@ -10,6 +10,8 @@ pub(crate) enum Pattern {
     /// From 0.2 Hz upwards, 0.014 Hz a second.
     Chirp,
     Multisine,
+    /// The same about a turn to the left.
+    LeftTurns,
 }
 
 /// A drive and how it is recorded.
@@ -63,11 +65,12 @@ impl LinearCar {
         let speed = |t: f64| self.mean_mps + self.varies_mps * (TAU * t / 60.0).sin();
         let road_wheel = |t: f64| {
             let sines = [0.13_f64, 0.29, 0.47, 0.71, 1.03, 1.39, 1.83].into_iter().zip(phases);
+            let multisine: f64 =
+                sines.map(|(f, p)| 8.0 / (1.0 + 2.0 * f).sqrt() * (TAU * f * t + p).sin()).sum();
             let degrees = match self.pattern {
                 Pattern::Chirp => 20.0 * (TAU * (0.2 * t + 0.007 * t * t)).sin(),
-                Pattern::Multisine => {
-                    sines.map(|(f, p)| 8.0 / (1.0 + 2.0 * f).sqrt() * (TAU * f * t + p).sin()).sum()
-                }
+                Pattern::Multisine => multisine,
+                Pattern::LeftTurns => 20.0 + multisine,
             };
             degrees.to_radians() * size / speed(t)
         };

@@ -2,8 +2,9 @@
 
 use crate::linear_car::{CAR, LinearCar, Pattern};
 use steerwright_drivelog::VehicleClass;
-use steerwright_formats::{Grade, Quality, ReasonCode};
+use steerwright_formats::{Grade, Quality, Reason, ReasonCode};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::single_track::{IdentifyVehicleOptions, identify_vehicle};
 use steerwright_sysid::structures::{ChoiceOptions, identify_structure};
 use steerwright_sysid::{IdentifyOptions, identify};
 
@@ -62,5 +63,21 @@ fn the_wheelbase_of_a_drive_fails_none_with_right_units() {
         let quality = plant(drive);
         println!("{drive:?}: {}", quality.summary);
         assert!(!fails(&quality), "{drive:?}: {}", quality.summary);
+    }
+}
+
+/// A bank of the road passes for another vehicle where all turns are to one side.
+#[test]
+fn turns_to_one_side_are_a_reason() {
+    for (pattern, is_one_sided) in [(Pattern::Multisine, false), (Pattern::LeftTurns, true)] {
+        let log = LinearCar { pattern, ..SHORT }.log();
+        let bicycle = identify_bicycle(&log, &BicycleOptions::default()).unwrap().bicycle.quality;
+        let vehicle =
+            identify_vehicle(&log, &IdentifyVehicleOptions::default()).unwrap().vehicle.quality;
+        for quality in [bicycle, vehicle] {
+            let is_reason =
+                |r: &Reason| (r.code, r.grade) == (ReasonCode::OneSidedTurns, Grade::Warn);
+            assert_eq!(quality.reasons.iter().any(is_reason), is_one_sided, "{}", quality.summary);
+        }
     }
 }

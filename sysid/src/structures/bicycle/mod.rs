@@ -34,6 +34,7 @@ use crate::structures::bicycle::simulation::{Simulation, segments};
 use crate::structures::held::Steering;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::plant::Traces;
+use crate::validation::one_sided;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{
@@ -175,7 +176,7 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
         ..parameters::vehicle(&found.parameters, options, log.steering_ratio)
     };
-    let quality = from_fixes.graded(known.quality(&evidence, &vehicle));
+    let quality = one_sided::graded(from_fixes.graded(known.quality(&evidence, &vehicle)), log);
     evidence
         .warnings
         .extend(from_fixes.sideslip.as_ref().and_then(|found| other_sideslip(&vehicle, found)));

@@ -18,6 +18,7 @@ use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::quality::{check_signs, quality};
 use crate::structures::single_track::vehicle::VehicleOptions;
 use crate::structures::state_space::plant::Traces;
+use crate::validation::one_sided;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response, Role};
 use steerwright_formats::{
@@ -146,7 +147,8 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
     });
     let gentle = vehicle.in_gentle_driving();
-    vehicle.quality = from_fixes.graded(quality(steering, &recording, &found, &evidence, &gentle));
+    let quality = from_fixes.graded(quality(steering, &recording, &found, &evidence, &gentle));
+    vehicle.quality = one_sided::graded(quality, log);
     vehicle.sideslip = from_fixes.sideslip;
     evidence
         .warnings
