@@ -6,7 +6,7 @@ use crate::identify::accumulated::{are_factors, check_factor_options, factor, me
 use crate::log_options::{LogArguments, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, console};
+use crate::{Global, console, files};
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::Response;
 use steerwright_formats::AccumulatedDrives;
@@ -64,7 +64,8 @@ pub(crate) fn one(
     progress: &Progress,
 ) -> Result<Accumulated, Failure> {
     progress.now(format!("reading {}", path.display()));
-    Ok(Accumulated::of_log(log_file(path, progress)?, options)?)
+    let file = files::of_one_log(path)?;
+    Ok(Accumulated::of_log(log_file(&file, progress)?, options)?)
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {

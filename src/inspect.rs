@@ -4,7 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::log_options::{SourceArguments, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, console};
+use crate::{Global, console, files};
 use std::fmt::Write;
 use std::path::PathBuf;
 use steerwright_drivelog::{InspectedChannel, InspectedGroup, Inspection, LogOptions, inspect};
@@ -38,7 +38,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .optional(arguments.plot.as_ref(), Kind::Html)?;
     let options = arguments.source.complete(LogOptions::default())?;
     let progress = Progress::start(format!("reading {}", arguments.log.display()));
-    let mut found = inspect(log_file(&arguments.log, &progress)?, &options)?;
+    let file = files::of_one_log(&arguments.log)?;
+    let mut found = inspect(log_file(&file, &progress)?, &options)?;
     drop(progress);
     let empty = nothing_read(&found);
     select(&mut found, &arguments.channels)?;

@@ -254,6 +254,8 @@ impl LogArguments {
         let options = self.options(response)?;
         let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
+            let paths = paths.iter().map(|path| files::of_log(path));
+            let paths = paths.collect::<Result<Vec<_>, Failure>>()?.concat();
             paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()
         };
         let drives =

@@ -44,11 +44,6 @@ pub enum Error {
     )]
     #[diagnostic(help("name the file itself, not standard input or a pipe"))]
     NotSought { file: String },
-    #[error(
-        "{file}: the file is compressed as a whole (gzip), and its format is read at several places"
-    )]
-    #[diagnostic(help("decompress it first: gunzip FILE"))]
-    Gzip { file: String },
     #[error("{file}: a raw bus with {kinds} kinds of frames, and no database is named")]
     #[diagnostic(help("name the CAN database (DBC) of the vehicle"))]
     NoDatabase { file: String, kinds: usize },

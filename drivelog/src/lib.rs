@@ -2,11 +2,11 @@
 //!
 //! | format | channels |
 //! |---|---|
-//! | CSV of any dialect, plain or in gzip | its columns |
+//! | CSV of any dialect, plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | its columns |
 //! | MDF 4 and 3 | its channels, and the signals of its CAN frames by DBC databases |
 //! | MCAP | the numbers in messages of ROS 2 or in JSON |
 //! | Parquet | its columns |
-//! | CAN logs as text (candump, Vector ASC), plain or in gzip | the signals of their frames by DBC databases |
+//! | CAN logs as text (candump, Vector ASC), plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | the signals of their frames by DBC databases |
 //!
 //! A format is recognised by the first bytes of the file and read as a [`Recording`]. [`read_log`] brings its
 //! channels onto one grid as a [`DriveLog`], in as many segments as drives, gaps and windows make of it; [`stream`]

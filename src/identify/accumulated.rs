@@ -18,7 +18,7 @@ pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     for path in paths {
         // A pipe is opened once, since what writes to it ends when it is closed.
         let is_pipe = |path| std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
-        if path == Path::new("-") || is_pipe(path) {
+        if path == Path::new("-") || path.is_dir() || is_pipe(path) {
             factors.push(false);
             continue;
         }

@@ -1,7 +1,7 @@
 //! Where the bytes of a log come from.
 
+use super::compression::{Compression, single_member, unpacked};
 use crate::Error;
-use flate2::read::MultiGzDecoder;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -103,18 +103,19 @@ impl<'a> LogFile<'a> {
         let mut reader = std::mem::replace(reader, Box::new(io::empty()));
         let start = first(reader.as_mut()).map_err(|e| self.failed(&e))?;
         let whole = Cursor::new(start.clone()).chain(reader);
-        let (start, reader): (Vec<u8>, Box<dyn Read + 'a>) = if is_gzip(&start) {
-            let mut text = MultiGzDecoder::new(whole);
-            let start = first(&mut text).map_err(|e| self.failed(&e))?;
-            (start.clone(), Box::new(Cursor::new(start).chain(text)))
-        } else {
-            (start, Box::new(whole))
+        let (start, reader): (Vec<u8>, Box<dyn Read + 'a>) = match Compression::of(&start) {
+            Some(compression) => {
+                let mut text = compression.decoder(whole);
+                let start = first(&mut text).map_err(|e| self.failed(&e))?;
+                (start.clone(), Box::new(Cursor::new(start).chain(text)))
+            }
+            None => (start, Box::new(whole)),
         };
         self.bytes = Bytes::Begun(start, reader);
         Ok(())
     }
 
-    /// The first bytes, of a text in gzip those of the text.
+    /// The first bytes, of a compressed file those of its content.
     pub(super) fn head(&self) -> Result<Vec<u8>, Error> {
         match &self.bytes {
             Bytes::Stream(_) => Ok(Vec::new()),
@@ -123,7 +124,7 @@ impl<'a> LogFile<'a> {
         }
     }
 
-    /// The bytes in their order, of a text in gzip those of the text.
+    /// The bytes in their order, of a compressed file those of its content.
     pub(super) fn into_reader(self) -> Result<Box<dyn Read + 'a>, Error> {
         match self.bytes {
             Bytes::Stream(reader) | Bytes::Begun(_, reader) => Ok(reader),
@@ -134,20 +135,26 @@ impl<'a> LogFile<'a> {
     /// The same of a text that is read several times.
     pub(super) fn reader(&self) -> Result<Box<dyn Read>, Error> {
         let bytes = self.sought_any()?;
-        let start = first(&mut At::new(Arc::clone(&bytes))).map_err(|e| self.failed(&e))?;
-        let reader = At::new(bytes);
-        Ok(if is_gzip(&start) {
-            Box::new(MultiGzDecoder::new(io::BufReader::with_capacity(1 << 16, reader)))
-        } else {
-            Box::new(reader)
-        })
+        Ok(self.content(&bytes)?.unwrap_or_else(|| Box::new(At::new(bytes))))
     }
 
-    /// The bytes of a format that is read at several places.
+    /// The bytes of a format that is read at several places; of a compressed file they are unpacked first.
     pub(super) fn sought(&self) -> Result<Arc<dyn ReadAt>, Error> {
         let bytes = self.sought_any()?;
-        let start = first(&mut At::new(Arc::clone(&bytes))).map_err(|e| self.failed(&e))?;
-        if is_gzip(&start) { Err(Error::Gzip { file: self.name.clone() }) } else { Ok(bytes) }
+        match self.content(&bytes)? {
+            Some(content) => unpacked(content).map_err(|e| self.failed(&e)),
+            None => Ok(bytes),
+        }
+    }
+
+    /// What a compressed file contains; `None` of one that is not compressed.
+    fn content(&self, bytes: &Arc<dyn ReadAt>) -> Result<Option<Box<dyn Read>>, Error> {
+        let start = first(&mut At::new(Arc::clone(bytes))).map_err(|e| self.failed(&e))?;
+        if start.starts_with(b"PK\x03\x04") {
+            return Ok(single_member(bytes));
+        }
+        let compression = Compression::of(&start);
+        Ok(compression.map(|own| own.decoder(At::new(Arc::clone(bytes)))))
     }
 
     fn sought_any(&self) -> Result<Arc<dyn ReadAt>, Error> {
@@ -169,10 +176,6 @@ fn first(reader: &mut dyn Read) -> io::Result<Vec<u8>> {
         Err(error) if start.is_empty() => Err(error),
         _ => Ok(start),
     }
-}
-
-fn is_gzip(start: &[u8]) -> bool {
-    start.starts_with(&[0x1F, 0x8B])
 }
 
 /// A place in bytes, from which they are read in order.

@@ -15,7 +15,8 @@ const PACKETS: &str =
 const SHEET: &str = "export the sheet as CSV";
 const COLUMNS: &str =
     "convert it to Parquet or CSV, as with pandas.read_feather(FILE).to_parquet(OUT)";
-const UNPACK: &str = "decompress it first; texts in gzip are read as they are";
+const UNPACK: &str =
+    "decompress it first; one log in gzip, Zstandard, bzip2 or ZIP is read as it is";
 
 const FORMATS: &[Known] = &[
     (b"\x89HDF\r\n\x1a\n", "HDF5", "convert it to Parquet or CSV, as with h5py and pandas"),

@@ -5,8 +5,10 @@
 
 mod bytes;
 mod can;
+mod compression;
 mod csv;
 mod foreign;
+mod half;
 mod mcap;
 mod mdf;
 mod memory;

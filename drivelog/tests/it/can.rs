@@ -115,6 +115,16 @@ fn without_a_database_and_with_a_foreign_one_the_bus_is_refused() {
 }
 
 #[test]
+fn parameter_groups_are_read_from_any_source() {
+    let dbc = "BO_ 2565868030 VDC2: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };
+    let text = "(1.0) c 18F0090B#05\n(1.1) c 0CF0090C#06\n(1.2) c 18F00A0B#07\n";
+    let log = open(LogFile::of_bytes("a.log", text.as_bytes()), &options).unwrap();
+    let names: Vec<&str> = log.groups().iter().map(|g| g.name.as_str()).collect();
+    assert_eq!(names, ["VDC2[SA=0x0C]", "VDC2[SA=0x0B]"]);
+}
+
+#[test]
 fn a_truncated_archive_and_bad_lines_lose_only_themselves() {
     let whole = data("can/raw_can.log.gz");
     let mut cut = bus(&whole[..whole.len() / 2]);

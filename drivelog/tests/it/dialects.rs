@@ -238,8 +238,6 @@ fn foreign_formats_are_named_with_what_reads_them() {
         (b"#ROSBAG V2.0\n", "ROS 1", "[logs]"),
         (b"SQLite format 3\0", "SQLite", "[logs]"),
         (b"ARROW1\0\0", "Arrow", "Parquet"),
-        (b"\x28\xb5\x2f\xfd\0\0", "Zstandard", "decompress"),
-        (b"BZh91AY&SY\0\0", "bzip2", "decompress"),
     ] {
         let e = refused(bytes.to_vec(), &o());
         assert!(matches!(e, Error::OtherFormat { .. }), "{name}: {e:?}");

@@ -4,6 +4,7 @@
 
 mod can;
 mod clocks;
+mod compression;
 mod dialects;
 mod drives;
 mod exports;

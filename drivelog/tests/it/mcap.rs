@@ -12,7 +12,7 @@ use steerwright_drivelog::{
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const HEADER: &str = "===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 /// Topic, encoding, type and definition of each channel.
-const CHANNELS: [[&str; 4]; 5] = [
+const CHANNELS: [[&str; 4]; 6] = [
     [
         "/steering",
         "cdr",
@@ -33,6 +33,12 @@ const CHANNELS: [[&str; 4]; 5] = [
         "sensor_msgs/msg/Imu",
         "std_msgs/Header header\ngeometry_msgs/Vector3 angular_velocity\n===\nMSG: geometry_msgs/Vector3\n\
          float64 x\nfloat64 y\nfloat64 z\n",
+    ],
+    [
+        "/json",
+        "json",
+        "Drive",
+        r#"{"properties": {"roll": {"type": ["number", "null"]}, "name": {"type": "string"}}}"#,
     ],
 ];
 
@@ -84,7 +90,7 @@ fn definitions(messages: &[Message]) -> Vec<u8> {
         let (encoded, text) = if *encoding == *"cdr" {
             ("ros2msg", format!("{text}{HEADER}"))
         } else {
-            ("x", text.into())
+            (if *encoding == *"json" { "jsonschema" } else { "x" }, text.into())
         };
         let schema =
             [counted(kind.as_bytes()), counted(encoded.as_bytes()), counted(text.as_bytes())];
@@ -142,7 +148,7 @@ fn write(messages: &[Message], form: Form) -> Vec<u8> {
             [&id.to_le_bytes()[..], &count.to_le_bytes()].concat()
         });
         let counts = counted(&counts.collect::<Vec<_>>().concat());
-        let used = (1..=5).filter(|id| messages.iter().any(|m| m.channel == *id)).count();
+        let used = (1..=6).filter(|id| messages.iter().any(|m| m.channel == *id)).count();
         let channels = (used as u32).to_le_bytes();
         let count = (messages.len() as u64).to_le_bytes();
         let head = [&count[..], &[0; 2], &channels, &[0; 8], &chunks.to_le_bytes()].concat();
@@ -206,6 +212,36 @@ fn steering(bytes: &[u8]) -> (Vec<[f64; 2]>, Vec<String>) {
         rows.extend(columns.values[0].iter().zip(&columns.values[1]).map(|(t, x)| [*t, *x]));
     }
     (rows, log.losses())
+}
+
+#[test]
+fn messages_in_zstandard_have_the_same_rows() {
+    let mut all = messages();
+    all.iter_mut().for_each(|m| m.data = compressed("zstd", &m.data));
+    for per_chunk in [Some(100), None] {
+        let (rows, losses) = steering(&write(&all, Form { per_chunk, ..FORM }));
+        assert!(losses.is_empty() && rows.len() == 1000, "{losses:?}");
+        rows.iter().enumerate().for_each(|(k, row)| assert_eq!(*row, expected(k), "{k}"));
+    }
+    all.iter_mut().for_each(|m| m.data.truncate(10));
+    let (rows, losses) = steering(&write(&all, FORM));
+    assert!(rows.is_empty() && losses.join("\n").contains("Zstandard"), "{losses:?}");
+}
+
+#[test]
+fn fields_of_json_are_those_of_the_schema_and_of_all_first_messages() {
+    let json = (0..300_u64).map(|k| {
+        let data = match k {
+            0 => r#"{"yaw_rate": null, "name": "x"}"#.into(),
+            1..100 => "{}".into(),
+            _ => format!(r#"{{"yaw_rate": 0.5, "late": {{"x": {k}}}}}"#),
+        };
+        Message { channel: 6, log_time: START + 10_000_000 * k, data: data.into_bytes() }
+    });
+    let found = read(&write(&json.collect::<Vec<_>>(), Form { per_chunk: None, ..FORM }));
+    let fields: Vec<(&str, usize)> =
+        found.groups[0].channels[2..].iter().map(|c| (c.name.as_str(), c.values)).collect();
+    assert_eq!(fields, [("late.x", 200), ("roll", 0), ("yaw_rate", 200)]);
 }
 
 fn expected(k: usize) -> [f64; 2] {

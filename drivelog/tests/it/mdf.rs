@@ -31,6 +31,31 @@ fn a_truncated_file_keeps_what_is_left_or_names_the_byte() {
     }
 }
 
+#[test]
+fn halves_are_read_arrays_are_reported_and_a_cut_block_is_read_to_its_end() {
+    let bytes = include_bytes!("fixtures/kinds.mf4");
+    let read = |bytes: &[u8]| {
+        inspect(LogFile::of_bytes("kinds.mf4", bytes), &LogOptions::default()).unwrap()
+    };
+    let found = read(bytes);
+    let half = found.groups[0].channels.iter().find(|c| c.name == "half").unwrap();
+    assert_eq!((half.min, half.max), (Some(-3.0), Some(9.25)));
+    assert!(found.losses.iter().any(|loss| loss.contains("wheels")), "{:?}", found.losses);
+    // Cut within the samples, which are moved to the end of the file.
+    let samples = bytes.windows(4).rposition(|w| w == b"##DT").unwrap();
+    let link = (samples as u64).to_le_bytes();
+    let link = bytes.windows(8).position(|w| w == link).unwrap();
+    let record = 8 + 2 + 4 * 8;
+    let mut moved = bytes.to_vec();
+    moved.resize(bytes.len().next_multiple_of(8), 0);
+    let end = (moved.len() as u64).to_le_bytes();
+    moved[link..link + 8].copy_from_slice(&end);
+    moved.extend_from_slice(&bytes[samples..samples + 24 + 20 * record + 5]);
+    let cut = read(&moved);
+    assert_eq!(cut.groups[0].rows, 20);
+    assert!(cut.losses.iter().any(|loss| loss.contains("ends within")), "{:?}", cut.losses);
+}
+
 proptest::proptest! {
     #[test]
     fn no_bytes_make_the_reader_panic(

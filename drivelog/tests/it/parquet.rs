@@ -17,6 +17,26 @@ fn a_drive_is_read_by_names_and_units() {
     assert!((largest - 0.2).abs() < 1e-3, "{largest}");
 }
 
+#[test]
+fn durations_stamps_halves_decimals_and_what_is_not_read() {
+    let bytes = include_bytes!("fixtures/kinds.parquet");
+    let found = inspect(LogFile::of_bytes("a.parquet", bytes), &LogOptions::default()).unwrap();
+    let group = &found.groups[0];
+    assert_eq!((group.rows, group.clock.as_deref()), (50, Some("time")));
+    let channel = |name: &str| {
+        let channel = group.channels.iter().find(|c| c.name == name).unwrap();
+        (channel.min, channel.max)
+    };
+    assert_eq!(channel("time"), (Some(0.0), Some(0.49)));
+    assert_eq!(channel("half"), (Some(-3.0), Some(9.25)));
+    assert_eq!(channel("price"), (Some(-0.2), Some(0.29)));
+    // `date -u -d '2024-03-01T10:00:00Z' +%s`
+    assert_eq!(channel("stamp"), (Some(1_709_287_200.0), Some(1_709_287_200.49)));
+    assert_eq!(channel("note"), (None, None));
+    assert_eq!(found.losses.len(), 1, "{:?}", found.losses);
+    assert!(found.losses[0].contains("list"), "{:?}", found.losses);
+}
+
 /// Bytes that count how many are read.
 struct Counted(Vec<u8>, Arc<AtomicU64>);
 

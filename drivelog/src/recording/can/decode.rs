@@ -93,10 +93,15 @@ impl Decoder {
             let mut own = Vec::new();
             if let Some((database, place)) = self.find(identifier) {
                 let message = &self.databases[database].messages[place];
+                let source = match identifier.id == message.id {
+                    true => String::new(),
+                    false => format!("[SA={:#04X}]", identifier.id & 0xFF),
+                };
                 let bus =
                     if is_on_several { format!("{}:", identifier.bus) } else { String::new() };
                 for (conditions, signals) in parts(message) {
-                    let name = format!("{bus}{}{}", message.name, in_words(message, &conditions));
+                    let name =
+                        format!("{bus}{}{source}{}", message.name, in_words(message, &conditions));
                     all.push(group(file, &name, message, &signals, &conditions, *seen_here));
                     own.push(self.groups.len());
                     self.groups.push(Part { database, message: place, conditions, signals });
@@ -107,11 +112,20 @@ impl Decoder {
         all
     }
 
+    /// The message with this identifier, or else that of the same parameter group (J1939).
     fn find(&self, identifier: &Identifier) -> Option<(usize, usize)> {
-        self.databases.iter().enumerate().find_map(|(d, database)| {
-            let is = |m: &Message| (m.id, m.is_extended) == (identifier.id, identifier.is_extended);
-            Some((d, database.messages.iter().position(is)?))
-        })
+        let exact = |m: &Message| (m.id, m.is_extended) == (identifier.id, identifier.is_extended);
+        let of_group = |m: &Message| {
+            let is_any = m.is_extended && m.id & 0xFF == ANY_SOURCE;
+            is_any
+                && identifier.is_extended
+                && parameter_group(m.id) == parameter_group(identifier.id)
+        };
+        let find = |is: &dyn Fn(&Message) -> bool| {
+            let mut all = self.databases.iter().enumerate();
+            all.find_map(|(d, database)| Some((d, database.messages.iter().position(is)?)))
+        };
+        find(&exact).or_else(|| find(&of_group))
     }
 
     /// The groups that frames of a kind are in.
@@ -147,6 +161,17 @@ impl Decoder {
         };
         Some(channels.iter().map(value).collect())
     }
+}
+
+/// The source address of J1939 in databases that hold for all sources.
+const ANY_SOURCE: u32 = 0xFE;
+
+/// The number of the parameter group (J1939) of an identifier: without priority, source and, where there is one, the
+/// destination.
+fn parameter_group(id: u32) -> u32 {
+    const BROADCAST: u32 = 240;
+    let group = id >> 8 & 0x3_FFFF;
+    if group >> 8 & 0xFF < BROADCAST { group & 0x3_FF00 } else { group }
 }
 
 /// The signals of a message by their conditions, those without first.

@@ -9,7 +9,7 @@ const PARSER: DateTimeParser = DateTimeParser::new();
 const DAY_S: f64 = 86_400.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stamps {
+pub(in crate::recording) struct Stamps {
     form: Form,
     /// Seconds of the last time of day, with the midnights before it.
     last: f64,
@@ -49,7 +49,7 @@ enum Form {
 }
 
 impl Stamps {
-    pub(super) fn like(text: &str) -> Option<Self> {
+    pub(in crate::recording) fn like(text: &str) -> Option<Self> {
         let slashed = slashed(text);
         let form = if slashed.is_some() { Form::Slashed } else { read(text)?.0 };
         let first = slashed.unwrap_or_default();
@@ -93,7 +93,7 @@ impl Stamps {
 
     /// Seconds since 1970, or since the first midnight where there is no date; `None` where the text is
     /// no time of this form. A time of day half a day or more before the last is one of the next day.
-    pub(super) fn seconds(&mut self, text: &str) -> Option<f64> {
+    pub(in crate::recording) fn seconds(&mut self, text: &str) -> Option<f64> {
         if self.form == Form::Slashed {
             return self.of_slashed(text);
         }

@@ -1,12 +1,16 @@
 //! Chunks: records that are compressed together.
 
 use super::records::{ChunkStart, HEAD, View, head, op};
+use crate::recording::compression::{ZSTANDARD, Zstandard};
 use lz4_flex::frame::FrameDecoder;
 use ruzstd::decoding::StreamingDecoder;
+use std::borrow::Cow;
 use std::io::{self, Read};
 
 /// Largest chunk that is decompressed, bytes.
 const MOST: u64 = 1 << 28;
+/// Most bytes of a message that are decompressed.
+pub(super) const MOST_MESSAGE: u64 = 1 << 26;
 
 /// The records of a chunk, as far as they can be read, and what is wrong with the rest.
 pub(super) struct Chunk {
@@ -76,6 +80,17 @@ fn decompressed(decoder: impl Read, count: u64) -> (Vec<u8>, Option<String>) {
     let mut records = Vec::new();
     let result = decoder.take(count).read_to_end(&mut records);
     (records, result.err().map(|error| error.to_string()))
+}
+
+/// At most so many bytes of a message as it was published: recorders of ROS 2 may compress each of them (Zstandard).
+pub(super) fn plain(message: &[u8], most: u64) -> Result<Cow<'_, [u8]>, &'static str> {
+    if !message.starts_with(ZSTANDARD) {
+        return Ok(message.into());
+    }
+    let mut bytes = Vec::new();
+    let read = Zstandard::new(message).take(most).read_to_end(&mut bytes);
+    read.map_err(|_| "messages in Zstandard are damaged")?;
+    Ok(bytes.into())
 }
 
 /// The records in a chunk: operation code and content; the rest of a damaged one is passed over.

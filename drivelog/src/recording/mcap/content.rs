@@ -1,15 +1,22 @@
 //! What a file holds and where: from its summary, or else from reading all of it once.
 
-use super::chunk::{Chunk, records};
+use super::chunk::{Chunk, plain, records};
+use super::json::Paths;
 use super::records::{
     Channel, ChunkIndex, Fields, HEAD, MAGIC, Message, Schema, Statistics, View, op,
 };
+use crate::recording::compression::ZSTANDARD;
 use crate::recording::ros::Encapsulation;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 
-/// Messages of a topic whose first message is longer are not JSON that is read.
-const MOST_JSON: usize = 1 << 20;
+/// Longer messages of JSON are not looked at for their fields, and longer ones in Zstandard not for their time.
+const MOST_LOOKED_AT: u64 = 1 << 20;
+/// Bytes that the time at the start of a message is in.
+const WITH_TIME: u64 = 64;
+/// Of the first messages of JSON each is looked at for its fields, of later ones one in so many.
+const FIRST: u64 = 256;
+const ONE_IN: u64 = 16;
 /// Bytes of the footer and the magic behind it.
 const FOOTER: u64 = HEAD + 20 + 8;
 
@@ -32,8 +39,8 @@ pub(super) struct Ends {
     /// Log time and the time that the message begins with, ns.
     pub(super) first: (u64, Option<i64>),
     pub(super) last: (u64, Option<i64>),
-    /// The first message, if it is JSON.
-    pub(super) json: Option<Vec<u8>>,
+    /// The fields of its messages, if they are JSON.
+    pub(super) json: Paths,
 }
 
 /// The content of a file.
@@ -171,18 +178,18 @@ impl Content {
                 }
                 op::MESSAGE => {
                     // The time that a message begins with is in its first bytes.
-                    let some = (Message::START as u64 + 64).min(length);
-                    let whole = view.get(at, HEAD + some, end)?;
+                    let some = (Message::START as u64 + WITH_TIME).min(length);
+                    let mut whole = view.get(at, HEAD + some, end)?;
+                    let message = Message::of(whole.get(HEAD as usize..).unwrap_or_default());
+                    let is_looked_at =
+                        |m: Message<'_>| self.is_json(m.channel) || m.data.starts_with(ZSTANDARD);
+                    if length < MOST_LOOKED_AT && message.is_some_and(is_looked_at) {
+                        whole = view.get(at, next - at, end)?;
+                    }
                     let content = whole.get(HEAD as usize..).unwrap_or_default();
                     if let Some(message) = Message::of(content) {
                         let (id, time) = (message.channel, message.log_time);
-                        let is_json = self.note(&message);
-                        if is_json && length < MOST_JSON as u64 {
-                            let whole = view.get(at, next - at, end)?;
-                            let data = whole.get(HEAD as usize + Message::START..);
-                            let json = data.unwrap_or_default().to_vec();
-                            self.ends.entry(id).and_modify(|ends| ends.json = Some(json));
-                        }
+                        self.note(&message);
                         let block = loose.get_or_insert_with(|| Block {
                             at,
                             end: next,
@@ -231,10 +238,7 @@ impl Content {
                 }
                 op::MESSAGE => {
                     let Some(message) = Message::of(content) else { continue };
-                    if self.note(&message) && message.data.len() < MOST_JSON {
-                        let json = Some(message.data.to_vec());
-                        self.ends.entry(message.channel).and_modify(|ends| ends.json = json);
-                    }
+                    self.note(&message);
                     channels.insert(message.channel);
                     let time = message.log_time;
                     block.times = (block.times.0.min(time), block.times.1.max(time));
@@ -257,30 +261,32 @@ impl Content {
         Ok(chunk.records)
     }
 
-    /// Notes a message of a block; whether it is the first of a channel in JSON.
-    fn note(&mut self, message: &Message<'_>) -> bool {
+    fn is_json(&self, channel: u16) -> bool {
+        self.channels.get(&channel).is_some_and(|channel| channel.encoding == "json")
+    }
+
+    /// Notes a message of a block.
+    fn note(&mut self, message: &Message<'_>) {
         let counts = self.counts.get_or_insert_default();
-        *counts.entry(message.channel).or_insert(0) += 1;
+        let count = counts.entry(message.channel).or_insert(0);
+        *count += 1;
+        let is_looked_at = *count <= FIRST || count.is_multiple_of(ONE_IN);
+        let is_json = is_looked_at && self.is_json(message.channel);
+        let most = if is_json { MOST_LOOKED_AT } else { WITH_TIME };
         let time = message.log_time;
-        let own = || (time, Encapsulation::first_time(message.data));
-        let is_json =
-            self.channels.get(&message.channel).is_some_and(|channel| channel.encoding == "json");
-        match self.ends.get_mut(&message.channel) {
-            None => {
-                let ends = Ends { first: own(), last: own(), json: None };
-                self.ends.insert(message.channel, ends);
-                return is_json;
-            }
-            Some(ends) => {
-                if time < ends.first.0 {
-                    ends.first = own();
-                }
-                if time >= ends.last.0 {
-                    ends.last = own();
-                }
-            }
+        let bytes = plain(message.data, most).unwrap_or_default();
+        let own = (time, Encapsulation::first_time(&bytes));
+        let ends = self.ends.entry(message.channel);
+        let ends = ends.or_insert_with(|| Ends { first: own, last: own, json: Paths::default() });
+        if time < ends.first.0 {
+            ends.first = own;
         }
-        false
+        if time >= ends.last.0 {
+            ends.last = own;
+        }
+        if is_json && (bytes.len() as u64) < MOST_LOOKED_AT {
+            ends.json.add_message(&bytes);
+        }
     }
 
     /// Finds the first and last message of each channel in the chunks that begin and end with them.

@@ -7,6 +7,7 @@
 mod chunk;
 mod content;
 mod file;
+mod json;
 mod records;
 mod rows;
 mod topic;

@@ -1,6 +1,8 @@
 //! Topics: the channels of their messages, and how their numbers are read.
 
+use super::chunk::{MOST_MESSAGE, plain};
 use super::content::{Content, Ends};
+use super::json::Paths;
 use super::records::Schema;
 use crate::recording::ros::{self, Layout, describe, seconds};
 use crate::recording::{Channel, Group};
@@ -12,9 +14,6 @@ pub(super) const LOG_TIME: usize = 0;
 pub(super) const PUBLISH_TIME: usize = 1;
 /// Where the fields follow.
 pub(super) const FIELDS: usize = 2;
-/// Deepest nesting and most fields of a JSON message.
-const MOST_DEPTH: usize = 16;
-const MOST_FIELDS: usize = 4096;
 /// How much the delay from stamp to log may change within a file, and how far around a window is read, s.
 const SAME_DELAY: f64 = 1.0;
 const AROUND: f64 = 5.0;
@@ -58,7 +57,8 @@ fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)>
     let ends: Vec<&Ends> = ids.iter().filter_map(|id| content.ends.get(id)).collect();
     let first = ends.iter().min_by_key(|ends| ends.first.0);
     let last = ends.iter().max_by_key(|ends| ends.last.0);
-    let messages = messages(&channel.encoding, schema, first.and_then(|e| e.json.as_deref()));
+    let json = Paths(ends.iter().flat_map(|e| e.json.0.iter().cloned()).collect());
+    let messages = messages(&channel.encoding, schema, json);
     let mut channels =
         vec![Channel::new("log_time", Some("s")), Channel::new("publish_time", Some("s"))];
     let mut clock = LOG_TIME;
@@ -97,7 +97,7 @@ fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)>
     Some((group, Topic { ids, messages, delays }))
 }
 
-fn messages(encoding: &str, schema: Option<&Schema>, json: Option<&[u8]>) -> Messages {
+fn messages(encoding: &str, schema: Option<&Schema>, mut json: Paths) -> Messages {
     let unread = |why: String| Messages::Unread(why);
     match (encoding, schema) {
         ("cdr", Some(schema)) if schema.encoding == "ros2msg" => {
@@ -113,10 +113,10 @@ fn messages(encoding: &str, schema: Option<&Schema>, json: Option<&[u8]>) -> Mes
         }
         ("cdr", None) => unread("the messages have no definition".into()),
         ("json", _) => {
-            let value = json.and_then(|json| serde_json::from_slice(json).ok());
-            let mut paths = Vec::new();
-            value.iter().for_each(|value| fields(value, &mut Vec::new(), &mut paths));
-            Messages::Json(paths)
+            if let Some(schema) = schema.filter(|schema| schema.encoding == "jsonschema") {
+                json.add_schema(&schema.text);
+            }
+            Messages::Json(json.0.into_iter().collect())
         }
         _ => unread(format!("messages in {} are not read", quoted(encoding))),
     }
@@ -124,21 +124,6 @@ fn messages(encoding: &str, schema: Option<&Schema>, json: Option<&[u8]>) -> Mes
 
 fn quoted(encoding: &str) -> String {
     if encoding.is_empty() { "an encoding without a name".into() } else { encoding.into() }
-}
-
-/// The paths to the numbers of an object.
-fn fields(value: &Value, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
-    match value {
-        Value::Bool(_) | Value::Number(_) if paths.len() < MOST_FIELDS => paths.push(path.clone()),
-        Value::Object(map) if path.len() < MOST_DEPTH => {
-            for (key, value) in map {
-                path.push(key.clone());
-                fields(value, path, paths);
-                path.pop();
-            }
-        }
-        _ => {}
-    }
 }
 
 impl Topic {
@@ -158,6 +143,7 @@ impl Topic {
         places: &[usize],
         row: &mut [f64],
     ) -> Result<(), &'static str> {
+        let data = &plain(data, MOST_MESSAGE)?;
         match &self.messages {
             Messages::Ros(layout) => layout.read(data, places, row),
             Messages::Json(paths) => {

@@ -3,21 +3,26 @@
 //! A group is a channel group. Times are those of the master channel, s from the start of the measurement.
 //! Raw CAN frames of a bus log are decoded by the databases.
 
+mod frames;
+mod source;
+mod values;
 mod version3;
 
-use super::bytes::{Head, LogFile, ReadAt};
-use super::can::{Decoder, Identifier, Seen};
+use super::bytes::{Head, LogFile};
+use super::can::Decoder;
 use super::{Batches, Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::Error;
 use crate::options::LogOptions;
 use falcon_mdf::error::Mf4Error;
-use falcon_mdf::io::{ByteSlice, ByteSource};
-use falcon_mdf::model::{Signal, SignalValues, ValueKind};
+use falcon_mdf::model::{Signal, ValueKind};
 use falcon_mdf::stream::SignalsChunks;
 use falcon_mdf::{ChannelGroup, Mf4File};
+use frames::{Fields, bus, scan};
+use source::Source;
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use values::{damaged, numbers, place, readable};
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
     head.start.starts_with(b"MDF     ") || head.start.starts_with(b"UnFinMF ")
@@ -31,11 +36,12 @@ pub(super) fn open<'a>(
     let bytes = file.sought()?;
     let failed = |byte, problem: String| Error::Read { file: file.name.clone(), byte, problem };
     let size = bytes.size().map_err(|e| failed(0, e.to_string()))?;
-    let source = Source { bytes, size };
+    let source = Source { bytes, size, cut: Arc::new(OnceLock::new()) };
     // The version, as text: `4.10`, `3.30`.
     if file.head()?.get(8).is_some_and(|digit| (b'0'..b'4').contains(digit)) {
         return version3::open(&file, source);
     }
+    let cut = Arc::clone(&source.cut);
     let mdf = contained(|| Mf4File::from_source(Arc::new(source))).unwrap_or_else(damaged);
     let mdf = mdf.map_err(|e| failed(place(&e), e.to_string()))?;
     let (mut groups, mut parts, mut losses) = (Vec::new(), Vec::new(), Vec::new());
@@ -50,6 +56,7 @@ pub(super) fn open<'a>(
                 continue;
             }
             let (group, channels) = plain(&file.name, own, &groups);
+            losses.extend(unread(&group, own, &channels));
             if channels.len() > usize::from(group.clock.is_some()) {
                 groups.push(group);
                 parts.push(Part::Plain { data: d, group: c, channels });
@@ -79,7 +86,7 @@ pub(super) fn open<'a>(
         let problem = losses.first().cloned().unwrap_or_else(|| "no channel has numbers".into());
         return Err(failed(0, problem));
     }
-    Ok(Box::new(Mdf { name: file.name, mdf, groups, parts, buses, decoder, losses }))
+    Ok(Box::new(Mdf { name: file.name, mdf, groups, parts, buses, decoder, losses, cut }))
 }
 
 struct Mdf {
@@ -92,6 +99,8 @@ struct Mdf {
     buses: Vec<(usize, usize)>,
     decoder: Decoder,
     losses: Vec<String>,
+    /// The block that the file ends in.
+    cut: Arc<OnceLock<u64>>,
 }
 
 enum Part {
@@ -130,6 +139,23 @@ fn plain(file: &str, own: &ChannelGroup, others: &[Group]) -> (Group, Vec<usize>
     (group, places)
 }
 
+/// Why channels of a group are not read.
+fn unread(group: &Group, own: &ChannelGroup, read: &[usize]) -> Vec<String> {
+    let others = own.channels.iter().enumerate().filter(|(k, _)| !read.contains(k));
+    let lines = others.map(|(_, channel)| {
+        let why = match (channel.array_shape.as_deref(), channel.unreadable()) {
+            (Some(shape), _) => {
+                let sizes: Vec<String> = shape.iter().map(u64::to_string).collect();
+                format!("an array of {} values", sizes.join(" x "))
+            }
+            (None, Some(reason)) => reason.detail().to_owned(),
+            (None, None) => "no number".into(),
+        };
+        format!("{}: channel `{}` is not read: {why}", group.place(), channel.name)
+    });
+    lines.collect()
+}
+
 impl Recording for Mdf {
     fn groups(&self) -> &[Group] {
         &self.groups
@@ -150,8 +176,9 @@ impl Recording for Mdf {
             let all = &mdf.data_groups()[*data].channel_groups[*group].channels;
             let own: Vec<&falcon_mdf::Channel> =
                 wanted.channels.iter().map(|&c| &all[channels[c]]).collect();
-            match mdf.signals_chunks(&own, request.most) {
-                Ok(chunks) => sources.push(Reading::new(Kind::Plain(w), chunks)),
+            let as_read: Vec<falcon_mdf::Channel> = own.iter().map(|c| readable(c)).collect();
+            match mdf.signals_chunks(&as_read, request.most) {
+                Ok(chunks) => sources.push(Reading::new(Kind::Plain(w, own), chunks)),
                 Err(error) => lost(&error, "a channel group is not read"),
             }
         }
@@ -201,8 +228,9 @@ impl Recording for Mdf {
                 };
                 let count = signals.first().map_or(0, Signal::len);
                 match &reading.kind {
-                    Kind::Plain(w) => {
-                        let values: Vec<Vec<f64>> = signals.iter().map(numbers).collect();
+                    Kind::Plain(w, channels) => {
+                        let all = channels.iter().zip(&signals);
+                        let values: Vec<Vec<f64>> = all.map(|(c, s)| numbers(c, s)).collect();
                         if let Some(t) = values.first().and_then(|v| v.last()) {
                             reading.time = *t;
                         }
@@ -235,192 +263,29 @@ impl Recording for Mdf {
     }
 
     fn losses(&self) -> Vec<String> {
-        self.losses.clone()
+        let cut = self.cut.get().map(|byte| {
+            format!("{}: the file ends within the block of samples at byte {byte}: what is there is read", self.name)
+        });
+        self.losses.iter().cloned().chain(cut).collect()
     }
 }
 
 struct Reading<'m> {
-    kind: Kind,
+    kind: Kind<'m>,
     chunks: SignalsChunks<'m>,
     rows: usize,
     /// Its last instant, s.
     time: f64,
 }
 
-enum Kind {
-    /// Channels of one of the wanted groups.
-    Plain(usize),
+enum Kind<'m> {
+    /// One of the wanted groups, and its channels.
+    Plain(usize, Vec<&'m falcon_mdf::Channel>),
     Bus(Fields),
 }
 
 impl<'m> Reading<'m> {
-    fn new(kind: Kind, chunks: SignalsChunks<'m>) -> Self {
+    fn new(kind: Kind<'m>, chunks: SignalsChunks<'m>) -> Self {
         Self { kind, chunks, rows: 0, time: f64::NEG_INFINITY }
-    }
-}
-
-/// Physical values; invalid ones are missing, and of a number with a text the number.
-fn numbers(signal: &Signal) -> Vec<f64> {
-    let values = match signal.channel().value_kind() {
-        ValueKind::Str => signal.raw_values(),
-        _ => signal.values(),
-    };
-    let mut values = values.map_or_else(|_| Vec::new(), |values| values.to_f64());
-    values.resize(signal.len(), f64::NAN);
-    if let Some(valid) = signal.validity() {
-        values.iter_mut().zip(valid).filter(|(_, is)| !is).for_each(|(x, _)| *x = f64::NAN);
-    }
-    values
-}
-
-fn damaged<T>() -> Result<T, Mf4Error> {
-    Err(Mf4Error::parse_error("the bytes are damaged"))
-}
-
-/// The byte that an error names.
-fn place(error: &Mf4Error) -> u64 {
-    match error {
-        Mf4Error::TruncatedFile { offset, .. }
-        | Mf4Error::MissingBlock { offset, .. }
-        | Mf4Error::InvalidBlockId { offset, .. } => *offset,
-        _ => 0,
-    }
-}
-
-/// Places of the parts of a CAN frame among the channels that are read.
-struct Fields {
-    names: Vec<usize>,
-    time: usize,
-    id: usize,
-    is_extended: Option<usize>,
-    bus: Option<usize>,
-    length: Option<usize>,
-    data: Option<usize>,
-}
-
-impl Fields {
-    /// The parts of the frames of a group; `None` where it has none.
-    fn of(group: &ChannelGroup) -> Option<Self> {
-        let find = |name: &str| {
-            let name = format!("CAN_DataFrame.{name}");
-            group.channels.iter().position(|c| c.name == name)
-        };
-        let time = group.channels.iter().position(falcon_mdf::Channel::is_time_channel)?;
-        let (id, data) = (find("ID")?, find("DataBytes")?);
-        let optional = [find("IDE"), find("BusChannel"), find("DataLength"), Some(data)];
-        let mut names = vec![time, id];
-        let mut place = |k: Option<usize>| {
-            names.extend(k);
-            k.map(|_| names.len() - 1)
-        };
-        let [is_extended, bus, length, data] = optional.map(&mut place);
-        Some(Self { names, time: 0, id: 1, is_extended, bus, length, data })
-    }
-
-    fn frames<'s>(&self, signals: &'s [Signal]) -> FrameColumns {
-        let column = |k: Option<usize>| k.map(|k| numbers(&signals[k]));
-        let _: &'s [Signal] = signals;
-        FrameColumns {
-            time: numbers(&signals[self.time]),
-            id: numbers(&signals[self.id]),
-            is_extended: column(self.is_extended),
-            bus: column(self.bus),
-            length: column(self.length),
-            data: self.data.and_then(|k| signals.get(k)).and_then(|s| s.values().ok()),
-        }
-    }
-}
-
-struct FrameColumns {
-    time: Vec<f64>,
-    id: Vec<f64>,
-    is_extended: Option<Vec<f64>>,
-    bus: Option<Vec<f64>>,
-    length: Option<Vec<f64>>,
-    data: Option<SignalValues>,
-}
-
-impl FrameColumns {
-    fn each(&self, count: usize, mut take: impl FnMut(Identifier, f64, &[u8])) {
-        for k in 0..count {
-            let raw = self.id[k] as u32;
-            let is_extended = match &self.is_extended {
-                Some(flags) => flags[k] != 0.0,
-                None => raw & 0x8000_0000 != 0 || raw & 0x1FFF_FFFF > 0x7FF,
-            };
-            let bus = self.bus.as_ref().map_or(0.0, |bus| bus[k]);
-            let data = self.data.as_ref().and_then(|data| data.bytes_at(k)).unwrap_or_default();
-            let length = self.length.as_ref().map_or(data.len(), |length| length[k] as usize);
-            let data = &data[..length.min(data.len())];
-            let id = raw & 0x1FFF_FFFF;
-            take(Identifier { bus: format!("CAN{bus}"), id, is_extended }, self.time[k], data);
-        }
-    }
-}
-
-/// The parts of the frames of a group, with or without the data.
-fn bus(
-    mdf: &Mf4File,
-    data: usize,
-    group: usize,
-    with_data: bool,
-    most: usize,
-) -> Result<(Fields, SignalsChunks<'_>), Mf4Error> {
-    let own = &mdf.data_groups()[data].channel_groups[group];
-    let none = || Mf4Error::parse_error("no CAN frames");
-    let mut fields = Fields::of(own).ok_or_else(none)?;
-    if !with_data {
-        fields.names.pop();
-        fields.data = None;
-    }
-    let channels: Vec<&falcon_mdf::Channel> =
-        fields.names.iter().map(|&k| &own.channels[k]).collect();
-    let chunks = mdf.signals_chunks(&channels, most)?;
-    Ok((fields, chunks))
-}
-
-/// Counts the kinds of frames of a group.
-fn scan(
-    mdf: &Mf4File,
-    data: usize,
-    group: usize,
-    seen: &mut BTreeMap<Identifier, Seen>,
-) -> Result<(), Mf4Error> {
-    let (fields, chunks) = bus(mdf, data, group, false, 1 << 14)?;
-    for signals in chunks {
-        let signals = signals?;
-        let count = signals.first().map_or(0, Signal::len);
-        fields
-            .frames(&signals)
-            .each(count, |identifier, time, _| Seen::note(seen, identifier, time));
-    }
-    Ok(())
-}
-
-/// Our bytes as the library reads them.
-struct Source {
-    bytes: Arc<dyn ReadAt>,
-    size: u64,
-}
-
-impl ByteSource for Source {
-    fn len(&self) -> u64 {
-        self.size
-    }
-
-    fn read_bytes(&self, offset: u64, len: usize) -> Result<ByteSlice<'_>, Mf4Error> {
-        let left = usize::try_from(self.size.saturating_sub(offset)).unwrap_or(usize::MAX);
-        if len > left {
-            return Err(Mf4Error::truncated(offset, len, left));
-        }
-        let mut buffer = vec![0; len];
-        let mut at = 0;
-        while at < len {
-            match self.bytes.read_at(&mut buffer[at..], offset + at as u64)? {
-                0 => return Err(Mf4Error::truncated(offset, len, at)),
-                count => at += count,
-            }
-        }
-        Ok(ByteSlice::owned(buffer))
     }
 }

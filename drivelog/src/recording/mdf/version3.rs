@@ -1,6 +1,7 @@
 //! MDF 3 and older: the values of a channel group are decoded as a whole.
 
-use super::{Source, place};
+use super::source::Source;
+use super::values::place;
 use crate::Error;
 use crate::recording::bytes::LogFile;
 use crate::recording::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
