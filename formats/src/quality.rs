@@ -90,7 +90,7 @@ pub enum ReasonCode {
     LateYawRate,
     /// The GNSS fixes are older or younger than stated.
     AgeOfFixes,
-    /// The drive turns to one side alone: a bank of the road and the vehicle's parameters are not told apart.
+    /// The drive turns to one side alone: a banked road and the vehicle's parameters cannot be separated.
     OneSidedTurns,
     /// A parameter of a vehicle is at a bound, or more than three standard deviations off its prior.
     UnusualParameter,

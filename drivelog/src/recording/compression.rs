@@ -1,6 +1,6 @@
 //! Files that are compressed as a whole: gzip, Zstandard, bzip2, and a ZIP archive with one file.
 
-use super::bytes::{At, ReadAt};
+use super::read_at::{At, ReadAt};
 use bzip2::read::MultiBzDecoder;
 use flate2::read::{DeflateDecoder, MultiGzDecoder};
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};

@@ -13,10 +13,12 @@ mod mcap;
 mod mdf;
 mod memory;
 mod parquet;
+mod read_at;
 mod ros;
 
-pub use bytes::{LogFile, ReadAt};
+pub use bytes::LogFile;
 pub use memory::in_memory;
+pub use read_at::ReadAt;
 
 use crate::Error;
 use crate::error::last_part;

@@ -119,7 +119,7 @@ proptest! {
     }
 }
 
-/// Whatever parameter and state are at the ends of the numbers, with whatever other one.
+/// Each parameter and each state at the ends of the numbers, along with each other one.
 #[test]
 fn the_largest_numbers_of_a_vehicle() {
     let steps = [(1e-3, [0.0; 5])];

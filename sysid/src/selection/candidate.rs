@@ -64,6 +64,8 @@ pub(crate) struct Choice {
     pub(crate) feedback: Option<Feedback>,
     /// The data that were fitted, where they are not the estimation data: two-stage or whitened.
     pub(crate) fitted: Option<DataSet>,
+    /// Why the likeliest order was not chosen.
+    pub(crate) warning: Option<String>,
 }
 
 impl Candidate {

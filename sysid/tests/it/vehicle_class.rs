@@ -66,7 +66,7 @@ fn the_wheelbase_of_a_drive_fails_none_with_right_units() {
     }
 }
 
-/// A bank of the road passes for another vehicle where all turns are to one side.
+/// A banked road and the vehicle's parameters cannot be separated where all turns are to one side.
 #[test]
 fn turns_to_one_side_are_a_reason() {
     for (pattern, is_one_sided) in [(Pattern::Multisine, false), (Pattern::LeftTurns, true)] {

@@ -1,7 +1,7 @@
 //! Records of an MCAP file: an operation code, a length and the content. Source: [MCAP format
 //! specification](https://mcap.dev/spec).
 
-use super::super::bytes::ReadAt;
+use super::super::read_at::ReadAt;
 use std::io;
 use std::sync::Arc;
 

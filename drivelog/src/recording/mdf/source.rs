@@ -1,6 +1,6 @@
 //! The bytes of a measurement, of which the last block of samples may be cut off.
 
-use crate::recording::bytes::ReadAt;
+use crate::recording::read_at::ReadAt;
 use falcon_mdf::error::Mf4Error;
 use falcon_mdf::io::{ByteSlice, ByteSource};
 use std::sync::{Arc, OnceLock};

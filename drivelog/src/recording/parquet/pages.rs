@@ -1,6 +1,6 @@
 //! Pages of a column: where their bytes come from, and those in Zstandard decompressed in Rust.
 
-use crate::recording::bytes::{At, ReadAt};
+use crate::recording::read_at::{At, ReadAt};
 use bytes::Bytes;
 use parquet::basic::{Compression, Encoding};
 use parquet::column::page::{Page, PageMetadata, PageReader};

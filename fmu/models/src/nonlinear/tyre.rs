@@ -71,8 +71,11 @@ impl Axle {
         let [f, r] = axles;
         let [a, b] = slip_angle;
         let [m, n] = more;
-        // Loads that are no number bound nothing: the step is refused by its result.
-        let bounded = |transfer: f64, more: f64| transfer.min(1.0 + more).max(-1.0 - more);
+        // A load that is no number, as of a mass at the end of the numbers, has no force that is one.
+        let bounded = |transfer: f64, more: f64| {
+            let most = 1.0 + more;
+            if most >= 0.0 { transfer.clamp(-most, most) } else { f64::NAN }
+        };
         let (p, q) = (bounded(transfer[0], m), bounded(transfer[1], n));
         let force = tyres([f, f, r, r], [a, a, b, b], [m + p, m - p, n + q, n - q]);
         [force[0] + force[1], force[2] + force[3]]

@@ -176,7 +176,8 @@ pub(crate) fn identify_moving(
         speed_mps: evidence.speed.mean_mps,
         ..parameters::vehicle(&found.parameters, options, log.steering_ratio)
     };
-    let quality = one_sided::graded(from_fixes.graded(known.quality(&evidence, &vehicle)), log);
+    let quality = from_fixes.graded(known.quality(&evidence, &vehicle));
+    let quality = one_sided::graded(quality, log, evidence.yaw_rate_offset_radps);
     evidence
         .warnings
         .extend(from_fixes.sideslip.as_ref().and_then(|found| other_sideslip(&vehicle, found)));

@@ -15,6 +15,7 @@ use crate::structures::single_track::identify::{
 };
 use crate::structures::single_track::log_options::IdentifyVehicleOptions;
 use crate::structures::single_track::options::SingleTrackOptions;
+use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::quality::{check_signs, quality};
 use crate::structures::single_track::vehicle::VehicleOptions;
 use crate::structures::state_space::plant::Traces;
@@ -148,7 +149,8 @@ pub(crate) fn identify_moving(
     });
     let gentle = vehicle.in_gentle_driving();
     let quality = from_fixes.graded(quality(steering, &recording, &found, &evidence, &gentle));
-    vehicle.quality = one_sided::graded(quality, log);
+    let offset = found.parameter(Parameter::YawRateOffset).value;
+    vehicle.quality = one_sided::graded(quality, log, offset);
     vehicle.sideslip = from_fixes.sideslip;
     evidence
         .warnings

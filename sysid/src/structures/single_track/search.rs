@@ -124,7 +124,8 @@ fn from_all(problem: &Problem<'_>, at_first: &Densities, free: &Run) -> (usize, 
 fn is_same(problem: &Problem<'_>, a: &Refined, b: &Refined) -> bool {
     let is_near =
         |&i: &usize| (a.point[i] - b.point[i]).abs() < SAME_POINT * problem.priors[i].deviation;
-    (a.cost - b.cost).abs() < SAME_COST && problem.free.iter().all(is_near)
+    let tolerance = SAME_COST.max(WINDOWS.least_share * a.cost);
+    (a.cost - b.cost).abs() < tolerance && problem.free.iter().all(is_near)
 }
 
 /// From feedback to the free simulation; `None` where that spins.

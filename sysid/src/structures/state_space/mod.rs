@@ -185,6 +185,7 @@ fn reports(
         ));
     }
     warnings.extend(delay.warning.clone());
+    warnings.extend(choice.warning.clone());
     if choice.factor.conditioning.is_reduced() {
         warnings.push(choice.factor.conditioning.to_string());
     }

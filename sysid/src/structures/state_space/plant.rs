@@ -45,7 +45,7 @@ pub struct Traces {
     pub steering_rad: Vec<f64>,
     /// Measured yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,
-    /// Simulated yaw rate, rad/s; the initial state is estimated at the start of each part.
+    /// Simulated yaw rate, rad/s, from an initial state at the start of each part; of blocks, of each segment of the log.
     pub simulated_yaw_rate_radps: Vec<f64>,
     /// Whether the sample is validation data.
     pub is_validation: Vec<bool>,

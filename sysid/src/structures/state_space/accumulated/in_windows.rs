@@ -62,7 +62,7 @@ pub(crate) fn choose(
         on.refine(&mut candidates[chosen], FINE)?;
     }
     let chosen = with_logarithm(&on, &mut candidates, chosen)?;
-    Ok(Choice { candidates, chosen, factor: factor.clone(), feedback, fitted: None })
+    Ok(Choice { candidates, chosen, factor: factor.clone(), feedback, fitted: None, warning: None })
 }
 
 struct InWindows<'a> {
