@@ -1,7 +1,8 @@
 //! What is in a log: the channels of each group with unit, rate, range and gaps, and what they may be.
 
 use crate::Error;
-use crate::mapping::{check_quantity, check_units_are_used, time_column, unit_of};
+use crate::channel_units::{check_quantity, check_units_are_used, unit_of};
+use crate::mapping::time_column;
 use crate::options::LogOptions;
 use crate::read::opened;
 use crate::recording::{self, Columns, Group, LogFile, Request, Wanted};

@@ -30,6 +30,7 @@
 //! This crate opens no files and contains no models.
 
 mod assemble;
+mod channel_units;
 mod channels;
 mod delayed;
 mod drive;

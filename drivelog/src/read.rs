@@ -9,7 +9,7 @@ use crate::options::{LogOptions, Response};
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
-use crate::{Error, mapping, segments};
+use crate::{Error, channel_units, segments};
 use std::collections::BTreeMap;
 use steerwright_formats::ChannelSummary;
 
@@ -69,7 +69,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     let first = groups.first().and_then(|files| files[0].recording.groups().first());
     let Some(first) = first else { return Err(Error::NoFiles) };
     let name = stem(&first.file);
-    mapping::check_units_are_used(groups.iter().flatten().flat_map(Opened::groups), options)?;
+    channel_units::check_units_are_used(groups.iter().flatten().flat_map(Opened::groups), options)?;
     let mut warnings = Vec::new();
     let drives = groups
         .into_iter()

@@ -9,13 +9,15 @@ import signal
 import subprocess
 import threading
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
 from . import _native, _progress
 from .__main__ import PROGRAM
 from ._errors import Error, Warning
+
+NO_NAMES: Mapping[str, str] = {}
 
 END_S = 10.0
 """Time for a command to end after an interruption."""
@@ -28,8 +30,18 @@ class Outcome(NamedTuple):
     """What the command printed, as JSON."""
 
 
-def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, quiet: bool = False) -> Outcome:
-    """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options; ``quiet`` shows no bar."""
+def run(
+    command: str,
+    positional: Iterable[Any],
+    options: dict[str, Any],
+    *,
+    quiet: bool = False,
+    names: Mapping[str, str] = NO_NAMES,
+) -> Outcome:
+    """Runs a subcommand, such as ``sweep merge``, with keyword arguments as options; ``quiet`` shows no bar.
+
+    ``names`` are those of files in messages, where the caller's file was converted.
+    """
     words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--end-with-parent", "--"]
     arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]
     errors: list[dict[str, Any]] = []
@@ -41,6 +53,8 @@ def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, qui
             assert process.stderr is not None
             for line in process.stderr:
                 try:
+                    for file, name in names.items():
+                        line = line.replace(_quoted(file), _quoted(name))
                     (kind, value), *_ = json.loads(line).items()
                 except (ValueError, AttributeError, TypeError):
                     other.append(line.rstrip())
@@ -72,6 +86,11 @@ def run(command: str, positional: Iterable[Any], options: dict[str, Any], *, qui
             "a binary of an FMU may have crashed: steerwright.check(FMU, run=True) tries it",
         )
     return Outcome(status == 0, json.loads(printed))
+
+
+def _quoted(text: str) -> str:
+    """A text as it is within one of JSON."""
+    return json.dumps(text, ensure_ascii=False)[1:-1]
 
 
 @contextlib.contextmanager

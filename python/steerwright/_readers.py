@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from . import _mat, _mdf, _ros
 from ._errors import Error
 
 Tables = list[tuple[str, dict[str, Any]]]
@@ -19,18 +20,46 @@ Tables = list[tuple[str, dict[str, Any]]]
 
 def converted(file: FilePath, folder: FilePath) -> FilePath:
     """The file, or one in the folder that the package reads itself."""
-    return bus(file, folder) if file.suffix.lower() == ".blf" and _starts(file, b"LOGG") else file
+    if file.is_dir():
+        files = sorted(file.glob("*.db3"))
+        return _read(sqlite, file, files, folder) if files and not any(file.glob("*.mcap*")) else file
+    for (ending, start), converter in CONVERTERS.items():
+        if file.name.lower().endswith(ending) and _starts(file, start):
+            converted: FilePath = _read(converter, file, [file], folder)
+            return converted
+    return file
 
 
 def tables(file: FilePath) -> Tables | None:
     """The tables of a file; `None` where the package reads it without another library."""
     for (ending, start), reader in READERS.items():
         if file.name.lower().endswith(ending) and _starts(file, start):
-            found = reader(file)
+            found: Tables = _read(reader, file, file)
             if not found:
                 raise Error(f"{file}: no channel of numbers", "check that the file is complete")
             return found
     return None
+
+
+def as_file(name: str, found: Tables, folder: FilePath) -> FilePath:
+    """Tables as a file that the command line reads; the groups have the names of the tables in the file."""
+    written = folder / "tables.mf4"
+    _mdf.write([(own.removeprefix(f"{name}: "), columns) for own, columns in found], written)
+    return written
+
+
+def _read(function: Callable[..., Any], file: FilePath, *arguments: Any) -> Any:
+    """What the function returns; faults that a library finds in the file are errors of the package."""
+    try:
+        return function(*arguments)
+    except Error:
+        raise
+    except Exception as error:
+        what = str(error) or type(error).__name__
+        raise Error(
+            f"{file}: the file is cut, damaged or of another kind: {what[:80]}",
+            "open it in the tool that wrote it, and copy or export it again",
+        ) from error
 
 
 def _starts(file: FilePath, start: bytes) -> bool:
@@ -87,8 +116,9 @@ def tdms(file: FilePath) -> Tables:
     return _complete(list(found.values()))
 
 
-def bus(file: FilePath, folder: FilePath) -> FilePath:
+def bus(files: list[FilePath], folder: FilePath) -> FilePath:
     """Frames of Vector's BLF as the text that candump writes, by python-can; decoded with the option `dbc`."""
+    (file,) = files
     can = _library("can", file)
     converted = folder / f"{file.stem}.log"
     with can.LogReader(file) as frames, can.CanutilsLogWriter(converted) as writer:
@@ -97,17 +127,32 @@ def bus(file: FilePath, folder: FilePath) -> FilePath:
     return converted
 
 
+def sqlite(files: list[FilePath], folder: FilePath) -> FilePath:
+    """ROS 2's SQLite bags as MCAP."""
+    converted = folder / f"{files[0].stem}.mcap"
+    _ros.of_sqlite(files, converted)
+    return converted
+
+
+def bag(files: list[FilePath], folder: FilePath) -> FilePath:
+    """ROS 1 bags as MCAP, by rosbags."""
+    (file,) = files
+    converted = folder / f"{file.stem}.mcap"
+    _ros.of_bag(file, converted, _library("rosbags.highlevel", file))
+    return converted
+
+
 def mat(file: FilePath) -> Tables:
-    """MATLAB's MAT, version 5 by SciPy and 7.3 by h5py: vectors of equal length are a table."""
+    """MATLAB's MAT, version 5 by SciPy and 7.3 by h5py."""
     with open(file, "rb") as opened:
         is_hdf = b"MATLAB 7.3" in opened.read(128)
-    named: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     if is_hdf:
         h5py = _library("h5py", file)
         with h5py.File(file, "r") as opened:
             opened.visititems(
                 lambda name, item: (
-                    named.__setitem__(name.replace("/", "."), np.asarray(item))
+                    variables.__setitem__(name.replace("/", "."), np.asarray(item))
                     if isinstance(item, h5py.Dataset) and not name.startswith("#")
                     else None
                 )
@@ -116,46 +161,8 @@ def mat(file: FilePath) -> Tables:
         scipy_io = _library("scipy.io", file)
         for name, value in scipy_io.loadmat(file, simplify_cells=True).items():
             if not name.startswith("__"):
-                _flatten(name, value, named)
-    return _by_length(file, named)
-
-
-def _flatten(name: str, value: Any, into: dict[str, Any]) -> None:
-    if isinstance(value, dict):
-        for key, item in value.items():
-            _flatten(f"{name}.{key}", item, into)
-    else:
-        into[name] = np.asarray(value)
-
-
-def _by_length(file: FilePath, named: dict[str, Any]) -> Tables:
-    groups: dict[int, dict[str, Any]] = {}
-    for name, array in named.items():
-        if array.dtype.kind not in "fiub" or array.size < 2 or max(array.shape) != array.size:
-            continue
-        groups.setdefault(array.size, {})[name] = _float(array.reshape(-1))
-    return _complete([(f"{file}: {size} rows", columns) for size, columns in groups.items()])
-
-
-def bag(file: FilePath) -> Tables:
-    """ROS 1 bags and ROS 2's SQLite bags, by rosbags: a table for each topic."""
-    highlevel = _library("rosbags.highlevel", file)
-    typesys = _library("rosbags.typesys", file)
-    store = typesys.get_typestore(typesys.Stores.LATEST)
-    topics: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
-    with highlevel.AnyReader([_bag_folder(file)], default_typestore=store) as reader:
-        for connection, stamp, raw in reader.messages():
-            message = reader.deserialize(raw, connection.msgtype)
-            values: dict[str, float] = {}
-            _fields("", message, values)
-            if not values:
-                continue
-            time, columns = topics.setdefault(connection.topic, ([], {}))
-            _append(time, columns, _stamp(message, stamp), values)
-    return [
-        (f"{file}: {topic}", {"time_s": np.array(time), **_arrays(columns)})
-        for topic, (time, columns) in topics.items()
-    ]
+                variables[name] = value
+    return _mat.tables(file, variables)
 
 
 def rlog(file: FilePath) -> Tables:
@@ -221,32 +228,6 @@ def _append(
             column.append(float("nan"))
 
 
-def _bag_folder(file: FilePath) -> FilePath:
-    """What rosbags opens: the file of a ROS 1 bag, the folder with the metadata of a ROS 2 bag."""
-    if file.suffix.lower() == ".bag" or not (file.parent / "metadata.yaml").exists():
-        return file
-    return file.parent
-
-
-def _stamp(message: Any, received_ns: int) -> float:
-    """The stamp of the header, as for MCAP; the time of reception where there is none."""
-    stamp = getattr(getattr(message, "header", None), "stamp", None) or getattr(message, "stamp", None)
-    if stamp is not None and hasattr(stamp, "sec"):
-        seconds = stamp.sec + 1e-9 * getattr(stamp, "nanosec", getattr(stamp, "nsec", 0))
-        if seconds > 0:
-            return float(seconds)
-    return received_ns * 1e-9
-
-
-def _fields(name: str, value: Any, into: dict[str, float]) -> None:
-    if isinstance(value, (bool, int, float, np.number, np.bool_)):
-        into[name] = float(value)
-    elif hasattr(value, "__dataclass_fields__"):
-        for field in value.__dataclass_fields__:
-            if not field.startswith("__"):
-                _fields(f"{name}.{field}" if name else field, getattr(value, field), into)
-
-
 def _arrays(columns: dict[str, list[float]]) -> dict[str, Any]:
     return {name: np.array(values) for name, values in columns.items()}
 
@@ -271,8 +252,13 @@ def _complete(found: Tables) -> Tables:
 READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
     (".tdms", b"TDSm"): tdms,
     (".mat", b""): mat,
-    (".bag", b"#ROSBAG V2.0"): bag,
-    (".db3", b"SQLite format 3"): bag,
     **{(f"{kind}log{end}", b""): rlog for kind in "rq" for end in ("", ".bz2", ".zst")},
 }
 """Ending and first bytes, and the function that reads such a file."""
+
+CONVERTERS: dict[tuple[str, bytes], Callable[[list[FilePath], FilePath], FilePath]] = {
+    (".bag", b"#ROSBAG V2.0"): bag,
+    (".blf", b"LOGG"): bus,
+    (".db3", b"SQLite format 3"): sqlite,
+}
+"""Ending and first bytes, and the function that converts such a file."""

@@ -13,6 +13,7 @@ from ._errors import Error
 from ._options import documented, lines
 from .controller import Controller
 from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle
+from .reading import Source, one_file
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -113,13 +114,16 @@ def check(fmu: File, **options: Unpack[CheckOptions]) -> Checked:
 
 
 @documented("inspect")
-def inspect(log: File, **options: Unpack[InspectOptions]) -> dict[str, Any]:
+def inspect(log: Source, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     """The channels of a log: units, rates, ranges, gaps, and which look like steering, yaw rate or speed.
 
-    Returns what ``steerwright inspect --json`` prints. Times count from the first sample, which is at ``log_start_s``.
+    ``log`` is a file or a table that :func:`read` takes. Returns what ``steerwright inspect --json`` prints. Times
+    count from the first sample, which is at ``log_start_s``.
     """
-    found: dict[str, Any] = _command.run("inspect", [log], dict(options)).value
-    return found
+    with one_file(log) as (name, file):
+        found: dict[str, Any] = _command.run("inspect", [file], dict(options), names={str(file): name}).value
+    losses = [loss.replace(str(file), name) for loss in found["losses"]]
+    return {**found, "file": name, "losses": losses}
 
 
 @documented("export", {"json", "for"})

@@ -44,7 +44,10 @@ def files_and_tables(
             if isinstance(one, (str, os.PathLike)):
                 read = _readers.tables(FilePath(one))
                 if read is None:
-                    files.append(os.fspath(_readers.converted(FilePath(one), folder)))
+                    # Files of several folders may have one name.
+                    own = folder / str(index)
+                    own.mkdir()
+                    files.append(os.fspath(_readers.converted(FilePath(one), own)))
                 else:
                     tables += read
             else:
@@ -56,6 +59,21 @@ def files_and_tables(
                 "read the files into tables, or write the tables as files: Parquet, CSV",
             )
         yield (None, tables) if tables else (files, None)
+
+
+@contextlib.contextmanager
+def one_file(source: Source) -> Iterator[tuple[str, FilePath]]:
+    """The name of a source, and a file that the command line reads."""
+    from . import _readers
+
+    with files_and_tables(source) as (files, tables), _native.Scratch() as folder:
+        name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else "table"
+        if tables is not None:
+            yield name, _readers.as_file(name, tables, folder)
+        elif files is not None and len(files) == 1:
+            yield name, FilePath(files[0])
+        else:
+            raise Error("more than one log", "pass one file or table at a time")
 
 
 def columns(table: Any) -> dict[str, Any]:
@@ -155,10 +173,11 @@ def _number(item: Any) -> float:
 def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> Log:
     """Reads a log: steering angle, yaw rate and, where the log has it, speed, on one grid.
 
-    ``source`` is a file of any format that the command line reads (CSV, MDF, MCAP, Parquet, CAN with ``dbc``), of
-    those that other libraries read (TDMS, MAT, ROS 1 bags, ``.db3``, BLF: ``pip install './python[logs]'``), a
-    dict of arrays, a data frame of pandas or polars, an Arrow table; or a list of these. Each with steering
-    and yaw rate is a drive, others are channels of one drive. Columns of a table are copied.
+    ``source`` is a file of any format that the command line reads (CSV, MDF, MCAP, Parquet, CAN with ``dbc``), a
+    ROS 2 bag in SQLite, a file of those that other libraries read (TDMS, MAT, ROS 1 bags, BLF:
+    ``pip install './python[logs]'``), a dict of arrays, a data frame of pandas or polars, an Arrow table; or a
+    list of these. Each with steering and yaw rate is a drive, others are channels of one drive. Columns of a
+    table are copied.
 
     Returns a :class:`Log`, whose arrays are read-only views of its memory.
 

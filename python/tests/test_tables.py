@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sqlite3
+import struct
 import sys
 import types
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -172,7 +175,7 @@ def test_bags(kind: str, table: dict[str, Any], tmp_path: Path) -> None:
         output_channel="twist.angular.z",
         speed_channel="twist.linear.x",
         intersample="zoh",
-        unit={"twist.linear.z": "rad", "twist.angular.z": "rad/s", "twist.linear.x": "m/s"},
+        unit={"twist.linear.z": "rad"},
         steering_ratio=1.0,
     )
     clock = 1_700_000_000 + 0.01 * np.arange(count)
@@ -182,6 +185,94 @@ def test_bags(kind: str, table: dict[str, Any], tmp_path: Path) -> None:
         intersample="zoh",
     )
     same(found, expected, 1e-5)
+
+
+def test_bags_without_definitions(table: dict[str, Any], tmp_path: Path) -> None:
+    # As ROS 2 Humble writes them.
+    count = 1000
+    file = tmp_path / "drive.db3"
+    with sqlite3.connect(file) as database:
+        database.execute("CREATE TABLE topics (id, name, type, serialization_format, offered_qos_profiles)")
+        database.execute("CREATE TABLE messages (id, topic_id, timestamp, data)")
+        kinds = ["autoware_vehicle_msgs/msg/SteeringReport", "autoware_vehicle_msgs/msg/VelocityReport"]
+        for index, kind in enumerate([*kinds, "maker_msgs/msg/Wheel"]):
+            database.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '')", (index, f"/{index}", kind))
+        for k in range(count):
+            steering, yaw_rate, speed = (float(table[name][k]) for name in NAMES[1:])
+            stamp = struct.pack("<4BII", 0, 1, 0, 0, k // 100, 10_000_000 * (k % 100))
+            header = stamp + struct.pack("<I4s", 2, b"b")
+            report = header + struct.pack("<3f", speed, 0.0, yaw_rate)
+            for topic, data in enumerate((stamp + struct.pack("<f", steering), report, stamp)):
+                database.execute("INSERT INTO messages VALUES (?, ?, ?, ?)", (k, topic, 10**7 * k, data))
+    database.close()
+    for source in (file, tmp_path):
+        with pytest.warns(steerwright.Warning, match="/2: no definition of maker_msgs/msg/Wheel"):
+            found = steerwright.inspect(source)
+        assert [group["rows"] for group in found["groups"]] == [count, count, count]
+    # Neither names nor units are stated.
+    read = steerwright.read(file, steering_ratio=1.0)
+    speed = np.interp(read.time, 0.01 * np.arange(count), table["speed_mps"][:count])
+    np.testing.assert_allclose(read.speed, speed, atol=0.1)
+
+
+@pytest.mark.parametrize("kind", ["structure of ControlDesk", "t and y", "structure with time", "matrix"])
+def test_structures_of_mat(kind: str, table: dict[str, Any], tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    time, steering, yaw_rate, speed = (table[name] for name in NAMES)
+    named = {"steering_rad": steering, "yaw_rate_radps": yaw_rate, "speed_mps": speed}
+    matrix = np.column_stack([steering, yaw_rate, speed])
+    signals = [
+        {"Name": name.rpartition("_")[0], "Data": values, "Unit": unit, "XIndex": 1}
+        for (name, values), unit in zip(named.items(), ("rad", "rad/s", "m/s"))
+    ]
+    names = ["steering", "yaw_rate", "speed"]
+    variables, expected = {
+        "structure of ControlDesk": (
+            {"exp": {"X": {"Name": "Time", "Data": time, "Unit": "s"}, "Y": signals}},
+            ["steering [rad]", "yaw_rate [rad/s]", "speed [m/s]"],
+        ),
+        "t and y": ({name: {"t": time, "y": values} for name, values in named.items()}, list(named)),
+        "structure with time": (
+            {"log": {"time": time, "signals": [{"label": n, "values": v} for n, v in zip(names, matrix.T)]}},
+            names,
+        ),
+        "matrix": ({"time_s": time, "log": matrix, "note": "text"}, ["log_1", "log_2", "log_3"]),
+    }[kind]
+    savemat(tmp_path / "drive.mat", variables)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        (group,) = steerwright.inspect(tmp_path / "drive.mat")["groups"]
+    assert [channel["name"] for channel in group["channels"]] == ["time_s", *expected]
+    assert group["clock"] == "time_s"
+    for channel, values in zip(group["channels"][1:], matrix.T):
+        assert (channel["values"], channel["min"], channel["max"]) == (len(time), min(values), max(values))
+    assert any("note (text)" in str(warning.message) for warning in caught) == (kind == "matrix")
+
+
+def test_a_cut_file_is_an_error_of_the_package(table: dict[str, Any], tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    file = tmp_path / "cut.mat"
+    savemat(file, table)
+    file.write_bytes(file.read_bytes()[:20_000])
+    for function in (steerwright.read, steerwright.inspect):
+        with pytest.raises(steerwright.Error, match=r"cut\.mat: the file is cut, damaged or of another kind"):
+            function(file)
+
+
+def test_inspect_takes_tables_and_one_at_a_time(table: dict[str, Any]) -> None:
+    import pandas
+
+    for one in (table, pandas.DataFrame(table)):
+        found = steerwright.inspect(one)
+        assert found["file"] == "table"
+        assert [channel["name"] for channel in found["groups"][0]["channels"]] == NAMES
+        assert found["groups"][0]["rows"] == len(table["time_s"])
+    found = steerwright.inspect([table, {"time_s": table["time_s"][::2], "x_m": table["time_s"][::2]}])
+    assert [group["name"] for group in found["groups"]] == ["table 1", "table 2"]
+    with pytest.raises(steerwright.Error, match="more than one log"):
+        steerwright.inspect([DRIVE, DRIVE])
 
 
 def test_blf(tmp_path: Path) -> None:
@@ -206,6 +297,9 @@ def test_blf(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.time - found.time[0], expected.time - expected.time[0], atol=1e-5)
     for name in ("steering", "yaw_rate", "speed"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-4)
+    groups = [steerwright.inspect(file, dbc=dbc)["groups"] for file in (tmp_path / "drive.blf", frames)]
+    assert [group["name"] for group in groups[0]] == [group["name"] for group in groups[1]]
+    assert [group["rows"] for group in groups[0]] == [group["rows"] for group in groups[1]]
 
 
 def test_rlog(table: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,11 +12,12 @@ mod span;
 #[cfg(test)]
 mod tests;
 
+use crate::channel_units::check_units_are_used;
 use crate::channels::{Selected, check_clock, count_from, first_instant, source_file};
 use crate::drive::{Drive, brings, sources, steering_ratio};
 use crate::error::{counted, last_part, stem};
 use crate::faults::{Freezes, Moving, Sampled};
-use crate::mapping::{self, Source};
+use crate::mapping::Source;
 use crate::options::{LogOptions, Response};
 use crate::read::{check_options, opened};
 use crate::recording::{Columns, Group, Recording, Request, Wanted};
@@ -88,7 +89,7 @@ fn in_chunks<E: From<Error>>(
             return Err(Error::NotADrive { file: name, role: role.name() }.into());
         }
     }
-    mapping::check_units_are_used(groups.iter(), options)?;
+    check_units_are_used(groups.iter(), options)?;
     let mut warnings = Vec::new();
     let roles = [Role::Steering, Role::YawRate, Role::Speed];
     let sources = sources(&groups, roles, options, &mut warnings)?;

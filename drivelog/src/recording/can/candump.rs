@@ -57,7 +57,8 @@ pub(super) fn has_no_time(line: &str) -> bool {
     !line.starts_with('(') && matches!(candump(&format!("(0) {line}")), Line::Frame(_))
 }
 
-fn bytes(hex: &str) -> Option<Vec<u8>> {
+/// The bytes that digits state, of which CAN FD has at most 64.
+pub(super) fn bytes(hex: &str) -> Option<Vec<u8>> {
     let digits = hex.as_bytes();
     if !digits.len().is_multiple_of(2) || digits.len() > 128 {
         return None;

@@ -2,11 +2,13 @@
 
 mod asc;
 mod bits;
+mod cabana;
 mod candump;
 mod dbc;
 mod decode;
 mod frame;
 mod text;
+mod trc;
 
 use super::bytes::{Head, LogFile};
 use super::{Batches, Group, Pieces, Recording, Request};

@@ -1,8 +1,10 @@
-//! Frames of a bus in text: candump of SocketCAN, and Vector's ASC.
+//! Frames of a bus in text: candump of SocketCAN, Vector's ASC, PEAK's traces and the CSV files of cabana.
 
 use super::asc::Asc;
+use super::cabana::{self, cabana};
 use super::candump::{candump, has_no_time};
 use super::frame::{Frame, Line};
+use super::trc::{self, Trc};
 use std::io::{BufRead, BufReader, Read};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,12 +15,17 @@ pub(super) enum Form {
     /// candump without times.
     NoTime,
     Asc,
+    Trc,
+    Cabana,
 }
 
 impl Form {
     /// The form of a text that starts like this.
     pub(super) fn of(start: &[u8]) -> Option<Self> {
         let start = String::from_utf8_lossy(start);
+        if start.lines().take(30).any(|l| l.starts_with(trc::VERSION)) {
+            return Some(Self::Trc);
+        }
         // The last line may be cut.
         let is_comment = |l: &&str| l.starts_with(';') || l.starts_with("//");
         let lines = start.lines().map(str::trim).filter(|l| !l.is_empty() && !is_comment(l));
@@ -30,6 +37,9 @@ impl Form {
         {
             return Some(Self::Asc);
         }
+        if cabana::is_header(first) {
+            return Some(Self::Cabana);
+        }
         // The first line may be cut, too.
         let second = lines.next();
         let is = |is_frame: fn(&str) -> bool| is_frame(first) || second.is_some_and(is_frame);
@@ -37,6 +47,8 @@ impl Form {
             Some(Self::Candump)
         } else if is(|line| matches!(Asc::default().line(line), Line::Frame(_))) {
             Some(Self::Asc)
+        } else if is(|line| matches!(Trc::default().line(line), Line::Frame(_))) {
+            Some(Self::Trc)
         } else {
             is(has_no_time).then_some(Self::NoTime)
         }
@@ -56,6 +68,7 @@ pub(super) struct Frames<R> {
     pub(super) first_fault: Option<(u64, u64)>,
     text: Vec<u8>,
     asc: Asc,
+    trc: Trc,
     /// The instant of the last frame of [`Form::Steps`], s.
     time: f64,
 }
@@ -74,6 +87,7 @@ impl<R: Read> Frames<R> {
             first_fault: None,
             text: Vec::new(),
             asc: Asc::default(),
+            trc: Trc::default(),
             time: 0.0,
         }
     }
@@ -92,6 +106,8 @@ impl<R: Read> Frames<R> {
             let read = match (std::str::from_utf8(&self.text), self.form) {
                 (Ok(text), Form::Candump | Form::Steps) => candump(text.trim()),
                 (Ok(text), Form::Asc) => self.asc.line(text.trim()),
+                (Ok(text), Form::Trc) => self.trc.line(text.trim()),
+                (Ok(text), Form::Cabana) => cabana(text.trim()),
                 (Err(_), _) | (_, Form::NoTime) => Line::Fault,
             };
             match read {
@@ -206,5 +222,42 @@ mod tests {
         let relative = "base dec  timestamps relative\n0.5 1 200 Rx d 1 10\n0.25 1 200 Rx d 1 11\n";
         let (frames, _) = all(relative);
         assert_eq!(frames[1], frame(0.75, "1", 200, false, &[11]));
+    }
+
+    #[test]
+    fn peak_traces_of_all_versions() {
+        let plain = frame(1.059_9, "1", 0x300, false, &[0xAB, 0x01]);
+        let extended = frame(1.059_9, "2", 0x18EF_C034, true, &[0xAB, 0x01]);
+        let first = |text: &str| {
+            let (frames, faults) = all(text);
+            assert_eq!((frames.len(), faults), (1, 0), "{text}");
+            frames[0].clone()
+        };
+        for text in [
+            "; PCAN Explorer\n 1)  1059.900  0300  2  AB 01\n",
+            ";$FILEVERSION=1.1\n;---\n 1) 1059.9  Rx  0300  2  AB 01\n 2) 1 Warng FFFFFFFF 4 0 0 0 8 BUSHEAVY\n",
+            ";$FILEVERSION=1.3\n 1) 1059.9 1 Rx 0300 - 2 AB 01\n 2) 1060.1 1 Rx 0300 - 2 RTR\n",
+            ";$FILEVERSION=2.0\n 1 1059.900 DT 0300 Rx 2  AB 01\n 2 1060.000 ST Rx 00 00 00 08\n",
+        ] {
+            assert_eq!(first(text), plain);
+        }
+        for text in [
+            ";$FILEVERSION=1.2\n 1) 1059.9 2 Tx 18EFC034 2 AB 01\n",
+            ";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n 1 1059.900 DT 2 18EFC034 Tx - 2  AB 01\n",
+        ] {
+            assert_eq!(first(text), extended);
+        }
+        let long = format!(";$FILEVERSION=2.1\n 1 0 FB 1 0300 Rx - 9 {}\n", "07 ".repeat(12));
+        assert_eq!(first(&long).data, [7; 12]);
+        assert_eq!(all(";$FILEVERSION=1.1\n 1) 1.0 Rx 25 8 49 03\n").1, 1);
+    }
+
+    #[test]
+    fn cabana() {
+        let text = "time,addr,bus,data\n0.5,0x25,0,0x4903\n1.5,419351092,128,\n2,0x25,0,0x490\n";
+        let expected =
+            [frame(0.5, "0", 0x25, false, &[0x49, 3]), frame(1.5, "128", 0x18FE_CA34, true, &[])];
+        assert_eq!(all(text), (expected.to_vec(), 1));
+        assert_eq!(Form::of(b"time,addr,speed\n1,2,3\n"), None);
     }
 }

@@ -7,6 +7,7 @@ mod comments;
 mod dialect;
 mod head;
 mod header;
+mod losses;
 mod missing;
 pub(super) mod stamps;
 
@@ -18,6 +19,7 @@ use crate::options::{DecimalMark, LogOptions};
 use cells::{comma_number, is_blank, is_comment_record, line};
 use comments::WithoutComments;
 use head::Head;
+use losses::Losses;
 use missing::is_missing;
 use stamps::Stamps;
 use std::io::{Cursor, Read};
@@ -35,23 +37,14 @@ struct Csv<'a> {
     clock: Option<usize>,
     optional: Vec<usize>,
     is_tolerant: bool,
-    /// Bad cells of each column: how many, and the first.
-    bad: Vec<Option<(u64, Error)>>,
+    losses: Losses,
     count: u64,
-    /// What stands at the top of the file besides names and units.
-    top: Option<String>,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
     /// A record that was looked at, which is the next one.
     held: Option<Result<csv::ByteRecord, Error>>,
     /// Whether a row of values was read.
     has_rows: bool,
-    /// Rows with fewer cells than columns, and the line of the first.
-    short: Option<(u64, u64)>,
-    /// Rows that begin with a mark of a tool and hold texts, and the line of the first.
-    marked: Option<(u64, u64)>,
-    /// The last row, where it is none of values.
-    last: Option<String>,
 }
 
 /// Opens a text; reads its header.
@@ -94,7 +87,7 @@ impl<'a> Csv<'a> {
         } else {
             None
         };
-        let bad = channels.iter().map(|_| None).collect();
+        let losses = Losses::new(top, channels.len());
         let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
         let mut csv = Self {
@@ -104,16 +97,12 @@ impl<'a> Csv<'a> {
             clock: None,
             optional: Vec::new(),
             is_tolerant: false,
-            bad,
+            losses,
             count: 0,
-            top,
             reader,
             is_read: false,
             held: None,
             has_rows: false,
-            short: None,
-            marked: None,
-            last: None,
         };
         let mut record = csv::ByteRecord::new();
         for _ in 0..head.records {
@@ -221,19 +210,19 @@ impl<'a> Csv<'a> {
                 Err(mut faults) => {
                     values.iter_mut().for_each(|values| values.truncate(rows));
                     if is_marked(record) {
-                        self.marked.get_or_insert((0, line)).0 += 1;
+                        self.losses.marked.get_or_insert((0, line)).0 += 1;
                         continue;
                     }
                     let error = faults.remove(0).1;
-                    self.last = Some(format!("{error}: this last row is not read"));
+                    self.losses.last = Some(format!("{error}: this last row is not read"));
                     return Ok(None);
                 }
             };
             for (j, error) in faults {
-                self.bad[j].get_or_insert((0, error)).0 += 1;
+                self.losses.bad[j].get_or_insert((0, error)).0 += 1;
             }
             if got < columns {
-                let (count, _) = self.short.get_or_insert((0, line));
+                let (count, _) = self.losses.short.get_or_insert((0, line));
                 *count += 1;
             }
             self.has_rows = true;
@@ -245,13 +234,13 @@ impl<'a> Csv<'a> {
 
     /// Whether a column has its first bad cell.
     fn is_new(&self, faults: &[(usize, Error)]) -> bool {
-        faults.iter().any(|(j, _)| self.bad[*j].is_none() && !self.optional.contains(j))
+        faults.iter().any(|(j, _)| self.losses.bad[*j].is_none() && !self.optional.contains(j))
     }
 
     /// Bad cells of a column that is needed: more than one in a hundred rows, or any where the decimal mark is open.
     fn too_many(&mut self) -> Vec<Error> {
         let mut errors = Vec::new();
-        for (j, bad) in self.bad.iter_mut().enumerate() {
+        for (j, bad) in self.losses.bad.iter_mut().enumerate() {
             let is_needed = !self.optional.contains(&j);
             let is_too_many = bad.as_ref().is_some_and(|(count, error)| {
                 100 * count > self.count || matches!(error, Error::DecimalMark { .. })
@@ -365,22 +354,6 @@ impl Recording for Csv<'_> {
 
     fn losses(&self) -> Vec<String> {
         let file = &self.groups[0].file;
-        let short = self.short.map(|(count, line)| {
-            let rows = counted(usize::try_from(count).unwrap_or(usize::MAX), "row");
-            format!(
-                "{file}: {rows} with fewer cells than the header, the first at line {line}: what is not there is a missing value"
-            )
-        });
-        let marked = self.marked.map(|(count, line)| {
-            let rows = counted(usize::try_from(count).unwrap_or(usize::MAX), "row");
-            format!(
-                "{file}: {rows} that begin with % and hold texts not read, the first at line {line}"
-            )
-        });
-        let bad = self.bad.iter().flatten().map(|(count, first)| {
-            let cells = counted(usize::try_from(*count).unwrap_or(usize::MAX), "cell");
-            format!("{first}: {cells} of this kind in the column: missing values")
-        });
         let open = self
             .stamps
             .iter()
@@ -392,8 +365,7 @@ impl Recording for Csv<'_> {
                 channel.name
             )
         });
-        let top = self.top.clone().into_iter();
-        top.chain(short).chain(marked).chain(bad).chain(self.last.clone()).chain(open).collect()
+        self.losses.sentences(file).into_iter().chain(open).collect()
     }
 
     fn hashes_bytes(&self) -> bool {

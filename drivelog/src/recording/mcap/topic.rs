@@ -100,6 +100,9 @@ fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)>
 fn messages(encoding: &str, schema: Option<&Schema>, mut json: Paths) -> Messages {
     let unread = |why: String| Messages::Unread(why);
     match (encoding, schema) {
+        ("cdr", Some(schema)) if schema.text.trim().is_empty() => {
+            unread(format!("no definition of {}: its fields are not read", schema.name))
+        }
         ("cdr", Some(schema)) if schema.encoding == "ros2msg" => {
             let layout =
                 ros::Schema::parse(&schema.name, &schema.text).and_then(|s| Layout::of(&s));

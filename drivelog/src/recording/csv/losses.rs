@@ -1,0 +1,46 @@
+//! What of a text is not read, counted and in words.
+
+use crate::Error;
+use crate::error::counted;
+
+pub(super) struct Losses {
+    /// What stands at the top of the file besides names and units.
+    top: Option<String>,
+    /// Bad cells of each column: how many, and the first.
+    pub(super) bad: Vec<Option<(u64, Error)>>,
+    /// Rows with fewer cells than columns, and the line of the first.
+    pub(super) short: Option<(u64, u64)>,
+    /// Rows that begin with a mark of a tool and hold texts, and the line of the first.
+    pub(super) marked: Option<(u64, u64)>,
+    /// The last row, where it is none of values.
+    pub(super) last: Option<String>,
+}
+
+impl Losses {
+    pub(super) fn new(top: Option<String>, columns: usize) -> Self {
+        let bad = (0..columns).map(|_| None).collect();
+        Self { top, bad, short: None, marked: None, last: None }
+    }
+
+    pub(super) fn sentences(&self, file: &str) -> Vec<String> {
+        let number = |count: u64, what| counted(usize::try_from(count).unwrap_or(usize::MAX), what);
+        let short = self.short.map(|(count, line)| {
+            let rows = number(count, "row");
+            format!(
+                "{file}: {rows} with fewer cells than the header, the first at line {line}: what is not there is a missing value"
+            )
+        });
+        let marked = self.marked.map(|(count, line)| {
+            let rows = number(count, "row");
+            format!(
+                "{file}: {rows} that begin with % and hold texts not read, the first at line {line}"
+            )
+        });
+        let bad = self.bad.iter().flatten().map(|(count, first)| {
+            let cells = number(*count, "cell");
+            format!("{first}: {cells} of this kind in the column: missing values")
+        });
+        let top = self.top.clone().into_iter();
+        top.chain(short).chain(marked).chain(bad).chain(self.last.clone()).collect()
+    }
+}
