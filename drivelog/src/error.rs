@@ -92,8 +92,8 @@ pub enum Error {
     #[diagnostic(help("{}", complete_rows(0, 0)))]
     Csv { file: String, line: u64, problem: String },
     #[error("{file}:{line}: the row has {got} cells, the header has {expected}")]
-    #[diagnostic(help("{}", complete_rows(*got, *expected)))]
-    RaggedRow { file: String, line: u64, got: usize, expected: usize },
+    #[diagnostic(help("{}", if *blanks { BLANKS } else { complete_rows(*got, *expected) }))]
+    RaggedRow { file: String, line: u64, got: usize, expected: usize, blanks: bool },
     #[error("{file}:{line}: the header names the column `{column}` twice")]
     #[diagnostic(help("use a different name for each column"))]
     RepeatedColumn { file: String, line: u64, column: String },
@@ -109,6 +109,9 @@ pub enum Error {
     #[error("{at}: `{text}` is not a number")]
     #[diagnostic(help("{}", numbers(text)))]
     NotANumber { at: Box<Place>, text: String },
+    #[error("{first}: {bad} of {rows} rows, at most 1 in 100")]
+    #[diagnostic(help("{}", first.hint()))]
+    TooManyBadCells { first: Box<Self>, bad: u64, rows: u64 },
     #[error(
         "{at}: `{text}` has a decimal {}, {}",
         if text.contains(',') { "comma or groups of digits" } else { "point" },
@@ -344,6 +347,8 @@ impl Error {
 const LOG: &str = "name a log: CSV with a header line and a row for each sample, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database";
 const CHANNEL: &str =
     "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite";
+
+const BLANKS: &str = "between blanks an empty cell is not seen, and a blank in a name begins the next column: write NaN where a sample is missing and _ in names, or export with commas or tabs between the cells";
 
 /// What to do about a row with other cells than expected.
 fn complete_rows(got: usize, expected: usize) -> &'static str {

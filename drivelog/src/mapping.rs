@@ -268,6 +268,9 @@ pub(crate) fn time_column(
         match of(c) {
             Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((c, unit))),
             Ok(_) => {}
+            Err(error @ Error::RepeatedColumn { .. }) if options.row_period_s.is_none() => {
+                return Err(error);
+            }
             Err(error) => unfit.push(error),
         }
     }

@@ -141,9 +141,19 @@ pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
     (is_unit && parse_unit(text).is_none()).then_some(text)
 }
 
-/// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)` or `Winkel in Grad` into name and unit text;
+/// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)`, `rate deg / s` or `Winkel in Grad` into name and unit text;
 /// without brackets only where the unit is known.
 pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
+    // `yaw rate deg / s`
+    if let Some((name, _)) = header.rsplit_once(" / ")
+        && let Some((name, unit)) = name.trim_end().rsplit_once(' ')
+        && let tail = header[name.len()..].trim()
+        && unit != "1"
+        && parse_unit(tail).is_some()
+    {
+        let name = name.trim_end();
+        return (name.strip_suffix(" in").unwrap_or(name).trim_end(), Some(tail));
+    }
     for word in [" / ", " in "] {
         if let Some((name, unit)) = header.rsplit_once(word) {
             let unit = unit.trim();
@@ -273,6 +283,9 @@ mod tests {
             ("steeringAngleDeg", "deg"),
             ("Lenkwinkel [°]", "deg"),
             ("throttle [%]", "%"),
+            ("yaw rate deg / s", "deg/s"),
+            ("speed m / s", "m/s"),
+            ("time / s", "s"),
         ] {
             assert_eq!(unit_of_header(header).map(|u| u.name), Some(name), "{header}");
         }

@@ -85,6 +85,19 @@ fn vbox_counts_minutes_and_times_of_day() {
     let units = found.groups[0].channels.iter().map(|c| c.unit.as_deref().unwrap_or_default());
     let units: Vec<&str> = units.collect();
     assert_eq!(units, ["", "", "arcmin", "arcmin west", "km/h", "deg", "deg/s"]);
+    // Zeros that lead are missing, and a channel has no unit.
+    let spare = text.replace("Yaw_Rate", "Spare Yaw_Rate").replacen("Spare ", "Spare\r\n", 1);
+    let spare = spare.replace("\ndeg\r\n", "\ndeg\r\n\r\n").replace("009 0", "009 ");
+    let spare: String = spare
+        .lines()
+        .map(|line| match line.rsplit_once(' ') {
+            Some((row, last)) if line.starts_with("009") => format!("{row} 0 {last}\r\n"),
+            _ => format!("{line}\r\n"),
+        })
+        .collect();
+    is_plain(spare.clone(), &LogOptions { steering_ratio: Some(1.0), ..o() });
+    let e = refused(spare.replace("009 95959.00", "009 95999.00").into_bytes(), &o());
+    assert!(matches!(e, Error::NotATime { .. }), "{e:?}");
 }
 
 #[test]
@@ -147,4 +160,127 @@ fn a_column_that_nobody_uses_stops_no_read() {
     assert!(matches!(e, Error::RepeatedColumn { ref column, .. } if column == "yaw_rate_degps"));
     let grouped = inspected(&more("rpm", "4,000"), &o());
     assert!(grouped.losses[0].contains("`4,000`"), "{:?}", grouped.losses);
+}
+
+const NAMES: &str = "time_s,roadwheel_angle_deg,yaw_rate_degps,speed_kmh";
+
+/// The table with further cells in each row.
+fn with_cells(names: &str, cells: &str) -> String {
+    format!("{NAMES}{names}\n{}", body(",").replace('\n', &format!("{cells}\n")))
+}
+
+#[test]
+fn texts_with_numbers_do_not_change_the_delimiter() {
+    let payloads = ["00 11 22 33 44 55 66 77", "[0. 1. 0. 2. 3. 4. 5. 6.]", "01.03.2024 10:00:00"];
+    for cell in ["Lap 3", "turn 3 left", "1;2;3;4;5;6;7;8"].into_iter().chain(payloads) {
+        let text = with_cells(",note", &format!(",{cell}"));
+        is_plain(text.replace(',', "\t"), &o());
+        is_plain(text, &o());
+    }
+    let german = with_cells(",note", ",00 11 22 33 44 55 66 77").replace(',', ";");
+    is_plain(german.replace('.', ","), &o());
+    // Blanks with decimal commas, named or not.
+    let blanks = body(" ").replace('.', ",");
+    is_plain(format!("{}\n{blanks}", NAMES.replace(',', " ")), &o());
+    assert_eq!(inspected(&blanks, &o()).groups[0].channels.len(), 4);
+}
+
+#[test]
+fn names_and_units_may_have_a_gap_between_them() {
+    for gap in ["", "\n", "# units\n", ",,,\n"] {
+        let names = format!("time,roadwheel_angle,yaw_rate,speed\n{gap}s,deg,deg/s,km/h\n");
+        is_plain(format!("{names}{}", body(",")), &o());
+    }
+}
+
+#[test]
+fn a_header_may_have_few_texts() {
+    for (names, cells) in [
+        (",,,,,,,", ",1.5,1.5,1.5,1.5,1.5,1.5,1.5"),
+        (",100,200,300,400,500", ",1,1,1,1,1"),
+        (",0,1,2,3,4,5", ",1.5,1.5,1.5,1.5,1.5,1.5"),
+    ] {
+        let log = is_plain(with_cells(names, cells), &o());
+        assert!(log.warnings.iter().all(|w| !w.contains("header")), "{:?}", log.warnings);
+        is_plain(format!("Run,Monday\n{}", with_cells(names, cells)), &o());
+    }
+}
+
+#[test]
+fn rows_below_the_names_are_rows_of_values() {
+    let states = with_cells(",a,b,c,d,e,f", ",1,1,1,1,1,1");
+    let states = states.splitn(300, '\n').collect::<Vec<_>>();
+    let (last, first) = states.split_last().unwrap();
+    let first = first.join("\n").replace(",1,1,1,1,1,1", ",INIT,INIT,INIT,INIT,INIT,INIT");
+    let text = format!("{first}\n{last}");
+    is_plain(text.clone(), &o());
+    let unknown = format!("a,b,c,d,e,f,g,h,i,j\n{}", text.split_once('\n').unwrap().1);
+    for (text, rows) in [
+        (unknown, 1000),
+        // The first row has texts.
+        (format!("a,b,c,d\n0.00,x,y,z\n{}", body(",")), 1001),
+        (format!("{NAMES}\n-1,n.v.,n.v.,n.v.\n{}", body(",")), 1001),
+    ] {
+        let found = inspected(&text, &o());
+        assert_eq!(found.groups[0].rows, rows, "{:?}", found.losses);
+    }
+}
+
+#[test]
+fn bad_cells_of_an_optional_column_drop_no_row() {
+    let mut k = 0;
+    let text = with_cells(",lateral_acceleration_mps2", ",7777.5").replace('\n', "\n%,");
+    let text = text.trim_end_matches("%,").lines().map(|line| {
+        k += 1;
+        if k % 2 == 0 { line.replace(",7777.5", ",x") } else { line.to_owned() }
+    });
+    is_plain(format!("note,{}", text.collect::<Vec<_>>().join("\n") + "\n"), &o());
+}
+
+#[test]
+fn rows_between_blanks_are_as_wide_as_the_header() {
+    let table = format!("{}\n{}", NAMES.replace(',', "  "), body("  "));
+    for (from, to) in
+        [("yaw_rate", "spare yaw_rate"), ("  54.000000000\n2.000000000", "\n2.000000000")]
+    {
+        let e = refused(table.replacen(from, to, 1).into_bytes(), &o());
+        assert!(matches!(e, Error::RaggedRow { .. }) && e.hint().contains("NaN"), "{e:?}");
+    }
+}
+
+#[test]
+fn long_texts_above_the_header_are_read() {
+    let key = |k: usize| format!("key{k},value {k}\n");
+    let plain = format!("\n{NAMES}\n{}", body(","));
+    for rows in [900, 3000, 9000] {
+        let top: String = (0..rows).map(key).collect();
+        is_plain(top + &plain, &o());
+    }
+    let wide = (0..20_000).map(|k| format!(",c{k}")).collect::<String>();
+    let table = body(",");
+    let rows = table.lines().take(20).map(|row| format!("{row}{}\n", ",1".repeat(20_000)));
+    let text = format!(
+        "Format,x\nVenue,x\nVehicle,y\nDriver,z\n\n{NAMES}{wide}\n{}",
+        rows.collect::<String>()
+    );
+    assert_eq!(inspected(&text, &o()).groups[0].channels.len(), 20_004);
+    // A row of numbers is no header.
+    let line = |n| LogOptions { header_line: Some(n), ..o() };
+    let e = refused(plain.clone().into_bytes(), &line(9));
+    assert!(matches!(e, Error::Option { option: "header line", .. }), "{e:?}");
+    let log = is_plain(format!("a,b,c,d\n1,2,3,4\n{plain}"), &line(4));
+    assert!(log.warnings.iter().any(|w| w.contains("2 rows above")), "{:?}", log.warnings);
+}
+
+#[test]
+fn units_with_blanks_and_repeated_clocks() {
+    let names = "time_s,roadwheel angle deg,yaw rate deg / s,speed km / h\n";
+    is_plain(format!("{names}{}", body(",")), &o());
+    let twice = body(",").lines().map(|row| format!("0,{row}\n")).collect::<String>();
+    let e = refused(
+        format!("time_s,time_s,utc_time_s,yaw_rate_degps,roadwheel_angle_deg\n{twice}")
+            .into_bytes(),
+        &o(),
+    );
+    assert!(matches!(e, Error::RepeatedColumn { .. }), "{e:?}");
 }

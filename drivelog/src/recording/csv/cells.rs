@@ -54,8 +54,26 @@ pub(super) fn is_number(cell: &str) -> bool {
                 .trim_start_matches(['+', '-'])
                 .chars()
                 .all(|c| c.is_ascii_digit() || ".,'’ ".contains(c))
+            && has_groups_of_three(cell)
     };
     is_value(cell) || switch(cell).is_some() || is_of_groups()
+}
+
+/// Whether blanks set off groups of three digits only.
+fn has_groups_of_three(cell: &str) -> bool {
+    let mut groups = cell.split(' ').rev();
+    let Some(last) = groups.next() else { return true };
+    let whole = last.split(['.', ',']).next().unwrap_or(last);
+    let digits = |group: &str| group.bytes().filter(u8::is_ascii_digit).count();
+    let are_digits = |group: &str| group.len() == digits(group);
+    let mut groups: Vec<&str> = groups.collect();
+    let Some(first) = groups.pop() else { return true };
+    let first = first.trim_start_matches(['+', '-']);
+    let is_group = |group: &str| group.len() == 3 && are_digits(group);
+    (1..=3).contains(&first.len())
+        && are_digits(first)
+        && is_group(whole)
+        && groups.into_iter().all(is_group)
 }
 
 /// The number of a cell with a decimal comma, and whether the comma may set off three digits instead.

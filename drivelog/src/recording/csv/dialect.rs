@@ -46,7 +46,12 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
         lines.skip(1).take_while(|line| !line.starts_with('[')).collect()
     };
     if head.text.iter().any(|line| line == "[column names]") {
-        vbox(&section("[header]"), &section("[channel units]"), channels, &mut head.stamps);
+        let (mut names, mut units) = (section("[header]"), section("[channel units]"));
+        // Blank lines end a section; others are channels without a unit.
+        while names.pop_if(|line| line.is_empty()).is_some() {
+            units.pop_if(|line| line.is_empty());
+        }
+        vbox(&names, &units, channels, &mut head.stamps);
     }
 }
 
@@ -62,7 +67,8 @@ fn vbox(names: &[&str], units: &[&str], channels: &mut [Channel], stamps: &mut [
     for (channel, name) in channels.iter_mut().zip(names) {
         channel.unit = unit_of_header(name).map(|unit| unit.name.into());
     }
-    for (channel, unit) in channels.iter_mut().rev().zip(units.iter().rev()) {
+    let units = units.iter().rev().zip(channels.iter_mut().rev());
+    for (unit, channel) in units.filter(|(unit, _)| !unit.is_empty()) {
         channel.unit = Some((*unit).into());
     }
     for (channel, stamps) in channels.iter_mut().zip(stamps) {

@@ -29,7 +29,7 @@ pub(super) struct Head {
     pub(super) has_names: bool,
     /// Rows of text above the values that are neither names nor units.
     pub(super) skipped: usize,
-    /// All rows above the values, blanks between their cells.
+    /// All rows above the values, blanks between their cells; blank lines are empty.
     pub(super) text: Vec<String>,
     /// The unit of each column from the row under the header; empty where there is no such row.
     pub(super) units: Vec<String>,
@@ -55,7 +55,7 @@ impl Head {
         }
         let delimiter = stated_delimiter(first).unwrap_or_else(|| {
             let lines = lines.by_ref().filter(|l| !l.is_empty() && !is_comment(l));
-            delimiter_of(&lines.take(2 * SAMPLE).collect::<Vec<_>>())
+            delimiter_of(&lines.collect::<Vec<_>>())
         });
         let mut records = records(start, delimiter);
         let lead = records.iter().take_while(|r| is_blank(r) || is_separator(r)).count();
@@ -117,7 +117,7 @@ impl Head {
             header_line,
             has_names,
             skipped: above.skipped,
-            text: rows[..above.first].iter().map(joined).collect(),
+            text: text_above(&rows, above.first),
             units: above.units,
             stamps: stamps.into_iter().map(Option::flatten).collect(),
             are_texts: cells.into_iter().map(|(all, texts)| all > 0 && texts == all).collect(),
@@ -154,23 +154,68 @@ fn stated_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-/// The delimiter by which the rows have most numbers, or else by which most have as many cells; of several, the
-/// preferred one.
+/// The delimiter that a line of names has, too, and by which the rows have most numbers, or else by which most have as
+/// many cells; of several, the preferred one. Blanks delimit only where no other delimiter makes a table of numbers.
 fn delimiter_of(lines: &[&[u8]]) -> u8 {
-    // Above may be a text.
-    let tail = &lines[lines.len() / 2..];
-    let score = |delimiter: u8| {
+    let others = DELIMITERS.into_iter().filter(|delimiter| *delimiter != b' ');
+    let best = others.filter_map(|d| Some((Score::new(lines, d)?, d))).max_by_key(|(s, _)| s.rank);
+    let blanks = Score::new(lines, b' ').filter(|score| score.rank.1 > 0);
+    match (best, blanks) {
+        (Some((best, delimiter)), Some(blanks)) => {
+            let has_more = match best.columns {
+                0 | 1 => blanks.rank > best.rank,
+                _ => blanks.rank.0 >= best.rank.0 && blanks.is_of_values && !best.is_of_values,
+            };
+            if has_more { b' ' } else { delimiter }
+        }
+        (Some((_, delimiter)), None) => delimiter,
+        (None, blanks) => blanks.map_or(b',', |_| b' '),
+    }
+}
+
+/// How well a delimiter splits the lines.
+struct Score {
+    /// Whether a line of names is as wide as the rows; numbers; rows of this width.
+    rank: (bool, usize, usize),
+    /// Columns that hold numbers.
+    columns: usize,
+    /// Whether each cell is a number without groups of digits, or missing.
+    is_of_values: bool,
+}
+
+impl Score {
+    /// `None` where the delimiter splits few lines.
+    fn new(lines: &[&[u8]], delimiter: u8) -> Option<Self> {
+        // Above may be a text.
+        let tail = &lines[lines.len() / 2..];
+        let tail = &tail[tail.len().saturating_sub(SAMPLE)..];
         let rows: Vec<Vec<&[u8]>> = tail.iter().map(|line| split(line, delimiter)).collect();
         let mut widths: Vec<usize> = rows.iter().map(Vec::len).collect();
         widths.sort_unstable();
         let width = widths.get(widths.len() / 2).copied().filter(|width| *width > 1)?;
-        let alike = rows.iter().filter(|row| row.len() == width);
-        let numbers = rows.iter().flatten().filter(|cell| is_number(&unquoted(cell))).count();
-        let is_table = numbers > 0 || delimiter != b' ';
-        is_table.then_some((numbers, alike.count()))
-    };
-    let best = DELIMITERS.into_iter().filter_map(|d| Some((score(d)?, d))).max_by_key(|(s, _)| *s);
-    best.map_or(b',', |(_, delimiter)| delimiter)
+        let alike = rows.iter().filter(|row| row.len() == width).count();
+        let mut counts = vec![0; width];
+        let (mut numbers, mut is_of_values) = (0, true);
+        for row in &rows {
+            for (i, cell) in row.iter().enumerate() {
+                let cell = unquoted(cell);
+                let is_number = is_number(&cell);
+                numbers += usize::from(is_number);
+                is_of_values &= is_value(&cell) || switch(&cell).is_some() || is_missing(&cell);
+                if let Some(count) = counts.get_mut(i) {
+                    *count += usize::from(is_number);
+                }
+            }
+        }
+        let is_of_names = |line: &&[u8]| {
+            let cells = split(line, delimiter);
+            let texts = || cells.iter().map(|cell| unquoted(cell)).filter(|cell| !cell.is_empty());
+            cells.len() == width && texts().count() > 1 && !texts().any(|cell| is_number(&cell))
+        };
+        let has_names = lines.iter().any(is_of_names);
+        let columns = counts.iter().filter(|count| 2 * **count >= rows.len()).count();
+        Some(Self { rank: (has_names, numbers, alike), columns, is_of_values })
+    }
 }
 
 /// The cells of a line; delimiters in quotes are none, and a run of blanks is one.
@@ -188,8 +233,16 @@ fn unquoted(cell: &[u8]) -> String {
     text_of(cell).trim_matches('"').trim().to_owned()
 }
 
-fn joined(row: &csv::ByteRecord) -> String {
-    row.iter().map(text_of).collect::<Vec<_>>().join(" ")
+/// The rows above the first row of values.
+fn text_above(rows: &[csv::ByteRecord], first: usize) -> Vec<String> {
+    let mut text = Vec::new();
+    let mut next = rows.first().map_or(1, line);
+    for row in &rows[..first] {
+        text.extend((next..line(row)).map(|_| String::new()));
+        text.push(row.iter().map(text_of).collect::<Vec<_>>().join(" "));
+        next = line(row) + 1;
+    }
+    text
 }
 
 /// Decimal marks that were seen.
@@ -219,7 +272,6 @@ impl Marks {
 
 /// The first records at their lines, comments apart.
 fn records(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
-    const MOST: usize = 1000;
     let mut text = Vec::new();
     // Bytes in memory are read without an error.
     let _ = WithoutComments::new(start, delimiter).read_to_end(&mut text);
@@ -235,7 +287,7 @@ fn records(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
         (line, counted) = (line + lines as u64, before + blank);
         at_line(record, line)
     };
-    records.map_while(Result::ok).take(MOST).map(at_its_line).collect()
+    records.map_while(Result::ok).map(at_its_line).collect()
 }
 
 /// The cells of each comment above a line, without its marks; a quote that is open at its end closes there.

@@ -3,7 +3,9 @@
 //! The values begin at the first row from which most rows have numbers in the same cells. The header is the row of names
 //! above it, or the comment above it; text further up is left out and counted.
 
-use super::cells::{bare_unit, is_blank, is_comment, is_comment_record, is_number, line, text_of};
+use super::cells::{
+    DELIMITERS, bare_unit, is_blank, is_comment, is_comment_record, is_number, line, text_of,
+};
 use super::missing::is_missing;
 use crate::Error;
 use crate::role::Role;
@@ -15,12 +17,18 @@ use std::io::Read;
 /// Rows by which the kinds of the columns are determined.
 const SAMPLE: usize = 200;
 
-/// The first bytes, with some rows of values if there are any, and how many of them are whole lines.
-pub(super) fn start(file: &str, reader: &mut dyn Read) -> Result<(Vec<u8>, usize), Error> {
+/// The first bytes, with some rows of values and the stated line if there are any, and how many of them are whole lines.
+pub(super) fn start(
+    file: &str,
+    reader: &mut dyn Read,
+    stated: Option<u64>,
+) -> Result<(Vec<u8>, usize), Error> {
     const CHUNK: u64 = 1 << 16;
     const LINES: usize = 4;
+    const LAST: usize = 32;
     const MOST: usize = 1 << 24;
     let mut bytes = Vec::new();
+    let mut ends = 0;
     loop {
         let before = bytes.len();
         reader.take(CHUNK).read_to_end(&mut bytes).map_err(|e| Error::Csv {
@@ -34,12 +42,25 @@ pub(super) fn start(file: &str, reader: &mut dyn Read) -> Result<(Vec<u8>, usize
             let length = bytes.len();
             return Ok((bytes, length));
         }
-        let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
-        if lines.filter(|line| !line.is_empty() && !is_comment(line)).count() > LINES {
+        ends += bytes[before..].iter().filter(|b| **b == b'\n').count() as u64;
+        // The last line may be cut.
+        let lines = bytes.rsplit(|b| *b == b'\n').skip(1).map(<[u8]>::trim_ascii);
+        let lines = lines.filter(|line| !line.is_empty() && !is_comment(line)).take(LAST);
+        let values = lines.filter(|line| is_of_values(line)).count();
+        if values >= LINES && stated.is_none_or(|line| line + (LINES as u64) < ends) {
             let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
             return Ok((bytes, end));
         }
     }
+}
+
+/// Whether the line has numbers, whatever delimits them.
+fn is_of_values(line: &[u8]) -> bool {
+    let cells = line.split(|b| DELIMITERS.contains(b)).filter(|cell| !cell.is_empty());
+    let are_numbers: Vec<bool> =
+        cells.map(|cell| is_number(text_of(cell).trim_matches('"'))).collect();
+    let numbers = are_numbers.iter().filter(|is_number| **is_number).count();
+    numbers == are_numbers.len() || numbers > 1 && 4 * numbers >= are_numbers.len()
 }
 
 /// The rows above the values.
@@ -49,13 +70,13 @@ pub(super) struct Header {
     pub(super) names: Option<ByteRecord>,
     /// The unit of each column; empty where no row states them.
     pub(super) units: Vec<String>,
-    /// Rows of text that are neither.
+    /// Rows above the values that are neither.
     pub(super) skipped: usize,
     /// Place of the first row of values among the records.
     pub(super) first: usize,
 }
 
-/// Finds the header; `stated` is its line where that is stated. `None` where nothing is at that line.
+/// Finds the header; `stated` is its line where that is stated. `None` where no text is at that line.
 pub(super) fn find(
     records: &[ByteRecord],
     comments: &[ByteRecord],
@@ -64,23 +85,28 @@ pub(super) fn find(
     let is_row = |record: &ByteRecord| !is_blank(record) && !is_comment_record(record);
     let rows = records.iter().enumerate().filter(|(_, record)| is_row(record));
     let mut rows: Vec<(usize, &ByteRecord)> = rows.collect();
-    let mut names = None;
+    let (mut names, mut skipped) = (None, 0);
     if let Some(at) = stated {
-        let all = rows.iter().map(|(_, row)| *row).chain(comments);
-        names = Some(all.into_iter().find(|row| line(row) == at)?);
+        let mut all = rows.iter().map(|(_, row)| *row).chain(comments);
+        let has_text = |row: &&ByteRecord| row.iter().any(|cell| kind(cell) == Kind::Text);
+        names = Some(all.find(|row| line(row) == at).filter(has_text)?);
+        skipped = rows.iter().filter(|(_, row)| line(row) < at).count();
         rows.retain(|(_, row)| line(row) > at);
     }
     let table = Table::new(rows.iter().map(|(_, row)| *row).collect());
     let width = table.rows.first().map_or(0, |row| row.len());
     let is_named = names.is_some() || comments.iter().any(|comment| comment.len() == width);
-    let first = table.first(is_named);
-    let above = &table.rows[..first];
+    let mut first = table.first(is_named);
     let mut units = None;
     let mut used = 0;
     let place = match names {
         Some(_) => None,
         None => table.names(first),
     };
+    if place.is_some() || is_named {
+        first = table.first_below(place.map_or(0, |at| at + 1), first);
+    }
+    let above = &table.rows[..first];
     if let Some(at) = place {
         names = Some(above[at]);
         used += 1;
@@ -112,7 +138,7 @@ pub(super) fn find(
     Some(Header {
         names: names.cloned(),
         units: units.unwrap_or_default(),
-        skipped: first - used,
+        skipped: skipped + first - used,
         first: rows.get(first).map_or(records.len(), |(place, _)| *place),
     })
 }
@@ -145,21 +171,14 @@ struct Table<'a> {
 impl<'a> Table<'a> {
     fn new(rows: Vec<&'a ByteRecord>) -> Self {
         let tail = &rows[rows.len() / 2..];
-        let tail = &tail[tail.len().saturating_sub(SAMPLE)..];
-        let mut counts: Vec<[usize; 2]> = Vec::new();
-        for row in tail {
-            counts.resize(counts.len().max(row.len()), [0; 2]);
-            for (cell, counts) in row.iter().zip(&mut counts) {
-                match kind(cell) {
-                    Kind::Number => counts[0] += 1,
-                    Kind::Text => counts[1] += 1,
-                    Kind::Missing => {}
-                }
-            }
+        let mut tail = &tail[tail.len().saturating_sub(SAMPLE)..];
+        let mut has_numbers = columns_of_numbers(tail);
+        // A long text above a short table.
+        if !has_numbers.contains(&true) {
+            tail = &tail[tail.len().saturating_sub(SAMPLE / 4)..];
+            has_numbers = columns_of_numbers(tail);
         }
-        let has_numbers = counts.iter().map(|[numbers, texts]| *numbers > 0 && numbers >= texts);
-        let mut table =
-            Self { has_numbers: has_numbers.collect(), rows: Vec::new(), numbers: 0, filled: 0 };
+        let mut table = Self { has_numbers, rows: Vec::new(), numbers: 0, filled: 0 };
         let median = |mut counts: Vec<usize>| {
             counts.sort_unstable();
             counts.get(counts.len() / 2).copied().unwrap_or_default()
@@ -198,7 +217,9 @@ impl<'a> Table<'a> {
         while first > 0 {
             let row = self.rows[first - 1];
             let [numbers, texts] = self.count(row);
-            let has_bad_cells = numbers > texts && (first > 1 || is_named) && !is_unit_row(row);
+            let is_of_names = texts > 0 && 2 * known(row) > texts;
+            let has_bad_cells =
+                numbers > texts && (first > 1 || is_named) && !is_unit_row(row) && !is_of_names;
             if numbers == 0 || texts > 0 && !has_bad_cells {
                 break;
             }
@@ -207,39 +228,88 @@ impl<'a> Table<'a> {
         first
     }
 
+    /// The first row of values below the names and units, whatever else is in it.
+    fn first_below(&self, names: usize, first: usize) -> usize {
+        let rows = &self.rows[..first];
+        let is_of_units = |row: &&ByteRecord| is_unit_row(row) || is_labelled_unit_row(row);
+        let units = rows.iter().skip(names).rposition(is_of_units).map_or(0, |at| at + 1);
+        let column = self.has_numbers.iter().position(|has| *has);
+        let has_number = |row: &ByteRecord| {
+            let mut cells = row.iter().zip(&self.has_numbers).enumerate();
+            // `1` is a unit, too.
+            cells.any(|(i, (cell, has))| {
+                *has && kind(cell) == Kind::Number && (Some(i) == column || text_of(cell) != "1")
+            })
+        };
+        (names + units..first).find(|at| has_number(rows[*at])).unwrap_or(first)
+    }
+
     /// The row of names above the first row of values: the nearest that is neither units nor sources.
     fn names(&self, first: usize) -> Option<usize> {
         if !self.has_numbers.contains(&true) {
             return (first > 0).then_some(0);
         }
+        // Rows above the values that are looked at.
+        const MOST: usize = 1 << 13;
+        let width = self.rows.get(first).map_or(usize::MAX, |row| row.len());
         let mut names: Option<usize> = None;
-        for at in (0..first).rev() {
+        let mut is_near = true;
+        for at in (0..first).rev().take(MOST) {
             let row = self.rows[at];
             let own = filled(row);
             let texts = row.iter().filter(|cell| kind(cell) == Kind::Text).count();
-            let is_candidate =
-                2 * own >= self.filled && 2 * texts >= own && (own > 1 || self.filled < 2);
+            let [numbers, texts_of_numbers] = self.count(row);
+            let has_gap = self.rows.get(at + 1).is_some_and(|below| line(below) > end(row) + 1);
+            let is_full = 2 * own >= self.filled && 2 * texts >= own;
+            // Directly above the values a few names are a header.
+            is_near &= !has_gap;
+            let is_header = || {
+                let is_alike = texts_of_numbers > 0 && row.len() == width;
+                is_near && texts > 0 && (is_alike || known(row) > 0)
+            };
+            let is_candidate = (own > 1 || self.filled < 2) && (is_full || is_header());
+            is_near &= is_unit_row(row);
             let Some(below) = names else {
                 if is_candidate {
                     names = Some(at);
                 }
                 continue;
             };
-            // A line without text ends the header.
-            if !is_candidate || line(self.rows[at + 1]) > end(row) + 1 {
+            let below = self.rows[below];
+            let has_numbers = self.count(below)[0] > 0;
+            if !is_candidate && numbers > 0 && has_numbers {
+                continue;
+            }
+            // A line without text ends the header, but not between names and units.
+            if !is_candidate || has_gap && !are_units(self.rows[at + 1]) {
                 break;
             }
-            let below = self.rows[below];
             let is_of_units = is_unit_row(below) || has_repeats(below) && !has_repeats(row);
             let is_fuller = filled(below) < own || is_of_units && own + 1 >= filled(below);
             match known(row).cmp(&known(below)) {
                 Ordering::Greater => names = Some(at),
-                Ordering::Equal if is_fuller => names = Some(at),
+                Ordering::Equal if is_fuller || has_numbers && numbers == 0 => names = Some(at),
                 _ => {}
             }
         }
         names
     }
+}
+
+/// Columns with as many numbers as texts or more.
+fn columns_of_numbers(rows: &[&ByteRecord]) -> Vec<bool> {
+    let mut counts: Vec<[usize; 2]> = Vec::new();
+    for row in rows {
+        counts.resize(counts.len().max(row.len()), [0; 2]);
+        for (cell, counts) in row.iter().zip(&mut counts) {
+            match kind(cell) {
+                Kind::Number => counts[0] += 1,
+                Kind::Text => counts[1] += 1,
+                Kind::Missing => {}
+            }
+        }
+    }
+    counts.iter().map(|[numbers, texts]| *numbers > 0 && numbers >= texts).collect()
 }
 
 /// Cells that are named like a quantity of a vehicle or end in a unit.
@@ -277,6 +347,13 @@ fn is_unit_row(row: &ByteRecord) -> bool {
     let cells = cells_of(row);
     !cells.iter().any(|cell| cell != "1" && !cell.is_empty() && is_number(cell))
         && cells.iter().any(|cell| cell != "1" && parse_unit(bare_unit(cell)).is_some())
+}
+
+/// A row of units throughout.
+fn are_units(row: &ByteRecord) -> bool {
+    let cells = cells_of(row);
+    let units = cells.iter().filter(|cell| parse_unit(bare_unit(cell)).is_some()).count();
+    is_unit_row(row) && 2 * units >= filled(row)
 }
 
 /// A row such as `Y_Unit_Label,deg,deg/s`.

@@ -38,6 +38,8 @@ struct Csv<'a> {
     optional: Vec<usize>,
     is_tolerant: bool,
     losses: Losses,
+    /// Whether blanks delimit the cells.
+    has_blanks: bool,
     count: u64,
     reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     is_read: bool,
@@ -60,7 +62,7 @@ impl<'a> Csv<'a> {
     fn open(file: LogFile<'a>, options: &LogOptions) -> Result<Self, Error> {
         let name = file.name.clone();
         let mut reader = file.into_reader()?;
-        let (start, whole_lines) = header::start(&name, reader.as_mut())?;
+        let (start, whole_lines) = header::start(&name, reader.as_mut(), options.header_line)?;
         let mut head = Head::of(&name, &start[..whole_lines], options.header_line)?;
         // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
@@ -77,12 +79,18 @@ impl<'a> Csv<'a> {
         dialect::complete(&mut head, &mut channels);
         let top = if !head.has_names {
             let last = channels.last().map_or("", |channel| &channel.name);
-            Some(format!("{name}: no header: the columns are named column_1 to {last}"))
+            let rows = match head.skipped {
+                0 => String::new(),
+                skipped => format!(", {} above the values not read", counted(skipped, "row")),
+            };
+            Some(format!(
+                "{name}: no header: the columns are named column_1 to {last}{rows}; where a line has their names, state it with --header-line N"
+            ))
         } else if head.skipped > 0 {
             let rows = counted(head.skipped, "row");
             let line = head.header_line;
             Some(format!(
-                "{name}: {rows} of text above the values not read; the header is line {line}"
+                "{name}: {rows} above the values not read; the header is line {line}; where it is another one, state it with --header-line N"
             ))
         } else {
             None
@@ -98,6 +106,7 @@ impl<'a> Csv<'a> {
             optional: Vec::new(),
             is_tolerant: false,
             losses,
+            has_blanks: head.delimiter == b' ',
             count: 0,
             reader,
             is_read: false,
@@ -188,15 +197,17 @@ impl<'a> Csv<'a> {
             // Without the end of its line the last cell may be cut.
             let is_whole = got >= columns
                 || got > 1 && (!self.is_at_end() || self.reader.get_ref().ends_line());
-            let read = if is_longer || !is_whole {
+            // Between blanks an empty cell is not seen.
+            let blanks = self.has_blanks;
+            let read = if is_longer || !is_whole || blanks && got < columns {
                 let file = self.groups[0].file.clone();
-                Err(Error::RaggedRow { file, line, got, expected: columns })
+                Err(Error::RaggedRow { file, line, got, expected: columns, blanks })
             } else {
                 self.numbers(record, line, wanted, values)
             };
             let faults = match read {
                 // A mark of a tool beside texts.
-                Ok(faults) if !faults.is_empty() && is_marked(record) => Err(faults),
+                Ok(faults) if self.has_needed(&faults) && is_marked(record) => Err(faults),
                 Err(_) if is_marked(record) => Err(Vec::new()),
                 // What ends a file, such as a cut line or a closing remark.
                 Err(error) if self.has_rows && self.is_at_end() => Err(vec![(0, error)]),
@@ -237,17 +248,29 @@ impl<'a> Csv<'a> {
         faults.iter().any(|(j, _)| self.losses.bad[*j].is_none() && !self.optional.contains(j))
     }
 
-    /// Bad cells of a column that is needed: more than one in a hundred rows, or any where the decimal mark is open.
+    fn has_needed(&self, faults: &[(usize, Error)]) -> bool {
+        faults.iter().any(|(j, _)| !self.optional.contains(j))
+    }
+
+    /// Bad cells of a column that is needed: any where the decimal mark is open, and at the end more than one in a
+    /// hundred rows.
     fn too_many(&mut self) -> Vec<Error> {
         let mut errors = Vec::new();
         for (j, bad) in self.losses.bad.iter_mut().enumerate() {
-            let is_needed = !self.optional.contains(&j);
-            let is_too_many = bad.as_ref().is_some_and(|(count, error)| {
-                100 * count > self.count || matches!(error, Error::DecimalMark { .. })
-            });
-            if is_needed && is_too_many {
-                errors.extend(bad.take().map(|(_, error)| error));
+            let Some((count, error)) = bad.as_ref().filter(|_| !self.optional.contains(&j)) else {
+                continue;
+            };
+            if matches!(error, Error::DecimalMark { .. }) {
+                errors.push(error.clone());
+                // It is an error once, where the read goes on.
+                self.optional.push(j);
+            } else if self.is_read && 100 * count > self.count {
+                let first = Box::new(error.clone());
+                errors.push(Error::TooManyBadCells { first, bad: *count, rows: self.count });
+            } else {
+                continue;
             }
+            *bad = None;
         }
         errors
     }
@@ -276,12 +299,9 @@ impl<'a> Csv<'a> {
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
         let text = std::str::from_utf8(cell).unwrap_or_default().trim();
         let with_comma = self.decimal == Some(DecimalMark::Comma);
-        if let Some(stamps) = self.stamps[column].as_mut().filter(|stamps| stamps.are_digits())
-            && let Some(seconds) = stamps.seconds(text)
-        {
-            return Ok(seconds);
-        }
-        if let Ok(x) = text.parse::<f64>()
+        let is_of_digits = self.stamps[column].as_ref().is_some_and(Stamps::are_digits);
+        if !is_of_digits
+            && let Ok(x) = text.parse::<f64>()
             && !(with_comma && text.contains('.'))
         {
             return match x {
@@ -342,10 +362,8 @@ impl Recording for Csv<'_> {
             }
             let (columns, fault) = self.take(&wanted.channels, request.most);
             self.is_read = columns.lines.len() < request.most;
-            if self.is_read {
-                faults = self.too_many();
-                faults.reverse();
-            }
+            faults = self.too_many();
+            faults.reverse();
             faults.extend(fault);
             Some(Ok(Rows { wanted: 0, columns }))
         });

@@ -99,6 +99,9 @@ impl Stamps {
         }
         let mut form_and_seconds = read(text);
         if self.form == Form::Digits {
+            // Zeros that lead may be missing.
+            let whole = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+            let text = format!("{}{text}", "0".repeat(6_usize.checked_sub(whole)?));
             let (hours, rest) = text.split_at_checked(2)?;
             let (minutes, seconds) = rest.split_at_checked(2)?;
             let of_day = time_of_day(&format!("{hours}:{minutes}:{seconds}"))?;
