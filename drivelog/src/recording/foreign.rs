@@ -33,6 +33,11 @@ const FORMATS: &[Known] = &[
     (b"#ROSBAG V", "a ROS 1 bag", PYTHON),
     (b"TDSm", "a TDMS file", PYTHON),
     (b"ARROW1", "Arrow IPC (Feather)", COLUMNS),
+    (
+        b"\xff\xff\xff\xff",
+        "a stream of Arrow IPC",
+        "convert it to Parquet, as with pyarrow.ipc.open_stream(FILE)",
+    ),
     (b"FEA1", "Feather", COLUMNS),
     (b"ULog\x01\x12\x35", "a log of PX4 (ULog)", "convert it to CSV, as with ulog2csv of pyulog"),
     (b"\x28\xb5\x2f\xfd", "compressed as a whole (Zstandard)", UNPACK),

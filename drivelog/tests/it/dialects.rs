@@ -238,6 +238,7 @@ fn foreign_formats_are_named_with_what_reads_them() {
         (b"#ROSBAG V2.0\n", "ROS 1", "[logs]"),
         (b"SQLite format 3\0", "SQLite", "[logs]"),
         (b"ARROW1\0\0", "Arrow", "Parquet"),
+        (b"\xff\xff\xff\xff\xa0\x04\0\0", "stream of Arrow", "Parquet"),
     ] {
         let e = refused(bytes.to_vec(), &o());
         assert!(matches!(e, Error::OtherFormat { .. }), "{name}: {e:?}");
