@@ -46,11 +46,13 @@ ESTIMATOR = {
         "yaw_rate_bias_density": 1e-5,
         "speed_density": sensors.SPEED_NOISE_MPS * vehicle.SAMPLE_TIME_S**0.5,
         "lateral_velocity_density": 0.02,
+        "sideslip_per_yaw_rate_density": 1e-3,
     },
     "initial": {
         "position_std_m": 0.1,
         "yaw_std_rad": sensors.INITIAL_YAW_STD_RAD,
         "yaw_rate_bias_std_radps": sensors.GYRO_BIAS_RADPS,
+        "sideslip_per_yaw_rate_std_s": 0.02,
     },
     "speed_mps": 15.0,
 }

@@ -8,11 +8,14 @@ PoseEstimator, ReferencePath and LateralPid as packed FMUs, with corrected GNSS:
 
     cargo xtask experiment --over-speed                    three cars
     cargo xtask experiment --over-speed --drives 20        other seeds, too
+    cargo xtask experiment --over-speed --friction 0.6     the road's, not that of the drive
+    cargo xtask experiment --over-speed --age 0.2 --age-error -0.1    fixes are 0.2 s old, 0.1 s is stated
 """
 
 import argparse
 import math
 import tempfile
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -40,13 +43,13 @@ LONGEST_S = 200.0
 DRIVEN = {"LARGEST_LATERAL_MPS2": 4.0, "LARGEST_ACCELERATION_MPS2": 1.5, "DURATION_S": 240.0}
 
 
-def record(car, folder, seed):
+def record(car, folder, seed, age_s):
     """A drive and the fixes of its receiver."""
     for name, value in DRIVEN.items():
         setattr(whole_drive, name, value)
     _, states = whole_drive.record(car, folder / "drive.csv", seed)
     at = states[::FIX_EVERY]
-    stated = SAMPLE_TIME_S * FIX_EVERY * np.arange(len(at)) + LATENCY_S
+    stated = SAMPLE_TIME_S * FIX_EVERY * np.arange(len(at)) + age_s
     rng = np.random.default_rng([car.number, seed, 77])
     places = sensors.antenna(at[:, vehicle.X], at[:, vehicle.Y], at[:, vehicle.YAW])
     fixes = [noisy(rng, values, CORRECTED.deviation_m) for values in places]
@@ -98,19 +101,29 @@ def speed_at(first, last, length, distance):
     return first + (last - first) * min(max(distance / length, 0.0), 1.0)
 
 
-def drive(program, structure, age_s, task):
+@dataclass(frozen=True)
+class Conditions:
+    """Of the drives."""
+
+    structure: str
+    age_s: float  # of the fixes
+    stated_age_s: float | None  # None: it is identified
+    friction: float  # of the road, as a share of that of the drive
+
+
+def drive(program, conditions, task):
     """The row of a car and a seed: RMS and largest errors of each road, without and with correction."""
     number, seed = task
-    car, found = vehicle.Car(number), []
+    car, found, stated_s = vehicle.Car(number, conditions.friction), [], conditions.stated_age_s
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        record(car, folder, seed)
-        receiver = ("--antenna-x", f"{ANTENNA_M[0]}m", *(() if age_s is None else ("--gnss-latency", f"{age_s}s")))
+        record(vehicle.Car(number), folder, seed, conditions.age_s)
+        receiver = ("--antenna-x", f"{ANTENNA_M[0]}m", *(() if stated_s is None else ("--gnss-latency", f"{stated_s}s")))
         model, pid = folder / "model.json", folder / "pid.json"
         columns = ("--input-channel", "steering_command_rad", "--steering-ratio", "1")
         log = (folder / "drive.csv", folder / "fixes.csv")
         program.run(
-            "identify", *log, *columns, *receiver, "--structure", structure, "-o", model, accept=(DONE, NOT_MET)
+            "identify", *log, *columns, *receiver, "--structure", conditions.structure, "-o", model, accept=(DONE, NOT_MET)
         )
         latency_s = read(model)["sideslip"]["gnss_latency_s"]
         program.design(model, pid, "--max-rate", f"{SERVO_RADPS}rad/s", "--speeds", "5..30")
@@ -129,7 +142,7 @@ def drive(program, structure, age_s, task):
                 archives = [Archive(folder / f"{unit}.fmu") for unit in ("ReferencePath", "LateralPid")]
                 loop = road.Loop(Archive(estimator), *archives)
                 count = round((LONGEST_S + road.LEAD_IN_S) / SAMPLE_TIME_S) + 1
-                reader = sensors.Sensors(CORRECTED, [number, seed, 5], 0.0, count)
+                reader = sensors.Sensors(CORRECTED, [number, seed, 5], 0.0, count, conditions.age_s)
                 errors, arrived = follow(car, speeds, loop, reader, slip, length, latency_s)
                 for archive in (loop.estimator, *archives):
                     archive.remove()
@@ -145,13 +158,16 @@ def main():
     parser.add_argument("--seed", type=int, default=500, help="of the first drive")
     parser.add_argument("--structure", default="bicycle")
     parser.add_argument("--unstated-age", action="store_true", help="the age of the fixes is that which was identified")
+    parser.add_argument("--age", type=float, default=LATENCY_S, help="of the fixes, s (default: %(default)s)")
     parser.add_argument("--age-error", type=float, default=0.0, help="of the fixes: stated less true, s")
+    parser.add_argument("--friction", type=float, default=1.0, help="of the road, as a share of that of the drive")
     options = parser.parse_args()
     tasks = [(CARS[i % len(CARS)], options.seed + i) for i in range(options.drives)]
     print("cross-track error, RMS and largest, m: with the sideslip of the file, with its correction on the road")
     all_found = []
-    age_s = None if options.unstated_age else LATENCY_S + options.age_error
-    work = partial(drive, Program(options.program), options.structure, age_s)
+    stated_age_s = None if options.unstated_age else round(options.age + options.age_error, 6)
+    conditions = Conditions(options.structure, options.age, stated_age_s, options.friction)
+    work = partial(drive, Program(options.program), conditions)
     for (number, seed), found in engagement.in_parallel(work, tasks):
         texts = []
         for (name, _, *file), (*_, rms, largest) in zip(found[::2], found[1::2]):

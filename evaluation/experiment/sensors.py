@@ -14,7 +14,6 @@ from excitation import SAMPLE_TIME_S
 
 FIX_EVERY = 10  # samples
 LATENCY_S = 0.1
-LATENCY_SAMPLES = round(LATENCY_S / SAMPLE_TIME_S)
 ANTENNA_M = (0.4, 0.2)  # ahead and to the left of the centre of gravity
 
 GYRO_BIAS_RADPS = 0.005  # standard deviation between drives
@@ -57,9 +56,9 @@ class Reading:
 class Sensors:
     """Reads the car sample by sample; the same seed gives the same errors to every contender."""
 
-    def __init__(self, gnss, seed, drop_out_from, count):
+    def __init__(self, gnss, seed, drop_out_from, count, latency_s=LATENCY_S):
         rng = np.random.default_rng(seed)
-        self.gnss = gnss
+        self.gnss, self.latency = gnss, round(latency_s / SAMPLE_TIME_S)
         self.lost = range(
             round(drop_out_from / SAMPLE_TIME_S),
             round((drop_out_from + gnss.drop_out_s) / SAMPLE_TIME_S),
@@ -77,7 +76,7 @@ class Sensors:
         if k % FIX_EVERY == 0 and k not in self.lost:
             x, y = antenna(state[vehicle.X], state[vehicle.Y], state[vehicle.YAW])
             fix = (x + self.position[k, 0], y + self.position[k, 1])
-            self.under_way[k + LATENCY_SAMPLES] = fix
+            self.under_way[k + self.latency] = fix
         if k in self.under_way:
             self.last = self.under_way.pop(k)
             self.fixes += 1

@@ -35,13 +35,18 @@ NAMES = {1: "Ford Escort", 2: "BMW 320i", 3: "VW Vanagon"}
 
 
 @lru_cache
-def published_parameters(number):
-    return setup_vehicle_parameters(vehicle_id=number)
+def published_parameters(number, friction=1.0):
+    """Of a car on a road with a share of the friction at which its tyres were measured: what they carry at most is
+    less, their stiffness is the same."""
+    found = setup_vehicle_parameters(vehicle_id=number)
+    found.tire.p_dx1 *= friction
+    found.tire.p_dy1 *= friction
+    return found
 
 
 @lru_cache
-def parameters(number):
-    return compiled.values(published_parameters(number))
+def parameters(number, friction=1.0):
+    return compiled.values(published_parameters(number, friction))
 
 
 vehicle_dynamics = compiled.vehicle_dynamics()
@@ -100,10 +105,10 @@ def drive(state, command, speed, values, steps):
 
 
 @lru_cache
-def at_start(number, speed):
-    start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], published_parameters(number))
+def at_start(number, speed, friction=1.0):
+    start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], published_parameters(number, friction))
     state = np.array(start, dtype=float)
-    drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, parameters(number), STEPS)
+    drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, parameters(number, friction), STEPS)
     state[list(ZERO_AT_START)] = 0.0
     return state
 
@@ -113,18 +118,19 @@ class Car:
     """One of the published parameter sets."""
 
     number: int
+    friction: float = 1.0
 
     @property
     def published(self):
-        return published_parameters(self.number)
+        return published_parameters(self.number, self.friction)
 
     @property
     def parameters(self):
-        return parameters(self.number)
+        return parameters(self.number, self.friction)
 
     def at_start(self, speed):
         """Straight ahead, wheels spinning, the suspension at rest."""
-        return at_start(self.number, speed).copy()
+        return at_start(self.number, speed, self.friction).copy()
 
     def drive(self, command, speed):
         """States at the samples of a steering command."""

@@ -71,6 +71,9 @@ pub struct SensorNoise {
     pub speed_density: f64,
     /// Of the lateral velocity that the sideslip does not explain, (m/s)/√Hz.
     pub lateral_velocity_density: f64,
+    /// Of what the sideslip per yaw rate walks by, s/√s; 0 or omitted if it is constant.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_per_yaw_rate_density: f64,
 }
 
 /// Standard deviations at the start.
@@ -83,6 +86,9 @@ pub struct InitialUncertainty {
     pub yaw_std_rad: f64,
     /// Of the gyro's bias, rad/s.
     pub yaw_rate_bias_std_radps: f64,
+    /// Of the sideslip per yaw rate, s; 0 or omitted if it is known exactly.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_per_yaw_rate_std_s: f64,
 }
 
 /// A number with its range: key, name in words, value, least and largest value.
@@ -108,9 +114,10 @@ impl Gnss {
 impl SensorNoise {
     /// The ranges of its numbers.
     #[must_use]
-    pub fn ranges(&self) -> [Ranged; 4] {
+    pub fn ranges(&self) -> [Ranged; 5] {
         let Self { yaw_rate_density, yaw_rate_bias_density, speed_density, .. } = *self;
-        let across = self.lateral_velocity_density;
+        let (across, sideslip) =
+            (self.lateral_velocity_density, self.sideslip_per_yaw_rate_density);
         [
             (
                 "yaw_rate_density",
@@ -134,6 +141,13 @@ impl SensorNoise {
                 0.0,
                 1e3,
             ),
+            (
+                "sideslip_per_yaw_rate_density",
+                "the density of the sideslip's walk",
+                sideslip,
+                0.0,
+                10.0,
+            ),
         ]
     }
 }
@@ -141,13 +155,21 @@ impl SensorNoise {
 impl InitialUncertainty {
     /// The ranges of its numbers.
     #[must_use]
-    pub fn ranges(&self) -> [Ranged; 3] {
+    pub fn ranges(&self) -> [Ranged; 4] {
         let (position, yaw, bias) =
             (self.position_std_m, self.yaw_std_rad, self.yaw_rate_bias_std_radps);
+        let sideslip = self.sideslip_per_yaw_rate_std_s;
         [
             ("position_std_m", "the position's initial deviation", position, 0.0, 1e6),
             ("yaw_std_rad", "the yaw's initial deviation", yaw, 0.0, std::f64::consts::PI),
             ("yaw_rate_bias_std_radps", "the bias's initial deviation", bias, 0.0, 10.0),
+            (
+                "sideslip_per_yaw_rate_std_s",
+                "the initial deviation of the sideslip per yaw rate",
+                sideslip,
+                0.0,
+                10.0,
+            ),
         ]
     }
 }

@@ -1012,6 +1012,8 @@ class SensorNoise(Record):
     """Of the speed, (m/s)/√Hz."""
     lateral_velocity_density: float
     """Of the lateral velocity that the sideslip does not explain, (m/s)/√Hz."""
+    sideslip_per_yaw_rate_density: Union[float, None]
+    """Of what the sideslip per yaw rate walks by, s/√s; 0 or omitted if it is constant."""
 
 
 class InitialUncertainty(Record):
@@ -1023,6 +1025,8 @@ class InitialUncertainty(Record):
     """Of the yaw, rad; above 0.5 it is initialised from the direction of the first fixes."""
     yaw_rate_bias_std_radps: float
     """Of the gyro's bias, rad/s."""
+    sideslip_per_yaw_rate_std_s: Union[float, None]
+    """Of the sideslip per yaw rate, s; 0 or omitted if it is known exactly."""
 
 
 class AccumulatedSpeed(Record):

@@ -21,12 +21,14 @@ fn estimator() -> PoseEstimator {
             yaw_rate_bias_density: 1e-3,
             speed_density: 0.1,
             lateral_velocity_density: 0.08,
+            sideslip_per_yaw_rate_density: 4e-3,
         },
         initial_pose: Pose { x: 3.0, y: -2.0, yaw: 0.5 },
         initial: InitialUncertainty {
             position_std_m: 0.8,
             yaw_std_rad: 0.15,
             yaw_rate_bias_std_radps: 0.03,
+            sideslip_per_yaw_rate_std_s: 0.04,
         },
     })
     .unwrap();
@@ -53,12 +55,12 @@ fn the_same_estimates_as_an_independent_filter() {
         };
         estimator.step(row[0] - before).unwrap();
         before = row[0];
-        for (mean, expected) in estimator.mean().iter().zip(&row[7..11]) {
+        for (mean, expected) in estimator.mean().iter().zip(&row[7..12]) {
             largest[0] = largest[0].max((mean - expected).abs());
         }
         let covariance = estimator.covariance();
-        let lower = (0..4).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        for ((i, j), expected) in lower.zip(&row[11..]) {
+        let lower = (0..5).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        for ((i, j), expected) in lower.zip(&row[12..]) {
             // Relative to the two deviations.
             let scale = (covariance[i][i] * covariance[j][j]).sqrt();
             largest[1] = largest[1].max((covariance[i][j] - expected).abs() / scale);

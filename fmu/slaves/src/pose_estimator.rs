@@ -78,6 +78,10 @@ variables! {
         .unit("m/s").display_unit("km/h").min(0.0).max(1000.0).nominal(10.0).description("speed at which the sideslip parameters hold");
     DistanceRear = 38, real "distance_rear", Parameter, Fixed, at estimator.parameters.sideslip.distance_rear,
         .unit("m").min(0.0).max(100.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
+    SideslipPerYawRateDensity = 39, real "sideslip_per_yaw_rate_density", Parameter, Fixed, at estimator.parameters.noise.sideslip_per_yaw_rate_density,
+        .nominal(1e-3).min(0.0).max(10.0).description("density of what the sideslip per yaw rate walks by, s per root s");
+    InitialSideslipPerYawRateStd = 40, real "initial_sideslip_per_yaw_rate_std", Parameter, Fixed, at estimator.parameters.initial.sideslip_per_yaw_rate_std_s,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("standard deviation of the sideslip per yaw rate at the start; 0: known exactly");
 }
 
 /// A filter that estimates the pose from fixes, yaw rate and speed.

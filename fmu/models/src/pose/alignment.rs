@@ -5,7 +5,7 @@
 //! both has the standard deviation √(σ² + σ₀²)/D. Once it is below [`GOOD_ENOUGH`] it is a
 //! measurement of the yaw. Until then the position is that of the last fix.
 
-use super::filter::{BIAS, Filter, YAW};
+use super::filter::{BIAS, Filter, SIDESLIP, YAW};
 use super::parameters::PoseParameters;
 use crate::Error;
 use crate::angle::wrap_angle;
@@ -89,6 +89,7 @@ impl Alignment {
         let rest = 1.0 - gain;
         filter.covariance[(YAW, YAW)] = gain * gain * measured + rest * rest * known;
         filter.covariance[(YAW, BIAS)] *= rest;
+        filter.covariance[(YAW, SIDESLIP)] *= rest;
         // The error of this fix is part of the position's and of the yaw's.
         let shared = Vector2::new(-led.y, led.x) * (gain * variance / led.norm_squared());
         set_position(filter, p, fix, variance, shared);
@@ -125,7 +126,7 @@ fn set_position(
     (filter.mean[0], filter.mean[1]) = (x, y);
     let swing = Vector2::new(-arm.y, arm.x);
     let c = &mut filter.covariance;
-    let (yaw, with_bias) = (c[(YAW, YAW)], c[(YAW, BIAS)]);
+    let yaw = c[(YAW, YAW)];
     let both = swing * shared.transpose();
     let position = nalgebra::Matrix2::identity() * variance + swing * swing.transpose() * yaw
         - both
@@ -134,8 +135,13 @@ fn set_position(
     for i in 0..2 {
         let with_yaw = shared[i] - swing[i] * yaw;
         (c[(i, YAW)], c[(YAW, i)]) = (with_yaw, with_yaw);
-        let value = -swing[i] * with_bias;
-        (c[(i, BIAS)], c[(BIAS, i)]) = (value, value);
     }
-    c[(BIAS, YAW)] = with_bias;
+    for other in [BIAS, SIDESLIP] {
+        let with_yaw = c[(YAW, other)];
+        c[(other, YAW)] = with_yaw;
+        for i in 0..2 {
+            let value = -swing[i] * with_yaw;
+            (c[(i, other)], c[(other, i)]) = (value, value);
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The estimator: readings and fixes in, a pose out, step by step.
 
 use super::alignment::{Alignment, UNKNOWN};
-use super::filter::{BIAS, Filter, YAW};
+use super::filter::{BIAS, Filter, SIDESLIP, STATES, YAW};
 use super::history::{History, Interval};
 use super::parameters::PoseParameters;
 use crate::Error;
@@ -172,12 +172,13 @@ impl PoseEstimator {
     }
 
     fn check(&self) -> Result<(), Error> {
-        let [x, y, yaw, bias] = self.mean();
+        let [x, y, yaw, bias, sideslip] = self.mean();
         diverged([
             ("x", x),
             ("y", y),
             ("the yaw", yaw),
             ("the gyro's bias", bias),
+            ("the correction of the sideslip", sideslip),
             ("the position's deviation", self.position_std()),
         ])?;
         // Numbers without a name.
@@ -185,15 +186,15 @@ impl PoseEstimator {
         diverged([("a covariance", if rest { 0.0 } else { f64::NAN })])
     }
 
-    /// X, Y (m), yaw (rad) and the gyro's bias (rad/s), at present.
+    /// X, Y (m), yaw (rad), the gyro's bias (rad/s) and what is added to the sideslip per yaw rate (s), at present.
     #[must_use]
-    pub fn mean(&self) -> [f64; 4] {
+    pub fn mean(&self) -> [f64; STATES] {
         self.present.mean.into()
     }
 
     /// Their covariance.
     #[must_use]
-    pub fn covariance(&self) -> [[f64; 4]; 4] {
+    pub fn covariance(&self) -> [[f64; STATES]; STATES] {
         self.present.covariance.into()
     }
 
@@ -221,8 +222,8 @@ impl PoseEstimator {
     pub fn course(&self) -> f64 {
         let [yaw_rate, speed] = self.last.unwrap_or([self.input.yaw_rate, self.input.speed]);
         let rate = yaw_rate - self.present.mean[BIAS];
-        let sideslip = self.parameters.sideslip.at(speed).in_turn(speed * rate);
-        self.yaw() + (sideslip * rate).atan()
+        let stated = self.parameters.sideslip.at(speed).in_turn(speed * rate);
+        self.yaw() + ((stated + self.present.mean[SIDESLIP]) * rate).atan()
     }
 
     /// Standard deviation of the position in the direction in which it is largest, m.

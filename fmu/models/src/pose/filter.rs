@@ -1,32 +1,39 @@
-//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over an interval along the exact arc
+//! The filter itself: mean and covariance of (X, Y, ψ, b, σ), moved over an interval along the exact arc
 //! (`docs/methods/estimator.md`) and corrected by a fix.
 //!
 //! The covariance moves by the Jacobian of the arc, and grows by `∫ e^{Aτ}·(Σ g·q²·gᵀ)·e^{Aᵀτ} dτ` with the
 //! velocity d/T and the heading ψ + θ/2 held:
 //!
 //! ```text
-//! A = [0, J·d/T, −S·v·n; 0, 0, −1; 0, 0, 0]      J turns by 90°, u along the heading, n = J·u
-//! g_r = (S·v·n, 1, 0),  g_b = (0, 0, 1),  g_v = (u, 0, 0),  g_l = (n, 0, 0)
+//! A = [0, J·d/T, −S·v·n, v·r·n; 0, 0, −1, 0; 0, 0, 0, 0; 0, 0, 0, 0]      J turns by 90°, u along the heading, n = J·u
+//! g_r = (S·v·n, 1, 0, 0),  g_b = (0, 0, 1, 0),  g_v = (u, 0, 0, 0),  g_l = (n, 0, 0, 0),  g_σ = (0, 0, 0, 1)
 //! ```
+//!
+//! σ is added to the sideslip per yaw rate. A fix that is older than stated by Δ has the same effect in a steady turn as
+//! σ = −Δ, so σ stands for that, too.
 
 use super::history::Interval;
 use super::parameters::PoseParameters;
 use crate::quadrature::mean_direction_of_arc;
 use crate::trigonometry::sin_cos;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x5, Matrix5, Vector2, Vector5};
 
-/// Places of yaw and bias among the states; x and y come before them.
+/// Number of states.
+pub const STATES: usize = 5;
+/// Place of the yaw among the states; x and y come before it.
 pub const YAW: usize = 2;
 /// Place of the gyro's bias.
 pub const BIAS: usize = 3;
+/// Place of what is added to the sideslip per yaw rate.
+pub const SIDESLIP: usize = 4;
 
 /// Mean and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filter {
-    /// X, Y, ψ, b.
-    pub mean: Vector4<f64>,
+    /// X, Y, ψ, b, σ.
+    pub mean: Vector5<f64>,
     /// Their covariance.
-    pub covariance: Matrix4<f64>,
+    pub covariance: Matrix5<f64>,
 }
 
 /// A fix held against the filter.
@@ -37,7 +44,7 @@ pub struct Innovation {
     /// Its square over its covariance: χ² with two degrees of freedom where filter and fix agree.
     pub normalised_square: f64,
     inverse: Matrix2<f64>,
-    h: Matrix2x4<f64>,
+    h: Matrix2x5<f64>,
     variance: f64,
 }
 
@@ -45,15 +52,16 @@ impl Filter {
     /// The filter at the start, with the initial covariance.
     #[must_use]
     pub fn start(p: &PoseParameters) -> Self {
-        let std = Vector4::new(
+        let std = Vector5::new(
             p.initial.position_std_m,
             p.initial.position_std_m,
             p.initial.yaw_std_rad,
             p.initial.yaw_rate_bias_std_radps,
+            p.initial.sideslip_per_yaw_rate_std_s,
         );
         Self {
-            mean: Vector4::new(p.initial_pose.x, p.initial_pose.y, p.initial_pose.yaw, 0.0),
-            covariance: Matrix4::from_diagonal(&std.component_mul(&std)),
+            mean: Vector5::new(p.initial_pose.x, p.initial_pose.y, p.initial_pose.yaw, 0.0, 0.0),
+            covariance: Matrix5::from_diagonal(&std.component_mul(&std)),
         }
     }
 
@@ -64,9 +72,10 @@ impl Filter {
         let turn = rate * t;
         let sideslip = p.sideslip.at(v);
         let leading = sideslip.per_yaw_acceleration * yaw_acceleration;
-        let lateral = v * (sideslip.in_turn(v * rate) * rate + leading);
+        let added = self.mean[SIDESLIP];
+        let lateral = v * ((sideslip.in_turn(v * rate) + added) * rate + leading);
         // Its derivative by the yaw rate, for gyro noise and bias.
-        let slip = v * sideslip.by_yaw_rate(v * rate);
+        let slip = v * (sideslip.by_yaw_rate(v * rate) + added);
         let (s, c) = mean_direction_of_arc(turn);
         let (s_slope, c_slope) = slopes_of_arc(turn, s, c);
         let world = rotation(self.mean[YAW]);
@@ -76,11 +85,13 @@ impl Filter {
                 t * (t * (lateral * c_slope - v * s_slope) + slip * c),
                 -t * (t * (v * c_slope + lateral * s_slope) + slip * s),
             );
-        let mut f = Matrix4::identity();
+        let by_sideslip = world * Vector2::new(-turn * v * c, turn * v * s);
+        let mut f = Matrix5::identity();
         (f[(0, YAW)], f[(1, YAW)]) = (-d.y, d.x);
         (f[(0, BIAS)], f[(1, BIAS)]) = (by_bias.x, by_bias.y);
+        (f[(0, SIDESLIP)], f[(1, SIDESLIP)]) = (by_sideslip.x, by_sideslip.y);
         f[(YAW, BIAS)] = -t;
-        let noise = process_noise(p, t, &d, self.mean[YAW] + 0.5 * turn, slip);
+        let noise = process_noise(p, t, &d, self.mean[YAW] + 0.5 * turn, slip, v * rate);
         self.covariance = f * self.covariance * f.transpose() + noise;
         self.make_symmetric();
         self.mean[0] += d.x;
@@ -100,7 +111,7 @@ impl Filter {
     pub fn innovation(&self, p: &PoseParameters, fix: Vector2<f64>, variance: f64) -> Innovation {
         let antenna = self.antenna(p);
         let arm = antenna - self.mean.xy();
-        let mut h = Matrix2x4::zeros();
+        let mut h = Matrix2x5::zeros();
         (h[(0, 0)], h[(1, 1)]) = (1.0, 1.0);
         (h[(0, YAW)], h[(1, YAW)]) = (-arm.y, arm.x);
         let covariance = h * self.covariance * h.transpose() + Matrix2::identity() * variance;
@@ -116,7 +127,7 @@ impl Filter {
         let Innovation { difference, inverse, h, variance, .. } = innovation;
         let gain = self.covariance * h.transpose() * inverse;
         self.mean += gain * difference;
-        let kept = Matrix4::identity() - gain * h;
+        let kept = Matrix5::identity() - gain * h;
         self.covariance =
             kept * self.covariance * kept.transpose() + gain * gain.transpose() * *variance;
         self.make_symmetric();
@@ -168,27 +179,33 @@ fn process_noise(
     d: &Vector2<f64>,
     heading: f64,
     slip: f64,
-) -> Matrix4<f64> {
+    acceleration: f64,
+) -> Matrix5<f64> {
     if t <= 0.0 {
-        return Matrix4::zeros();
+        return Matrix5::zeros();
     }
     let square = |x: f64| x * x;
     let (yaw_rate, bias) =
         (square(p.noise.yaw_rate_density), square(p.noise.yaw_rate_bias_density));
     let (along, across) = (square(p.noise.speed_density), square(p.noise.lateral_velocity_density));
+    let sideslip = square(p.noise.sideslip_per_yaw_rate_density);
     let axes = rotation(heading);
     let (u, n) = (axes.column(0), axes.column(1));
     // e^{Aτ}·g_r = (a + c·τ, 1, 0) and e^{Aτ}·g_b = −(a·τ + c·τ²/2, τ, −1).
+    // e^{Aτ}·g_σ = (w·τ, 0, 0, 1), w the acceleration v·r along n.
     let (a, c) = (n * slip, Vector2::new(-d.y, d.x) / t);
+    let w = n * acceleration;
     let (aa, cc) = (a * a.transpose(), c * c.transpose());
     let ac = a * c.transpose() + c * a.transpose();
     let (t2, t3, t4, t5) = (t * t, t.powi(3), t.powi(4), t.powi(5));
     let position = (aa * t + ac * (t2 / 2.0) + cc * (t3 / 3.0)) * yaw_rate
         + (aa * (t3 / 3.0) + ac * (t4 / 8.0) + cc * (t5 / 20.0)) * bias
-        + (u * u.transpose() * along + n * n.transpose() * across) * t;
+        + (u * u.transpose() * along + n * n.transpose() * across) * t
+        + w * w.transpose() * (t3 / 3.0 * sideslip);
     let with_yaw = (a * t + c * (t2 / 2.0)) * yaw_rate + (a * (t3 / 3.0) + c * (t4 / 8.0)) * bias;
     let with_bias = -(a * (t2 / 2.0) + c * (t3 / 6.0)) * bias;
-    let mut q = Matrix4::zeros();
+    let with_sideslip = w * (t2 / 2.0 * sideslip);
+    let mut q = Matrix5::zeros();
     q.fixed_view_mut::<2, 2>(0, 0).copy_from(&position);
     q.fixed_view_mut::<2, 1>(0, YAW).copy_from(&with_yaw);
     q.fixed_view_mut::<1, 2>(YAW, 0).copy_from(&with_yaw.transpose());
@@ -197,6 +214,9 @@ fn process_noise(
     q[(YAW, YAW)] = t * yaw_rate + t3 / 3.0 * bias;
     (q[(YAW, BIAS)], q[(BIAS, YAW)]) = (-t2 / 2.0 * bias, -t2 / 2.0 * bias);
     q[(BIAS, BIAS)] = t * bias;
+    q.fixed_view_mut::<2, 1>(0, SIDESLIP).copy_from(&with_sideslip);
+    q.fixed_view_mut::<1, 2>(SIDESLIP, 0).copy_from(&with_sideslip.transpose());
+    q[(SIDESLIP, SIDESLIP)] = t * sideslip;
     q
 }
 
@@ -228,19 +248,20 @@ mod tests {
                 yaw_rate_bias_density: 0.0,
                 speed_density: 0.0,
                 lateral_velocity_density: 0.0,
+                sideslip_per_yaw_rate_density: 0.0,
             },
             ..parameters()
         };
         for yaw_rate in [0.0, 0.4, -3.0] {
             let interval = Interval { duration: 0.3, yaw_rate, yaw_acceleration: 0.7, speed: 12.0 };
-            let moved = |mean: Vector4<f64>| {
-                let mut filter = Filter { mean, covariance: Matrix4::zeros() };
+            let moved = |mean: Vector5<f64>| {
+                let mut filter = Filter { mean, covariance: Matrix5::zeros() };
                 filter.predict(&quiet, &interval);
                 filter.mean
             };
-            let mean = Vector4::new(3.0, -2.0, 0.8, 0.02);
-            for i in 0..4 {
-                let mut unit = Vector4::zeros();
+            let mean = Vector5::new(3.0, -2.0, 0.8, 0.02, -0.03);
+            for i in 0..STATES {
+                let mut unit = Vector5::zeros();
                 unit[i] = 1.0;
                 let mut filter = Filter { mean, covariance: unit * unit.transpose() };
                 filter.predict(&quiet, &interval);
@@ -271,28 +292,35 @@ mod tests {
     #[test]
     fn noise_is_the_integral() {
         let p = PoseParameters {
-            noise: SensorNoise { yaw_rate_bias_density: 0.02, ..parameters().noise },
+            noise: SensorNoise {
+                yaw_rate_bias_density: 0.02,
+                sideslip_per_yaw_rate_density: 0.03,
+                ..parameters().noise
+            },
             ..parameters()
         };
-        let (t, d, slip) = (0.5, Vector2::new(5.0, 3.0), 0.9);
+        let (t, d, slip, acceleration) = (0.5, Vector2::new(5.0, 3.0), 0.9, 3.0);
         let heading: f64 = 0.4;
-        let closed = process_noise(&p, t, &d, heading, slip);
+        let closed = process_noise(&p, t, &d, heading, slip, acceleration);
         let n = Vector2::new(-heading.sin(), heading.cos());
-        let mut a = Matrix4::zeros();
+        let mut a = Matrix5::zeros();
         (a[(0, YAW)], a[(1, YAW)]) = (-d.y / t, d.x / t);
         (a[(0, BIAS)], a[(1, BIAS)]) = (-slip * n.x, -slip * n.y);
         a[(YAW, BIAS)] = -1.0;
-        let g = |v: Vector4<f64>, q: f64| v * v.transpose() * (q * q);
-        let density = g(Vector4::new(slip * n.x, slip * n.y, 1.0, 0.0), p.noise.yaw_rate_density)
-            + g(Vector4::new(0.0, 0.0, 0.0, 1.0), p.noise.yaw_rate_bias_density)
-            + g(Vector4::new(n.y, -n.x, 0.0, 0.0), p.noise.speed_density)
-            + g(Vector4::new(n.x, n.y, 0.0, 0.0), p.noise.lateral_velocity_density);
+        (a[(0, SIDESLIP)], a[(1, SIDESLIP)]) = (acceleration * n.x, acceleration * n.y);
+        let g = |v: Vector5<f64>, q: f64| v * v.transpose() * (q * q);
+        let density =
+            g(Vector5::new(slip * n.x, slip * n.y, 1.0, 0.0, 0.0), p.noise.yaw_rate_density)
+                + g(Vector5::new(0.0, 0.0, 0.0, 1.0, 0.0), p.noise.yaw_rate_bias_density)
+                + g(Vector5::new(0.0, 0.0, 0.0, 0.0, 1.0), p.noise.sideslip_per_yaw_rate_density)
+                + g(Vector5::new(n.y, -n.x, 0.0, 0.0, 0.0), p.noise.speed_density)
+                + g(Vector5::new(n.x, n.y, 0.0, 0.0, 0.0), p.noise.lateral_velocity_density);
         let pieces = 20_000;
         let h = t / f64::from(pieces);
-        let mut sum = Matrix4::zeros();
+        let mut sum = Matrix5::zeros();
         for k in 0..pieces {
             let at = a * ((f64::from(k) + 0.5) * h);
-            let e = Matrix4::identity() + at + at * at * 0.5;
+            let e = Matrix5::identity() + at + at * at * 0.5;
             sum += e * density * e.transpose() * h;
         }
         assert!((closed - sum).amax() < 1e-9, "{closed} {sum}");

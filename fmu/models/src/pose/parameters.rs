@@ -28,8 +28,10 @@ as_numbers!(PoseParameters: gnss.latency_s gnss.antenna_x_m gnss.antenna_y_m gns
     sideslip.per_yaw_rate sideslip.growth sideslip.per_yaw_acceleration sideslip.reference_speed
     sideslip.distance_rear
     noise.yaw_rate_density noise.yaw_rate_bias_density noise.speed_density noise.lateral_velocity_density
+    noise.sideslip_per_yaw_rate_density
     initial_pose.x initial_pose.y initial_pose.yaw
-    initial.position_std_m initial.yaw_std_rad initial.yaw_rate_bias_std_radps);
+    initial.position_std_m initial.yaw_std_rad initial.yaw_rate_bias_std_radps
+    initial.sideslip_per_yaw_rate_std_s);
 
 impl Default for PoseParameters {
     /// An automotive gyro and wheel speeds; a start known to a metre and six degrees.
@@ -48,12 +50,14 @@ impl Default for PoseParameters {
                 yaw_rate_bias_density: 5e-5,
                 speed_density: 0.05,
                 lateral_velocity_density: 0.05,
+                sideslip_per_yaw_rate_density: 1e-3,
             },
             initial_pose: Pose::default(),
             initial: InitialUncertainty {
                 position_std_m: 1.0,
                 yaw_std_rad: 0.1,
                 yaw_rate_bias_std_radps: 0.01,
+                sideslip_per_yaw_rate_std_s: 0.02,
             },
         }
     }

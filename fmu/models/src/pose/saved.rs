@@ -2,7 +2,7 @@
 
 use super::alignment::Alignment;
 use super::estimator::{MOST_OUTLIERS, PoseEstimator, PoseInput};
-use super::filter::Filter;
+use super::filter::{Filter, STATES};
 use super::history::History;
 use super::parameters::PoseParameters;
 use crate::Error;
@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 /// Mean, and covariance by its columns.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct SavedFilter {
-    mean: [f64; 4],
-    covariance: [[f64; 4]; 4],
+    mean: [f64; STATES],
+    covariance: [[f64; STATES]; STATES],
 }
 
 /// All that a [`PoseEstimator`] is.
@@ -95,7 +95,7 @@ impl SavedFilter {
         finite("a state", &self.mean)?;
         let c = &self.covariance;
         finite("a covariance", c.as_flattened())?;
-        for i in 0..4 {
+        for i in 0..STATES {
             if c[i][i] < 0.0 {
                 let (name, value) = ("a variance", c[i][i]);
                 return Err(Error::SavedState { name, value, expected: "zero or more" });

@@ -14,18 +14,19 @@ import numpy as np
 from scipy.linalg import expm
 
 STEP, LATENCY, ANTENNA, SLIP = 0.02, 0.07, np.array([1.2, -0.4]), 0.08
-DENSITY = {"r": 2e-3, "b": 1e-3, "v": 0.1, "l": 0.08}
-START = np.array([3.0, -2.0, 0.5, 0.0])
-START_STD = np.array([0.8, 0.8, 0.15, 0.03])
+DENSITY = {"r": 2e-3, "b": 1e-3, "v": 0.1, "l": 0.08, "s": 4e-3}
+START = np.array([3.0, -2.0, 0.5, 0.0, 0.0])
+START_STD = np.array([0.8, 0.8, 0.15, 0.03, 0.04])
+STATES = len(START)
 GATE = 18.42
 
 
 def rates(state, g, v):
     """Of any number of states, one a column."""
     yaw, rate = state[2], g - state[3]
-    lateral = SLIP * v * rate
+    lateral = (SLIP + state[4]) * v * rate
     return np.array([v * np.cos(yaw) - lateral * np.sin(yaw),
-                     v * np.sin(yaw) + lateral * np.cos(yaw), rate, 0 * rate])
+                     v * np.sin(yaw) + lateral * np.cos(yaw), rate, 0 * rate, 0 * rate])
 
 
 def flow(state, g, v, t, pieces=4):
@@ -41,21 +42,29 @@ def flow(state, g, v, t, pieces=4):
 
 def predict(mean, cov, g, v, t):
     size = 1e-4
-    moved = flow(np.column_stack([mean] + [mean + s * size * e for s in (1, -1) for e in np.eye(4)]), g, v, t)
-    jacobian = (moved[:, 1:5] - moved[:, 5:9]) / (2 * size)
+    moved = flow(np.column_stack([mean] + [mean + s * size * e for s in (1, -1) for e in np.eye(STATES)]), g, v, t)
+    jacobian = (moved[:, 1 : STATES + 1] - moved[:, STATES + 1 :]) / (2 * size)
     velocity = (moved[:2, 0] - mean[:2]) / t
     heading = mean[2] + 0.5 * (g - mean[3]) * t
     u = np.array([np.cos(heading), np.sin(heading)])
     n = np.array([-u[1], u[0]])
-    a = np.zeros((4, 4))
+    a = np.zeros((STATES, STATES))
+    slip = SLIP + mean[4]
     a[:2, 2] = -velocity[1], velocity[0]
-    a[:2, 3] = -SLIP * v * n
+    a[:2, 3] = -slip * v * n
     a[2, 3] = -1
-    noise = np.zeros((4, 4))
-    for q, g_ in (("r", [*(SLIP * v * n), 1, 0]), ("b", [0, 0, 0, 1]), ("v", [*u, 0, 0]), ("l", [*n, 0, 0])):
+    a[:2, 4] = v * (g - mean[3]) * n
+    noise = np.zeros((STATES, STATES))
+    for q, g_ in (
+        ("r", [*(slip * v * n), 1, 0, 0]),
+        ("b", [0, 0, 0, 1, 0]),
+        ("v", [*u, 0, 0, 0]),
+        ("l", [*n, 0, 0, 0]),
+        ("s", [0, 0, 0, 0, 1]),
+    ):
         noise += DENSITY[q] ** 2 * np.outer(g_, g_)
-    van_loan = expm(np.block([[-a, noise], [np.zeros((4, 4)), a.T]]) * t)
-    return moved[:, 0], jacobian @ cov @ jacobian.T + van_loan[4:, 4:].T @ van_loan[:4, 4:]
+    van_loan = expm(np.block([[-a, noise], [np.zeros((STATES, STATES)), a.T]]) * t)
+    return moved[:, 0], jacobian @ cov @ jacobian.T + van_loan[STATES:, STATES:].T @ van_loan[:STATES, STATES:]
 
 
 def turned(yaw, arm):
@@ -64,7 +73,7 @@ def turned(yaw, arm):
 
 def correct(mean, cov, fix, std):
     arm = turned(mean[2], ANTENNA)
-    h = np.array([[1, 0, -arm[1], 0], [0, 1, arm[0], 0]])
+    h = np.array([[1, 0, -arm[1], 0, 0], [0, 1, arm[0], 0, 0]])
     s = h @ cov @ h.T + std**2 * np.eye(2)
     nu = fix - mean[:2] - arm
     if nu @ np.linalg.solve(s, nu) > GATE:
@@ -93,11 +102,11 @@ def estimate(intervals, fixes, now):
 
 def main():
     rng = np.random.default_rng(5)
-    state = np.append(START[:3] + rng.normal(size=3) * [0.8, 0.8, 0.15], 0.025)
+    state = np.append(START[:3] + rng.normal(size=3) * [0.8, 0.8, 0.15], [0.025, 0.03])
     places, intervals, fixes = [(0.0, state)], [], []
     before, count = None, 0
-    print("time,yaw_rate,speed,gnss_x,gnss_y,gnss_std,gnss_fix_count,x,y,yaw,bias,"
-          + ",".join(f"p{i}{j}" for i in range(4) for j in range(i + 1)))
+    print("time,yaw_rate,speed,gnss_x,gnss_y,gnss_std,gnss_fix_count,x,y,yaw,bias,sideslip,"
+          + ",".join(f"p{i}{j}" for i in range(STATES) for j in range(i + 1)))
     fix, std = np.zeros(2), 0.0
     for k in range(1, 301):
         time = k * STEP
@@ -130,7 +139,7 @@ def main():
                 fixes.append((valid, fix, std))
         mean, cov = estimate(intervals, fixes, time)
         row = [time, *before, *fix, std]
-        lower = [cov[i, j] for i in range(4) for j in range(i + 1)]
+        lower = [cov[i, j] for i in range(STATES) for j in range(i + 1)]
         print(",".join(f"{x:.6g}" for x in row) + f",{count},"
               + ",".join(f"{x:.10g}" for x in [*mean, *lower]))
 

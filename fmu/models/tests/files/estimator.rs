@@ -40,11 +40,13 @@ fn the_estimator() {
             yaw_rate_bias_density: 6.0,
             speed_density: 7.0,
             lateral_velocity_density: 8.0,
+            sideslip_per_yaw_rate_density: 0.75,
         },
         initial: InitialUncertainty {
             position_std_m: 9.0,
             yaw_std_rad: 0.5,
             yaw_rate_bias_std_radps: 0.25,
+            sideslip_per_yaw_rate_std_s: 0.375,
         },
         speed_mps: 12.0,
     };
@@ -68,12 +70,14 @@ fn the_estimator() {
             yaw_rate_bias_density: 6.0,
             speed_density: 7.0,
             lateral_velocity_density: 8.0,
+            sideslip_per_yaw_rate_density: 0.75,
         },
         initial_pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 },
         initial: InitialUncertainty {
             position_std_m: 9.0,
             yaw_std_rad: 0.5,
             yaw_rate_bias_std_radps: 0.25,
+            sideslip_per_yaw_rate_std_s: 0.375,
         },
     };
     assert_eq!(pose_parameters(&estimator), expected);

@@ -23,6 +23,8 @@ pub(crate) struct Truth {
     pub(crate) y: f64,
     pub(crate) yaw: f64,
     pub(crate) bias: f64,
+    /// What is added to the sideslip per yaw rate.
+    pub(crate) sideslip: f64,
 }
 
 /// Sensor readings at a communication point, and the true pose.
@@ -54,12 +56,14 @@ pub(crate) const DRIVE: Drive = Drive {
             yaw_rate_bias_density: 5e-5,
             speed_density: 0.05,
             lateral_velocity_density: 0.05,
+            sideslip_per_yaw_rate_density: 1e-3,
         },
         initial_pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 },
         initial: InitialUncertainty {
             position_std_m: 1.0,
             yaw_std_rad: 0.1,
             yaw_rate_bias_std_radps: 0.01,
+            sideslip_per_yaw_rate_std_s: 0.02,
         },
     },
     gnss_std: 0.02,
@@ -81,6 +85,7 @@ impl Drive {
             y: p.initial_pose.y + draw(p.initial.position_std_m),
             yaw: p.initial_pose.yaw + draw(p.initial.yaw_std_rad),
             bias: draw(p.initial.yaw_rate_bias_std_radps),
+            sideslip: draw(p.initial.sideslip_per_yaw_rate_std_s),
         };
         let white = 1.0 / H.sqrt();
         let rate_at = |t: f64| 0.25 * (0.6 * t).sin() + 0.1 * (1.7 * t).cos();
@@ -95,13 +100,14 @@ impl Drive {
             let speed = 0.5 * (speed_at(end - H) + speed_at(end));
             let Sideslip { per_yaw_rate: s, growth: q, per_yaw_acceleration: c, .. } = p.sideslip;
             let turning = (rate_at(end) - rate_at(end - H)) / H;
-            let slip = (s + q * (speed * rate).powi(2)) * rate + c * turning;
+            let slip = (s + truth.sideslip + q * (speed * rate).powi(2)) * rate + c * turning;
             let across = slip * speed + draw(p.noise.lateral_velocity_density * white);
             let middle = truth.yaw + 0.5 * rate * H;
             truth.x += H * (speed * middle.cos() - across * middle.sin());
             truth.y += H * (speed * middle.sin() + across * middle.cos());
             truth.yaw += rate * H;
             truth.bias += draw(p.noise.yaw_rate_bias_density * H.sqrt());
+            truth.sideslip += draw(p.noise.sideslip_per_yaw_rate_density * H.sqrt());
             truths.push(truth);
             input.yaw_rate = rate_at(end) + truth.bias + draw(p.noise.yaw_rate_density * white);
             input.speed = speed_at(end) + draw(p.noise.speed_density * white);
