@@ -1,4 +1,14 @@
+"""Errors and warnings of the package."""
+
 from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+from pathlib import Path as FilePath
+
+PACKAGE = os.path.dirname(__file__)
 
 
 class Error(ValueError):
@@ -18,5 +28,38 @@ class Error(ValueError):
         return f"{self.message}\nhint: {self.hint}" if self.hint else self.message
 
 
+class ArgumentError(Error, TypeError):
+    """An argument that a function does not take."""
+
+
+class Missing(Error, AttributeError, KeyError):
+    """A name that is not there."""
+
+
 class Warning(UserWarning):
     """Something that may be wrong with a log, a model or a study."""
+
+
+def warn(message: str) -> None:
+    """Warns at the line of the caller outside this package."""
+    inside = (PACKAGE + os.sep, contextlib.__file__)
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(inside):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, Warning, stacklevel=level - 1)
+
+
+def text_of(file: str | os.PathLike[str]) -> str:
+    """The text of a document."""
+    try:
+        return FilePath(file).read_text("utf-8")
+    except OSError as error:
+        raise Error(
+            f"{os.fspath(file)}: {error.strerror}", "check that the path is right and that you may read there"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise Error(f"{os.fspath(file)}: not a document but {KIND}", HINT) from error
+
+
+KIND = "a file of another kind"
+HINT = "pass a JSON document of this package, such as plant.json; a log is read by steerwright.read"

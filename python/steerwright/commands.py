@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         MergeSweepOptions,
         PackageOptions,
         PathOptions,
+        Stack,
         SweepOptions,
     )
 
@@ -127,9 +128,11 @@ def inspect(log: Source, **options: Unpack[InspectOptions]) -> dict[str, Any]:
 
 
 @documented("export", {"json", "for"})
-def export(model: LateralModel | Torque | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
-    """The parameters of a driving stack from a model, with standard errors, units and conventions; with ``output`` also as
-    the stack's file. ``steerwright export --help`` lists the stacks, such as ``autoware``.
+def export(
+    model: LateralModel | Torque | File, stack: Stack, **options: Unpack[ExportOptions]
+) -> dict[str, Any]:
+    """The parameters of a driving stack, such as ``autoware``, from a model, with standard errors, units and conventions;
+    with ``output`` also as the stack's file.
 
     Returns what ``steerwright export --json`` prints: ``parameters``, ``missing`` and ``convention``.
     """

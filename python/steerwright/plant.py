@@ -140,6 +140,7 @@ class Plant(SimulatedModel, documents.Plant):
     """
 
     FILE = "plant.json"
+    quality: documents.Quality
 
     @property
     def A(self) -> Array:
@@ -308,19 +309,21 @@ class Plant(SimulatedModel, documents.Plant):
         return Model(*matrices)
 
     def _repr_html_(self) -> str:
+        quality = getattr(self, "quality", None)
         rows = [
             ("order", str(self.order)),
             ("fit on validation data", f"{self.fit:.2f} %"),
             ("speed", f"{self.operating_point.speed_mps:.1f} m/s"),
             ("sample time", f"{self.sample_time} s"),
             ("delay", f"{self.delay:.3f} s"),
-            ("quality", f"{self.quality.grade}: {self.quality.summary}" if self.quality else "–"),
+            ("quality", "–" if quality is None else f"{quality.grade}: {quality.summary}"),
         ]
         drawn = () if self._traces is None else self.figures().values()
         return html(self.name, rows, drawn)
 
     def __repr__(self) -> str:
-        grade = f", quality {self.quality.grade}" if self.quality else ""
+        quality = getattr(self, "quality", None)
+        grade = "" if quality is None else f", quality {quality.grade}"
         return f"<Plant {self.name}: order {self.order}, fit {self.fit:.2f} % on validation data{grade}>"
 
 
@@ -328,6 +331,7 @@ class Bicycle(SimulatedModel, documents.Bicycle):
     """The two-wheel bicycle model (eq 13). The attributes are the keys of bicycle.json."""
 
     FILE = "bicycle.json"
+    quality: documents.Quality
 
     @property
     def fit(self) -> float | None:
@@ -391,6 +395,7 @@ class Vehicle(SimulatedModel, documents.Vehicle):
     """A vehicle up to the limit of its grip. The attributes are the keys of vehicle.json."""
 
     FILE = "vehicle.json"
+    quality: documents.Quality
 
     @property
     def fit(self) -> float | None:

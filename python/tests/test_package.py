@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import json
 import re
 import subprocess
 import sys
@@ -40,7 +41,9 @@ def test_the_package_and_these_tests_pass_strict_typing() -> None:
 
 
 TYPED = """
+from pathlib import Path
 import steerwright
+from steerwright.documents import Grade
 from typing_extensions import assert_type
 log = steerwright.read("drive.csv", steering_ratio=1)
 assert_type(steerwright.identify(log, structure="state-space"), steerwright.Plant)
@@ -50,24 +53,34 @@ assert_type(steerwright.identify(log, structure="torque"), steerwright.Torque)
 plant = steerwright.identify("drive.csv", structure="state-space")
 print(plant.A, plant.quality, plant.to_control(), plant.sample(100))
 steerwright.design(steerwright.identify(log), max_rate=0.4)
+assert_type(steerwright.identify(log, structure="bicycle").quality.grade, Grade)
+print(steerwright.identify(log).quality.summary)
 steerwright.export(steerwright.load("plant.json"), "px4")
+steerwright.compare([plant], log=Path("drive.csv"))
+steerwright.export(plant, "none")  # type: ignore[arg-type]
 """
 
 
 def test_users_code_passes_strict_typing(tmp_path: Path) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
-    blocks = [block.split("```")[0] for block in readme.split("```python\n")[1:]]
-    for number, code in enumerate([TYPED, *blocks]):
-        file = tmp_path / f"code{number}.py"
-        file.write_text(code)
-        done = subprocess.run(
-            [sys.executable, "-m", "mypy", "--strict", file],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=tmp_path,
-        )
-        assert done.returncode == 0, done.stdout
+    root = Path(__file__).parents[2]
+    codes = {"typed": TYPED}
+    for name in ("README.md", "docs/python.md", "python/README.md"):
+        for number, block in enumerate((root / name).read_text("utf-8").split("```python\n")[1:]):
+            codes[f"page_{Path(name).parent.name}_{number}"] = block.split("```")[0]
+    for file in (root / "python/notebooks").glob("*.ipynb"):
+        cells = [cell for cell in json.loads(file.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+        codes[file.stem] = "\n".join("".join(cell["source"]) for cell in cells)
+    assert len(codes) == 6
+    for name, code in codes.items():
+        (tmp_path / f"{name}.py").write_text(code, "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", *(f"{name}.py" for name in codes)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stdout
 
 
 def test_the_command_line_is_there(tmp_path: Path) -> None:
