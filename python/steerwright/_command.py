@@ -8,14 +8,13 @@ import os
 import signal
 import subprocess
 import threading
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
 from . import _native, _progress
 from .__main__ import PROGRAM
-from ._errors import Error, Warning
+from ._errors import Error, warn
 
 NO_NAMES: Mapping[str, str] = {}
 
@@ -75,7 +74,7 @@ def run(
         status = process.wait()
         listener.join()
     for message in found:
-        warnings.warn(message, Warning, stacklevel=3)
+        warn(message)
     if errors:
         raise Error(errors[0]["message"], errors[0]["hint"])
     if status not in (0, 1):

@@ -46,7 +46,7 @@ def warn(message: str) -> None:
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(inside):
         frame, level = frame.f_back, level + 1
-    warnings.warn(message, Warning, stacklevel=level - 1)
+    warnings.warn(message, Warning, stacklevel=level)
 
 
 def text_of(file: str | os.PathLike[str]) -> str:
@@ -58,8 +58,4 @@ def text_of(file: str | os.PathLike[str]) -> str:
             f"{os.fspath(file)}: {error.strerror}", "check that the path is right and that you may read there"
         ) from error
     except UnicodeDecodeError as error:
-        raise Error(f"{os.fspath(file)}: not a document but {KIND}", HINT) from error
-
-
-KIND = "a file of another kind"
-HINT = "pass a JSON document of this package, such as plant.json; a log is read by steerwright.read"
+        raise Error(f"{os.fspath(file)}: no JSON document", "pass a document such as plant.json") from error

@@ -5,7 +5,7 @@ The libraries come with ``pip install './python[logs]'`` from a clone.
 
 from __future__ import annotations
 
-import importlib
+import os
 from collections.abc import Callable
 from pathlib import Path as FilePath
 from typing import Any
@@ -14,6 +14,8 @@ import numpy as np
 
 from . import _mat, _mdf, _ros
 from ._errors import Error
+from ._libraries import library
+from ._tables import Columns, report_unread
 
 Tables = list[tuple[str, dict[str, Any]]]
 
@@ -76,28 +78,13 @@ def _starts(file: FilePath, start: bytes) -> bool:
         return False
 
 
-def _library(name: str, file: FilePath) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        package = {"can": "python-can"}.get(name.split(".")[0], name.split(".")[0])
-        if package == "openpilot":
-            hint = "run this where openpilot is on the path of Python"
-        else:
-            hint = "pip install './python[logs]' from a clone"
-        raise Error(f"{file}: such files are read by {package}, which is not installed", hint) from error
-
-
 def tdms(file: FilePath) -> Tables:
     """LabVIEW's TDMS: a table for each group and clock of waveforms."""
-    nptdms = _library("nptdms", file)
-    found: dict[Any, tuple[str, dict[str, Any]]] = {}
+    nptdms = library("nptdms", f"{file}: such files are read by")
+    found: dict[Any, Columns] = {}
     with nptdms.TdmsFile.open(file) as opened:
         for group in opened.groups():
             for channel in group.channels():
-                if len(channel) == 0 or channel.dtype.kind not in "fiuM":
-                    continue
-                values = channel[:]
                 clock: tuple[Any, ...] = (group.name, len(channel))
                 time = None
                 step = channel.properties.get("wf_increment")
@@ -109,17 +96,19 @@ def tdms(file: FilePath) -> Tables:
                         offset += float(moment)
                     clock = (*clock, step, offset)
                     time = offset + float(step) * np.arange(len(channel))
-                name, columns = found.setdefault(clock, (f"{file}: {group.name}", {}))
+                columns = found.setdefault(clock, Columns(f"{file}: {group.name}"))
                 if time is not None:
                     columns.setdefault("time_s", time)
-                columns[_named(channel.name, channel.properties.get("unit_string"))] = _float(values)
-    return _complete(list(found.values()))
+                unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription")
+                columns.add(_named(channel.name, unit), channel[:])
+    report_unread(os.fspath(file), [unread for columns in found.values() for unread in columns.unread])
+    return _complete([(columns.title, columns) for columns in found.values()])
 
 
 def bus(files: list[FilePath], folder: FilePath) -> FilePath:
     """Frames of Vector's BLF as the text that candump writes, by python-can; decoded with the option `dbc`."""
     (file,) = files
-    can = _library("can", file)
+    can = library("can", f"{file}: such files are read by")
     converted = folder / f"{file.stem}.log"
     with can.LogReader(file) as frames, can.CanutilsLogWriter(converted) as writer:
         for frame in frames:
@@ -138,7 +127,7 @@ def bag(files: list[FilePath], folder: FilePath) -> FilePath:
     """ROS 1 bags as MCAP, by rosbags."""
     (file,) = files
     converted = folder / f"{file.stem}.mcap"
-    _ros.of_bag(file, converted, _library("rosbags.highlevel", file))
+    _ros.of_bag(file, converted, library("rosbags.highlevel", f"{file}: such files are read by"))
     return converted
 
 
@@ -148,7 +137,7 @@ def mat(file: FilePath) -> Tables:
         is_hdf = b"MATLAB 7.3" in opened.read(128)
     variables: dict[str, Any] = {}
     if is_hdf:
-        h5py = _library("h5py", file)
+        h5py = library("h5py", f"{file}: such files are read by")
         with h5py.File(file, "r") as opened:
             opened.visititems(
                 lambda name, item: (
@@ -158,7 +147,7 @@ def mat(file: FilePath) -> Tables:
                 )
             )
     else:
-        scipy_io = _library("scipy.io", file)
+        scipy_io = library("scipy.io", f"{file}: such files are read by")
         for name, value in scipy_io.loadmat(file, simplify_cells=True).items():
             if not name.startswith("__"):
                 variables[name] = value
@@ -167,7 +156,7 @@ def mat(file: FilePath) -> Tables:
 
 def rlog(file: FilePath) -> Tables:
     """openpilot's rlog and qlog, by openpilot's own reader where it is installed: a table for each service."""
-    logreader = _library("openpilot.tools.lib.logreader", file)
+    logreader = library("openpilot.tools.lib.logreader", f"{file}: such files are read by")
     services: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
     for event in logreader.LogReader(str(file)):
         service = event.which()
@@ -235,13 +224,6 @@ def _arrays(columns: dict[str, list[float]]) -> dict[str, Any]:
 def _named(name: str, unit: Any) -> str:
     unit = str(unit).strip() if unit else ""
     return f"{name} [{unit}]" if unit and "[" not in name else name
-
-
-def _float(values: Any) -> Any:
-    array = np.asarray(values)
-    if array.dtype.kind == "M":
-        return array.astype("datetime64[ns]").astype(np.int64) * 1e-9
-    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def _complete(found: Tables) -> Tables:

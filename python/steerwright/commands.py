@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from . import _command, documents
-from ._errors import Error
+from ._errors import ArgumentError, Error
+from ._libraries import library
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle
+from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle, load_document
 from .reading import Source, one_file
 
 if TYPE_CHECKING:
@@ -36,7 +36,11 @@ File = Union[str, "os.PathLike[str]"]
 
 def options(command: str) -> None:
     """Prints the options of a function with their units and defaults."""
-    print("\n".join(lines(command)))
+    try:
+        found = lines(command)
+    except ValueError as error:
+        raise ArgumentError(str(error), "pass the name of a function, such as design or sweep merge") from error
+    print("\n".join(found))
 
 
 class Path(Document, documents.Path):
@@ -191,9 +195,7 @@ class Sweep:
 
     def to_pandas(self) -> Any:
         """The results as a pandas data frame."""
-        import pandas
-
-        return pandas.read_csv(self._written())
+        return library("pandas", "to_pandas() uses").read_csv(self._written())
 
     def to_numpy(self) -> Any:
         """The results as a structured array, a field a column."""
@@ -231,8 +233,4 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 def load(file: File) -> Any:
     """The object of any document of this package: plant, bicycle, vehicle, torque, controller, path."""
-    text = FilePath(file).read_text("utf-8")
-    schema = str(json.loads(text).get("schema", ""))
-    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Vehicle, Torque, Controller, Path)}
-    kind = kinds.get(f"{schema.split('/')[1] if '/' in schema else ''}.json", Plant)
-    return kind(text, file=os.fspath(file))
+    return load_document(file, (Plant, Bicycle, Vehicle, Torque, Controller, Path))

@@ -9,7 +9,7 @@ from . import _native, _progress, documents
 from ._errors import Error
 from ._options import documented, refuse_outputs
 from ._record import Array
-from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, kind_of
+from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, load_document
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -84,14 +84,7 @@ def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[Desig
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
     refuse_outputs("design", options)
-    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_model(model)
+    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_document(model)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)
     return Controller(text, model=of)
-
-
-def load_model(path: str | os.PathLike[str]) -> LateralModel:
-    """The model in a file."""
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    return kind_of(text)(text, file=os.fspath(path))

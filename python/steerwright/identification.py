@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, overload
 
 from . import _native, _progress
-from ._errors import Error, Warning
+from ._errors import Error, warn
 from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
@@ -75,7 +74,8 @@ def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | 
         text, traces = _native.identify(log, keywords, progress)
     if traces is None:
         return _warned(Torque(text), log.warnings)
-    return _warned(kind_of(text)(text, traces=traces), log.warnings)
+    model: LateralModel = kind_of(text)(text, traces=traces)
+    return _warned(model, log.warnings)
 
 
 def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[IdentifyOptions]) -> Bicycle:
@@ -98,5 +98,5 @@ def _warned(model: M, known: Sequence[str]) -> M:
     evidence = model.evidence
     for warning in evidence.warnings if evidence is not None else ():
         if warning not in known:
-            warnings.warn(warning, Warning, stacklevel=3)
+            warn(warning)
     return model

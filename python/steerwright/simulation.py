@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _command
+from ._errors import Missing
+from ._libraries import library
 from ._options import documented
 from ._record import Array
 
@@ -40,7 +42,8 @@ class Simulation(Mapping[str, Array]):
         if len(matches) == 1:
             return self._values[matches[0]]
         known = ", ".join(matches or self._values)
-        raise KeyError(f"{name!r} is {'ambiguous' if matches else 'none'} of {known}")
+        problem = "is ambiguous" if matches else "is no trajectory of the simulation"
+        raise Missing(f"{name!r} {problem}", f"the names are {known}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -59,8 +62,7 @@ class Simulation(Mapping[str, Array]):
 
     def to_pandas(self) -> Any:
         """A pandas data frame over time."""
-        import pandas
-
+        pandas = library("pandas", "to_pandas() uses")
         return pandas.DataFrame(self._values, index=pandas.Index(self.time, name="time"))
 
     def __repr__(self) -> str:
@@ -94,7 +96,7 @@ def simulate(
     files = [fmus] if isinstance(fmus, (str, os.PathLike)) else list(fmus)
     with _command.folder() as folder:
         if input is not None and not isinstance(input, (str, os.PathLike)):
-            from .reading import columns
+            from ._tables import columns
 
             table = columns(input)
             input = folder / "input.csv"

@@ -85,6 +85,92 @@ def test_times_of_pandas_of_any_form(table: dict[str, Any], log: steerwright.Log
     same(found, log, 1e-5)
 
 
+def test_times_are_clocks_whatever_their_column_and_type(table: dict[str, Any], log: steerwright.Log) -> None:
+    import pandas
+    import polars
+    import pyarrow
+
+    frame = pandas.DataFrame(table)
+    time = pandas.to_datetime(frame["time_s"] + 1.7e9, unit="s").dt.round("us").astype("datetime64[us]")
+    zoned = time.dt.tz_localize("UTC").dt.tz_convert("Europe/Berlin")
+    base = frame.drop(columns="time_s")
+    text = time.dt.strftime("%Y-%m-%dT%H:%M:%S.%f")
+    lazy = polars.from_pandas(base.assign(moment=time)).lazy()
+    arrow = pyarrow.Table.from_pandas(base, preserve_index=False)
+    numbers = pandas.Index(np.arange(len(base)), name="row")
+    forms = [
+        base.assign(recorded=time),
+        base.assign(recorded=zoned),
+        base.set_index(pandas.DatetimeIndex(zoned, name="recorded")),
+        base.set_index([numbers, pandas.DatetimeIndex(time, name="recorded")]),
+        frame.assign(time_to_go_s=0.0).drop(columns="time_s").set_index(pandas.DatetimeIndex(time)),
+        base.assign(time=text),
+        base.assign(recorded=text + "Z"),
+        base.assign(time=zoned.map(lambda moment: moment.isoformat())),
+        base.set_index(pandas.Index(text.str.replace("T", " ").str.replace(".", ",", regex=False))),
+        base.set_index(pandas.Index(time.dt.strftime("%Y%m%dT%H%M%S.%f"), name="recorded")),
+        {**base, "recorded": list(text)},
+        {**base, "recorded": list(zoned)},
+        {**base, "recorded": [moment - time[0] for moment in time]},
+        lazy,
+        lazy.with_columns(moment=polars.col("moment").dt.replace_time_zone("Asia/Tokyo")),
+        arrow.append_column("recorded", pyarrow.array(time)),
+        arrow.append_column("recorded", pyarrow.array(zoned)),
+        arrow.append_column("recorded", pyarrow.array(text)),
+        pyarrow.record_batch(arrow.append_column("recorded", pyarrow.array(time)).to_pydict()),
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for number, form in enumerate(forms):
+            found = steerwright.read(form, **COLUMNS)
+            for name in ("steering", "yaw_rate", "speed"):
+                np.testing.assert_allclose(getattr(found, name), getattr(log, name), atol=1e-5, err_msg=str(number))
+            np.testing.assert_allclose(found.time, log.time, atol=1e-5, err_msg=str(number))
+            (group,) = steerwright.inspect(form)["groups"]
+            assert group["clock"].startswith("time")
+    two = base.assign(recorded=time, created=time[0])
+    same(steerwright.read(two, time_channel="recorded", **COLUMNS), log, 1e-5)
+    with pytest.raises(steerwright.Error, match="no column is the time") as caught:
+        steerwright.read(two, **COLUMNS)
+    assert "time_channel=NAME" in caught.value.hint
+
+
+def test_what_is_no_number_is_reported(table: dict[str, Any], log: steerwright.Log) -> None:
+    import pandas
+
+    frame = pandas.DataFrame(table).assign(note="dry road", empty=None)
+    frame["speed_mps"] = [f"{value:.17g}" for value in table["speed_mps"]]
+    frame.loc[[70, 71, 72], "speed_mps"] = ["#N/A", "-", "over 60"]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = steerwright.read(frame, **COLUMNS)
+    np.testing.assert_allclose(found.speed, log.speed, atol=0.05)
+    texts = [str(warning.message) for warning in caught]
+    assert any("speed_mps: 1 of 10300 cells are no numbers, such as 'over 60' in row 72" in text for text in texts)
+    assert any("not read: note (10300 of 10300 cells are no numbers, such as 'dry road' in row 0)" in t for t in texts)
+    assert any("empty (no values)" in text for text in texts)
+    assert all(warning.filename == __file__ for warning in caught)
+    time = pandas.to_datetime(frame["time_s"], unit="s").dt.strftime("%Y-%m-%dT%H:%M:%S.%f").tolist()
+    time[3] = "later"
+    with (
+        pytest.warns(steerwright.Warning, match="time .1 of 10300 cells are no times, such as 'later' in row 3"),
+        pytest.raises(steerwright.Error, match="no column is the time"),
+    ):
+        steerwright.read({**table, "time": time, "time_s": time}, **COLUMNS)
+
+
+@pytest.mark.parametrize("as_objects", [False, True])
+def test_a_yaw_rate_of_true_and_false_is_refused(as_objects: bool, table: dict[str, Any]) -> None:
+    turning = np.array(table["yaw_rate_radps"] > 0.0, dtype=object if as_objects else bool)
+    wrong = {**table, "yaw_rate_radps": turning}
+    for function in (steerwright.read, steerwright.identify, steerwright.Accumulator(**COLUMNS).add):
+        options = {} if function.__name__ == "add" else COLUMNS
+        with pytest.raises(steerwright.Error, match="yaw_rate_radps: the yaw rate is True or False") as caught:
+            function(wrong, **options)
+        assert caught.value.hint
+    steerwright.read({**table, "is_engaged": turning}, **COLUMNS)
+
+
 def test_channels_on_several_clocks(table: dict[str, Any], log: steerwright.Log) -> None:
     steering = {name: table[name] for name in NAMES[:2]}
     rates = {"time_s": table["time_s"][1::2]}
@@ -112,6 +198,25 @@ def test_tdms(table: dict[str, Any], log: steerwright.Log, tmp_path: Path) -> No
         {"time_s": 2.0 + step * np.arange(len(uniform["speed_mps"])), **uniform}, **COLUMNS
     )
     same(found, expected)
+
+
+def test_time_stamps_of_tdms(table: dict[str, Any], log: steerwright.Log, tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    stamps = np.datetime64("2024-02-29T09:00:00", "us") + np.round(1e6 * table["time_s"]).astype("timedelta64[us]")
+    channels = {name.rpartition("_")[0]: table[name] for name in NAMES[1:]}
+    units = ["rad", "rad/s", "m/s"]
+    with TdmsWriter(tmp_path / "drive.tdms") as writer:
+        columns = [
+            ChannelObject("Drive", name, values, {"NI_UnitDescription": unit})
+            for (name, values), unit in zip(channels.items(), units)
+        ]
+        note = ChannelObject("Drive", "Note", ["dry"] * len(stamps), {})
+        writer.write_segment([ChannelObject("Drive", "Recorded", stamps, {}), *columns, note])
+    options = {"input_channel": "steering_command", "steering_ratio": 1.0, "time_channel": "Recorded"}
+    with pytest.warns(steerwright.Warning, match="not read: Note") as caught:
+        same(steerwright.read(tmp_path / "drive.tdms", **options), log, 1e-5)
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.parametrize("version", ["5", "7.3"])
@@ -291,7 +396,9 @@ def test_blf(tmp_path: Path) -> None:
     with can.LogReader(frames) as reader, can.BLFWriter(tmp_path / "drive.blf") as writer:
         for frame in reader:
             writer.on_message_received(frame)
-    found = steerwright.read(tmp_path / "drive.blf", **options)
+    with pytest.warns(steerwright.Warning) as caught:
+        found = steerwright.read(tmp_path / "drive.blf", **options)
+    assert all(str(tmp_path / "drive.blf") in str(warning.message) for warning in caught)
     expected = steerwright.read(frames, **options)
     # BLF has no times before 1970, to which this log belongs.
     np.testing.assert_allclose(found.time - found.time[0], expected.time - expected.time[0], atol=1e-5)
@@ -353,7 +460,8 @@ def test_formats_without_their_library_and_without_signals(
 ) -> None:
     (tmp_path / "drive.tdms").write_bytes(b"TDSm" + bytes(200))
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    with pytest.raises(steerwright.Error, match="nptdms, which is not installed"):
+    with pytest.raises(steerwright.Error, match="nptdms, which is not installed") as caught:
         steerwright.read(tmp_path / "drive.tdms")
+    assert "./python[logs]" in caught.value.hint
     with pytest.raises(TypeError, match="a file name, a dict of arrays or a data frame"):
         steerwright.read(3.0)
