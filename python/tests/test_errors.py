@@ -6,10 +6,13 @@ import _thread
 import signal
 import threading
 import time
+from operator import attrgetter
+from pathlib import Path
 
 import numpy as np
 import pytest
 import steerwright
+from steerwright import _native
 from conftest import COLUMNS, DRIVE
 
 
@@ -36,6 +39,46 @@ def test_errors_have_hints() -> None:
     with pytest.raises(TypeError, match="no option `plots` of design"):
         steerwright.design(plant, plots="figures")  # type: ignore[call-arg]
     assert issubclass(steerwright.Error, ValueError)
+    with pytest.raises(steerwright.Error, match="`desing` is no subcommand"):
+        steerwright.options("desing")
+
+
+def test_a_share_above_1_is_refused_with_the_right_spelling(plant: steerwright.Plant) -> None:
+    for name, value, right in (("overshoot", 5, "0.05"), ("steady_state_error", 2.5, "0.025"), ("overshoot", np.int64(7), "0.07")):
+        with pytest.raises(steerwright.Error, match=f"{name}={value}: a share is a fraction, at most 1") as caught:
+            steerwright.design(plant, **{name: value})
+        assert caught.value.hint == f"write {name}={right}"
+    for command in (steerwright.compare, steerwright.build):
+        with pytest.raises(steerwright.Error, match="overshoot=5"):
+            command(["plant.json"], overshoot=5)
+    assert _native.words("design", {"overshoot": 0.05}) == _native.words("design", {"overshoot": "5%"})
+    for value in (True, np.True_):
+        with pytest.raises(steerwright.Error, match="max_order=.*True.*: N is expected"):
+            steerwright.identify(DRIVE, **COLUMNS, max_order=value)
+
+
+def test_ranges_are_pairs() -> None:
+    for value in ((5, 30), [5.0, 30], np.array([5, 30]), ("5m/s", "30 m/s"), "5m/s..30m/s"):
+        assert _native.words("design", {"speeds": value}) == ["--speeds=5m/s..30m/s"]
+        assert _native.words("read", {"speed_window": value}) == ["--speed-window=5m/s..30m/s"]
+    windows = ["--window=10s..60s", "--window=70s..90s"]
+    assert _native.words("read", {"window": (10, 60)}) == windows[:1]
+    for value in ([(10, 60), (70, 90)], [("10s", "60s"), [70, 90]], ["10s..60s", "70s..90s"], np.array([[10, 60], [70, 90]])):
+        assert _native.words("read", {"window": value}) == windows
+    for value in ((5, 10, 30), (5,), []):
+        with pytest.raises(steerwright.Error, match="a range is a pair") as caught:
+            _native.words("design", {"speeds": value})
+        assert caught.value.hint == "write speeds=(5, 30)"
+
+
+@pytest.mark.parametrize("function", ["load", "design", "Plant.load", "Accumulator.load"])
+def test_files_that_are_no_documents_are_errors(function: str, tmp_path: Path) -> None:
+    for name, content in (("list.json", b"[1]"), ("drive.csv", b"t,x\n1,2\n"), ("binary", b"\xff\xfe")):
+        (tmp_path / name).write_bytes(content)
+    for name in ("missing.json", "list.json", "drive.csv", "binary", "."):
+        with pytest.raises(steerwright.Error) as caught:
+            attrgetter(function)(steerwright)(tmp_path / name)
+        assert caught.value.hint and str(tmp_path / name) in caught.value.message
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.5, -1.8], ids=["standing", "slow", "reversing"])
