@@ -506,7 +506,7 @@ def load_document(file: str | os.PathLike[str], kinds: Sequence[type[Document]] 
 
 
 PADE_ORDER = 4
-"""Its phase differs from that of the delay T by less than 1° below 5/T rad/s."""
+"""Its phase differs from that of the delay T by less than 1° below 4/T rad/s."""
 
 
 def _pade(delay: float) -> tuple[Array, Array, Array, Array]:

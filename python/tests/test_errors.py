@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import _thread
+import io
 import signal
+import sys
 import threading
 import time
+import warnings
 from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 import pytest
 import steerwright
-from steerwright import _native
+from steerwright import _native, _progress
 from conftest import COLUMNS, DRIVE
 
 
@@ -55,6 +58,21 @@ def test_a_share_above_1_is_refused_with_the_right_spelling(plant: steerwright.P
     for value in (True, np.True_):
         with pytest.raises(steerwright.Error, match="max_order=.*True.*: N is expected"):
             steerwright.identify(DRIVE, **COLUMNS, max_order=value)
+
+
+def test_arrays_are_identified(log: steerwright.Log) -> None:
+    u, y, dt = log.steering, log.yaw_rate, log.sample_time
+    table = {"time_s": log.time, "steering_angle_rad": u, "yaw_rate_radps": y, "speed_mps": log.speed}
+    options = {"steering_ratio": 1.0, "structure": "state-space", "order": 2, "intersample": "zoh"}
+    expected = steerwright.identify({**table, "time_s": dt * np.arange(len(u))}, **options)
+    found = steerwright.identify(u, y, dt, speed=log.speed, **options)
+    assert isinstance(found, steerwright.Plant)
+    np.testing.assert_array_equal(found.A, expected.A)
+    assert steerwright.identify(list(u), list(y), dt, speed=15, **options).order == 2
+    for wrong in ((u, y), (u, y, 0.0), (u, y, True), (u, None, dt), (u, y[:-1], dt), (u[:, None], y, dt)):
+        with pytest.raises(steerwright.Error) as caught:
+            steerwright.identify(*wrong, **options)
+        assert caught.value.hint
 
 
 def test_ranges_are_pairs() -> None:
@@ -142,6 +160,59 @@ def test_an_interruption_returns_at_once(log: steerwright.Log) -> None:
         steerwright.identify(large, max_samples="all", max_order=20, horizon=60)
     assert time.monotonic() - interrupted[0] < 0.4 * alone
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("where", ["file", "terminal", "notebook"])
+def test_progress_is_shown_where_someone_looks(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(stream, "isatty", lambda: where == "terminal", raising=False)
+    monkeypatch.setattr(_progress, "_in_notebook", lambda: where == "notebook")
+    clock = [0.0]
+    monkeypatch.setattr(_progress, "now", lambda: clock[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with _progress.shown() as progress:
+            assert (progress is None) == (where == "file")
+            if progress is None:
+                return
+            progress("identifying", 1, 4)
+            clock[0] = 1.9
+            progress("identifying", 2, 4)
+            assert not stream.getvalue()
+            clock[0] = 2.1
+            progress("identifying", 3, 4)
+            assert "identifying:  75 %" in stream.getvalue()
+            assert "?" not in stream.getvalue()
+
+
+def test_warnings_point_to_the_line_of_the_caller(log: steerwright.Log, plant: steerwright.Plant, tmp_path: Path) -> None:
+    calls = [
+        lambda: steerwright.read(DRIVE, **COLUMNS, speed_window=(14, 16)),
+        lambda: steerwright.identify(DRIVE, **COLUMNS, speed_window=(14, 16)),
+        lambda: steerwright.identify_bicycle(log),
+    ]
+    for call in calls:
+        with pytest.warns(steerwright.Warning) as caught:
+            call()
+        assert {warning.filename for warning in caught} == {__file__}
+
+
+def test_a_missing_package_is_named_with_its_extra(
+    plant: steerwright.Plant, log: steerwright.Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module, call, extra in (
+        ("control", plant.to_control, "control"),
+        ("scipy", plant.to_scipy, "logs"),
+        ("pandas", log.to_pandas, "notebook"),
+    ):
+        with monkeypatch.context() as patched:
+            for name in [key for key in sys.modules if key.partition(".")[0] == module]:
+                patched.delitem(sys.modules, name)
+            patched.setitem(sys.modules, module, None)
+            with pytest.raises(steerwright.Error, match=f"uses {module}, which is not installed") as caught:
+                call()
+        assert f"pip install {module}" in caught.value.hint and f"./python[{extra}]" in caught.value.hint
 
 
 def test_other_threads_run_meanwhile(log: steerwright.Log) -> None:

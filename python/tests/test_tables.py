@@ -46,6 +46,15 @@ def test_data_frames_and_tables(table: dict[str, Any], log: steerwright.Log) -> 
         same(steerwright.read(one, **COLUMNS), log)
 
 
+def test_a_log_is_a_data_frame_again(table: dict[str, Any], log: steerwright.Log) -> None:
+    frame = log.to_pandas()
+    assert list(frame.columns) == ["steering_angle_rad", "yaw_rate_radps", "speed_mps"]
+    np.testing.assert_array_equal(frame["yaw_rate_radps"], log.yaw_rate)
+    np.testing.assert_array_equal(frame.index, log.time)
+    found = steerwright.read(frame, steering_ratio=1.0, intersample="zoh", sample_time=log.sample_time)
+    assert abs(len(found) - len(log)) <= 1
+
+
 def test_missing_values_and_other_types(table: dict[str, Any], log: steerwright.Log) -> None:
     import pandas
 
