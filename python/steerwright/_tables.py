@@ -12,20 +12,20 @@ import numpy as np
 from ._errors import ArgumentError, Error, warn
 
 
-def columns(table: Any, title: str = "table", clock: str | None = None) -> Columns:
+def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) -> Columns:
     """The columns of a table. An index of times is the clock, and so is the only column of times if no name is that
-    of a clock; ``clock`` is the name of another."""
+    of a clock, unless the options state the clock."""
     if hasattr(table, "collect_schema") and hasattr(table, "collect"):
         # A query of polars that has not run.
         table = table.collect()
     found = Columns(title)
     for name, values in _index(table):
         found.add(name, values)
-    if clock is None and found.times and not TIME.match(found.times[0]):
+    if not is_clock_stated and found.times and not TIME.match(found.times[0]):
         found.rename(found.times[0], f"time {found.times[0]}")
     for name, values in _named(table):
         found.add(str(name), values)
-    if clock is None and len(found.times) == 1 and not any(TIME.match(name) for name in found):
+    if not is_clock_stated and len(found.times) == 1 and not any(TIME.match(name) for name in found):
         found.rename(found.times[0], f"time {found.times[0]}")
     report_unread(title, found.unread)
     if not found:
@@ -192,7 +192,8 @@ def _array(values: Any) -> Any:
 def _is_missing(item: Any) -> bool:
     if isinstance(item, str):
         return MISSING.fullmatch(item.strip()) is not None
-    return item is None or item != item or type(item).__name__ in ("NAType", "NaTType")
+    # Of pandas, which compares to neither True nor False; then what is not equal to itself.
+    return item is None or type(item).__name__ in ("NAType", "NaTType") or item != item
 
 
 MISSING = re.compile(

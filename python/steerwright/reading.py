@@ -30,12 +30,13 @@ Tables = list[tuple[str, dict[str, Any]]]
 
 @contextlib.contextmanager
 def files_and_tables(
-    source: Source | Sequence[Source], clock: str | None = None
+    source: Source | Sequence[Source], options: Mapping[str, Any]
 ) -> Iterator[tuple[list[str] | None, Tables | None, dict[str, str]]]:
     """The files, or the tables of a source; files that other libraries read are read here. The names are those of
-    converted files. ``clock`` is the column of the time where it is stated."""
+    converted files."""
     from . import _readers
 
+    is_clock_stated = options.get("time_channel") is not None or options.get("row_period") is not None
     sources = list(source) if isinstance(source, (list, tuple)) else [source]
     files: list[str] = []
     tables: Tables = []
@@ -54,7 +55,7 @@ def files_and_tables(
                     tables += read
             else:
                 name = "table" if len(sources) == 1 else f"table {index + 1}"
-                tables.append((name, columns(one, name, clock)))
+                tables.append((name, columns(one, name, is_clock_stated=is_clock_stated)))
         if files and tables:
             raise Error(
                 "files and tables are mixed",
@@ -75,11 +76,11 @@ def _named(text: str, names: Mapping[str, str]) -> str:
 
 
 @contextlib.contextmanager
-def one_file(source: Source) -> Iterator[tuple[str, FilePath]]:
+def one_file(source: Source, options: Mapping[str, Any]) -> Iterator[tuple[str, FilePath]]:
     """The name of a source, and a file that the command line reads."""
     from . import _readers
 
-    with files_and_tables(source) as (files, tables, _), _native.Scratch() as folder:
+    with files_and_tables(source, options) as (files, tables, _), _native.Scratch() as folder:
         name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else "table"
         if tables is not None:
             yield name, _readers.as_file(name, tables, folder)
@@ -104,7 +105,7 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
     Raises :class:`Error` with the file, line and column of the fault and a hint.
     """
     with (
-        files_and_tables(source, options.get("time_channel")) as (files, tables, names),
+        files_and_tables(source, options) as (files, tables, names),
         _progress.shown() as progress,
     ):
         log = _native.read(files, tables, dict(options), progress)
@@ -121,7 +122,7 @@ def accumulate(
     progress: _progress.Progress | None,
 ) -> None:
     """Adds a source to the drives that are accumulated."""
-    with files_and_tables(source, options.get("time_channel")) as (files, tables, _):
+    with files_and_tables(source, options) as (files, tables, _):
         added = _native.Drives()
         added.add(files, tables, dict(options), progress)
     channels = json.loads(added.json())["channels"]

@@ -63,6 +63,9 @@ def test_missing_values_and_other_types(table: dict[str, Any], log: steerwright.
     frame["time_s"] = pandas.to_datetime(frame["time_s"] + 1.7e9, unit="s")
     frame.loc[50, "yaw_rate_radps"] = None
     frame["speed_mps"] = frame["speed_mps"].convert_dtypes()
+    frame["gear"] = pandas.array([None, *range(len(frame) - 1)], dtype="Int64")
+    frame["is_engaged"] = pandas.array([None, *[True] * (len(frame) - 1)], dtype="boolean")
+    frame["state"] = pandas.Series(["on"] * len(frame), dtype="category")
     found = steerwright.read(frame, **COLUMNS)
     assert len(found) == len(log)
     np.testing.assert_allclose(found.time, log.time, atol=1e-6)
@@ -139,6 +142,9 @@ def test_times_are_clocks_whatever_their_column_and_type(table: dict[str, Any], 
             assert group["clock"].startswith("time")
     two = base.assign(recorded=time, created=time[0])
     same(steerwright.read(two, time_channel="recorded", **COLUMNS), log, 1e-5)
+    one = base.assign(recorded=time)
+    assert steerwright.inspect(one, time_channel="recorded")["groups"][0]["clock"] == "recorded [s]"
+    assert steerwright.read(one, row_period=0.01, **COLUMNS).time[0] < 1.0
     with pytest.raises(steerwright.Error, match="no column is the time") as caught:
         steerwright.read(two, **COLUMNS)
     assert "time_channel=NAME" in caught.value.hint
