@@ -151,13 +151,16 @@ fn bound(option: &OptionDescription, value: &Bound<'_, PyAny>) -> PyResult<Strin
     Ok(format!("{}{unit}", value.extract::<f64>()?))
 }
 
-/// A value as it is written: text, path, number or truth.
+/// A value as it is written: text, path, number or truth; a pair as two of them.
 fn plain(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(is) = value.extract::<bool>() {
         return Ok(if is { "true" } else { "false" }.into());
     }
     if value.hasattr("__fspath__")? {
         return value.call_method0("__fspath__")?.extract();
+    }
+    if let Ok((first, second)) = value.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() {
+        return Ok(format!("{},{}", plain(&first)?, plain(&second)?));
     }
     Ok(value.str()?.to_string())
 }

@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from pathlib import Path as FilePath
+from typing import Any
 
 PACKAGE = os.path.dirname(__file__)
 
@@ -49,13 +50,23 @@ def warn(message: str) -> None:
     warnings.warn(message, Warning, stacklevel=level)
 
 
+def path_of(file: Any) -> str:
+    """The path of a file."""
+    try:
+        return os.fsdecode(file)
+    except TypeError as error:
+        raise ArgumentError(
+            f"a file is expected, not an object of type {type(file).__name__}",
+            "pass its path; tables are taken by read, identify, inspect and Accumulator.add",
+        ) from error
+
+
 def text_of(file: str | os.PathLike[str]) -> str:
     """The text of a document."""
+    path = path_of(file)
     try:
-        return FilePath(file).read_text("utf-8")
+        return FilePath(path).read_text("utf-8")
     except OSError as error:
-        raise Error(
-            f"{os.fspath(file)}: {error.strerror}", "check that the path is right and that you may read there"
-        ) from error
+        raise Error(f"{path}: {error.strerror}", "check that the path is right and that you may read there") from error
     except UnicodeDecodeError as error:
-        raise Error(f"{os.fspath(file)}: no JSON document", "pass a document such as plant.json") from error
+        raise Error(f"{path}: no JSON document", "pass a document such as plant.json") from error

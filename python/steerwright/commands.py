@@ -70,9 +70,13 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
         return Path(out.read_text("utf-8"))
 
 
+Packed = Union[LateralModel, Controller, Path, File]
+"""What is packed as an FMU."""
+
+
 @documented("package", {"json"})
 def package(
-    models: Sequence[LateralModel | Controller | Path | File],
+    models: Packed | Sequence[Packed],
     **options: Unpack[PackageOptions],
 ) -> dict[str, FilePath]:
     """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
@@ -147,7 +151,7 @@ def export(
 
 
 @documented("compare", {"json"})
-def compare(models: Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
+def compare(models: LateralModel | File | Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
     """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
 
     ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native, documents
-from ._errors import Error, text_of
+from ._errors import Error, path_of, text_of
 from ._libraries import library
 from ._record import Array
 
@@ -502,7 +502,7 @@ def kind_of(text: str, kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicl
 def load_document(file: str | os.PathLike[str], kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:
     """The object of a document in a file."""
     text = text_of(file)
-    return kind_of(text, kinds)(text, file=os.fspath(file))
+    return kind_of(text, kinds)(text, file=path_of(file))
 
 
 PADE_ORDER = 4

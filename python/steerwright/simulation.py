@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from . import _command
-from ._errors import ArgumentError, Missing
+from ._errors import ArgumentError, Missing, path_of
 from ._libraries import library
 from ._options import documented
 from ._record import Array
@@ -125,7 +125,7 @@ def _units(files: Sequence[File], variant: str | None) -> dict[str, set[str]]:
     """The variables of each unit; none of a file that is no FMU, which the program reports."""
     units: dict[str, set[str]] = {}
     for item in files:
-        file = os.fspath(item)
+        file = path_of(item)
         name, _, rest = file.partition("=")
         if rest and not os.path.exists(file) and not {"/", "\\"} & set(name):
             stated, file = name, rest

@@ -75,6 +75,21 @@ def test_arrays_are_identified(log: steerwright.Log) -> None:
         assert caught.value.hint
 
 
+def test_one_document_is_a_list_of_one_and_other_objects_are_refused(
+    plant: steerwright.Plant, log: steerwright.Log, tmp_path: Path
+) -> None:
+    plant.save(tmp_path / "plant.json")
+    for one in (plant, tmp_path / "plant.json", str(tmp_path / "plant.json")):
+        assert list(steerwright.package(one, out=tmp_path / "fmu")) == ["IdentifiedPlant"]
+    of_one = [steerwright.design, steerwright.load, steerwright.build, steerwright.check, steerwright.sweep]
+    of_several = [steerwright.package, steerwright.compare, steerwright.simulate]
+    calls = [(call, wrong) for call in of_one for wrong in (log, 3.0, None)]
+    for call, wrong in [*calls, *((call, [log]) for call in of_several)]:
+        with pytest.raises(steerwright.Error, match="a file is expected, not an object of type") as caught:
+            call(wrong)
+        assert caught.value.hint
+
+
 def test_ranges_are_pairs() -> None:
     for value in ((5, 30), [5.0, 30], np.array([5, 30]), ("5m/s", "30 m/s"), "5m/s..30m/s"):
         assert _native.words("design", {"speeds": value}) == ["--speeds=5m/s..30m/s"]
@@ -83,6 +98,7 @@ def test_ranges_are_pairs() -> None:
     assert _native.words("read", {"window": (10, 60)}) == windows[:1]
     for value in ([(10, 60), (70, 90)], [("10s", "60s"), [70, 90]], ["10s..60s", "70s..90s"], np.array([[10, 60], [70, 90]])):
         assert _native.words("read", {"window": value}) == windows
+    assert _native.words("identify", {"prior": {"mass": (1500, 50.5)}}) == ["--prior=mass=1500,50.5"]
     for value in ((5, 10, 30), (5,), []):
         with pytest.raises(steerwright.Error, match="a range is a pair") as caught:
             _native.words("design", {"speeds": value})
