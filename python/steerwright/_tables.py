@@ -30,6 +30,13 @@ def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) 
     report_unread(title, found.unread)
     if not found:
         raise Error(f"{title}: there is no column of numbers", "pass named columns of numbers")
+    first = next(iter(found))
+    for name, values in found.items():
+        if len(values) != len(found[first]):
+            raise Error(
+                f"{title}: `{name}` has {len(values)} values, `{first}` has {len(found[first])}",
+                "pass columns of equal length, or a table for each clock in a list",
+            )
     return found
 
 
@@ -192,8 +199,7 @@ def _array(values: Any) -> Any:
 def _is_missing(item: Any) -> bool:
     if isinstance(item, str):
         return MISSING.fullmatch(item.strip()) is not None
-    # Of pandas, which compares to neither True nor False; then what is not equal to itself.
-    return item is None or type(item).__name__ in ("NAType", "NaTType") or item != item
+    return item is None or type(item).__name__ in ("NAType", "NaTType") or (isinstance(item, float) and item != item)
 
 
 MISSING = re.compile(

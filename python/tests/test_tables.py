@@ -174,6 +174,16 @@ def test_what_is_no_number_is_reported(table: dict[str, Any], log: steerwright.L
         steerwright.read({**table, "time": time, "time_s": time}, **COLUMNS)
 
 
+def test_columns_of_other_lengths_and_objects_are_named(table: dict[str, Any], fmus: dict[str, Path]) -> None:
+    short = {**table, "speed_mps": table["speed_mps"][:-1]}
+    for function in (steerwright.read, steerwright.inspect, lambda it: steerwright.simulate(fmus["LateralPid"], input=it)):
+        with pytest.raises(steerwright.Error, match="`speed_mps` has 10299 values, `time_s` has 10300"):
+            function(short)
+    points = [np.zeros(3) for _ in table["time_s"]]
+    with pytest.warns(steerwright.Warning, match=r"points \(10300 × 3 values of type float64\), state \(.* no numbers"):
+        steerwright.inspect({**table, "points": points, "state": [{}] * len(points)})
+
+
 @pytest.mark.parametrize("as_objects", [False, True])
 def test_a_yaw_rate_of_true_and_false_is_refused(as_objects: bool, table: dict[str, Any]) -> None:
     turning = np.array(table["yaw_rate_radps"] > 0.0, dtype=object if as_objects else bool)
