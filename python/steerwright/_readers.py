@@ -5,17 +5,19 @@ The libraries come with ``pip install './python[logs]'`` from a clone.
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
 from . import _mat, _mdf, _ros
-from ._errors import Error
+from ._errors import Error, warn
 from ._libraries import library
-from ._tables import Columns, report_unread
+from ._tables import MOST_QUOTED, Columns, report_unread
 
 Tables = list[tuple[str, dict[str, Any]]]
 
@@ -82,7 +84,7 @@ def tdms(file: FilePath) -> Tables:
     """LabVIEW's TDMS: a table for each group and clock of waveforms."""
     nptdms = library("nptdms", f"{file}: such files are read by")
     found: dict[Any, Columns] = {}
-    with nptdms.TdmsFile.open(file) as opened:
+    with _remarks_of_nptdms(file), nptdms.TdmsFile.open(file) as opened:
         for group in opened.groups():
             for channel in group.channels():
                 clock: tuple[Any, ...] = (group.name, len(channel))
@@ -103,6 +105,30 @@ def tdms(file: FilePath) -> Tables:
                 columns.add(_named(channel.name, unit), channel[:])
     report_unread(os.fspath(file), [unread for columns in found.values() for unread in columns.unread])
     return _complete([(columns.title, columns) for columns in found.values()])
+
+
+@contextlib.contextmanager
+def _remarks_of_nptdms(file: FilePath) -> Iterator[None]:
+    """What nptdms prints of a file that is cut, as warnings, each once."""
+    handler = library("nptdms.log", f"{file}: such files are read by").log_manager.console_handler
+    remarks: list[str] = []
+
+    def keep(record: logging.LogRecord) -> bool:
+        remark = record.getMessage()[:MOST_QUOTED]
+        if remark not in remarks and len(remarks) < MOST_REMARKS:
+            remarks.append(remark)
+        return False
+
+    handler.addFilter(keep)
+    try:
+        yield
+    finally:
+        handler.removeFilter(keep)
+    for remark in remarks:
+        warn(f"{file}: {remark}")
+
+
+MOST_REMARKS = 5
 
 
 def bus(files: list[FilePath], folder: FilePath) -> FilePath:

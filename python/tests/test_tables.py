@@ -244,6 +244,23 @@ def test_time_stamps_of_tdms(table: dict[str, Any], log: steerwright.Log, tmp_pa
     assert caught[0].filename == __file__
 
 
+def test_a_cut_tdms_is_read_as_far_as_it_goes(
+    table: dict[str, Any], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    file = tmp_path / "drive.tdms"
+    with TdmsWriter(file) as writer:
+        for rows in (slice(0, 5000), slice(5000, None)):
+            writer.write_segment([ChannelObject("Drive", name, values[rows], {}) for name, values in table.items()])
+    file.write_bytes(file.read_bytes()[:-20_000])
+    with pytest.warns(steerwright.Warning, match="drive.tdms: .*less data than expected") as caught:
+        groups = steerwright.inspect(file)["groups"]
+    assert caught[0].filename == __file__
+    assert 5000 <= min(group["rows"] for group in groups) < len(table["time_s"])
+    assert "nptdms" not in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("version", ["5", "7.3"])
 def test_mat(version: str, table: dict[str, Any], log: steerwright.Log, tmp_path: Path) -> None:
     file = tmp_path / "drive.mat"
