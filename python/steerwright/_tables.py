@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ._errors import ArgumentError, Error, warn
+from ._libraries import library
 
 
 def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) -> Columns:
@@ -18,6 +19,8 @@ def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) 
     if hasattr(table, "collect_schema") and hasattr(table, "collect"):
         # A query of polars that has not run.
         table = table.collect()
+    elif hasattr(table, "__arrow_c_stream__") and not (hasattr(table, "columns") or hasattr(table, "column_names")):
+        table = library("pyarrow", "a stream of Arrow is read by").table(table)
     found = Columns(title)
     for name, values in _index(table):
         found.add(name, values)

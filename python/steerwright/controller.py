@@ -68,7 +68,7 @@ class Controller(Document, documents.Pid):
             ts,
             inputs=["yaw_reference", "yaw", "steering_feedforward"],
             outputs="steering",
-            name=self.name,
+            name=self.name.replace(".", "_"),
         )
 
     def _gains(self, speed: float | None) -> dict[str, float]:

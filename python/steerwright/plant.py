@@ -241,7 +241,9 @@ class Plant(SimulatedModel, documents.Plant):
         out, which is a Padé approximation in the continuous model."""
         control = library("control", "to_control() uses")
         matrices, dt = self._system(delay, continuous), 0 if continuous else self.sample_time
-        return control.ss(*matrices, dt, inputs="steering", outputs="yaw_rate", name=self.name)
+        # A name has no dots there.
+        name = self.name.replace(".", "_")
+        return control.ss(*matrices, dt, inputs="steering", outputs="yaw_rate", name=name)
 
     def to_scipy(self, *, delay: bool = True, continuous: bool = False) -> Any:
         """A ``scipy.signal.dlti`` in state space, or an ``lti`` of the continuous model; see :meth:`to_control`."""

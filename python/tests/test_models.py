@@ -69,6 +69,12 @@ def test_the_continuous_model_is_that_of_the_document(plant: steerwright.Plant) 
         steerwright.Plant(json.dumps(document)).to_control(continuous=True)
 
 
+def test_names_with_dots_are_names_of_systems(plant: steerwright.Plant, controller: steerwright.Controller) -> None:
+    for model in (plant, controller):
+        named = type(model)(json.dumps({**json.loads(model.to_json()), "name": "drive.2024.02"}))
+        assert named.to_control().name == "drive_2024_02"
+
+
 def test_the_controller_is_that_of_the_fmu(controller: steerwright.Controller, fmus: dict[str, Path]) -> None:
     system = controller.to_control()
     assert system.dt == controller.sample_time_s

@@ -131,6 +131,9 @@ def test_times_are_clocks_whatever_their_column_and_type(table: dict[str, Any], 
         arrow.append_column("recorded", pyarrow.array(text)),
         pyarrow.record_batch(arrow.append_column("recorded", pyarrow.array(time)).to_pydict()),
     ]
+    # A stream is read once.
+    stream = arrow.append_column("recorded", pyarrow.array(zoned)).to_reader()
+    same(steerwright.read(stream, **COLUMNS), log, 1e-5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for number, form in enumerate(forms):
