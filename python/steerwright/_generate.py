@@ -40,8 +40,22 @@ Numbers are in SI units and radians, shares are fractions; texts are as on the c
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 from typing import Any, Literal, TypedDict, Union
+
+
+class _Callable(ModuleType):
+    """This module, which stands in the package where its function `options` was."""
+
+    def __call__(self, command: str) -> None:
+        from .commands import options
+
+        options(command)
+
+
+sys.modules[__name__].__class__ = _Callable
 
 Stack = Literal[STACKS]
 """A driving stack that `export` writes the parameters of."""

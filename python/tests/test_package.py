@@ -86,6 +86,21 @@ def test_users_code_passes_strict_typing(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
+def test_the_types_of_options_leave_the_function_of_their_name(tmp_path: Path) -> None:
+    code = """
+import steerwright
+from steerwright.options import ReadOptions
+common: ReadOptions = {"input_channel": "steering_command_rad", "steering_ratio": 1.0}
+steerwright.options("path")
+def log() -> steerwright.Log:
+    return steerwright.read("drive.csv", **common)
+"""
+    (tmp_path / "code.py").write_text(code)
+    for arguments in (["code.py"], ["-m", "mypy", "--strict", "code.py"]):
+        done = subprocess.run([sys.executable, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_the_command_line_is_there(tmp_path: Path) -> None:
     done = command_line("--version", cwd=tmp_path)
     assert done.stdout.split() == ["steerwright", steerwright.__version__]
