@@ -7,17 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ._tables import report_unread
-
 Columns = dict[str, Any]
 
 
-def tables(file: FilePath, variables: dict[str, Any]) -> list[tuple[str, Columns]]:
-    """Vectors of equal length are a table, and so are structures with a clock of their own."""
+def tables(file: FilePath, variables: dict[str, Any], unread: list[str]) -> list[tuple[str, Columns]]:
+    """Vectors of equal length are a table, and so are structures with a clock of their own; all others are unread."""
     found = _Found()
     for name, value in variables.items():
         found.add(name, value)
-    report_unread(str(file), found.unread)
+    unread += found.unread
     named = [(f"{file}: {size} rows", columns) for size, columns in found.by_length.items()]
     for clock, columns in found.with_clock:
         named.append((f"{file}: {', '.join(list(columns)[:3])}", {"time_s": clock, **columns}))

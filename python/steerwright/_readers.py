@@ -17,7 +17,7 @@ import numpy as np
 from . import _mat, _mdf, _ros
 from ._errors import Error, warn
 from ._libraries import library
-from ._tables import MOST_QUOTED, Columns, report_unread
+from ._tables import MOST_QUOTED, Columns, listed
 
 Tables = list[tuple[str, dict[str, Any]]]
 
@@ -34,13 +34,15 @@ def converted(file: FilePath, folder: FilePath) -> FilePath:
     return file
 
 
-def tables(file: FilePath) -> Tables | None:
-    """The tables of a file; `None` where the package reads it without another library."""
+def tables(file: FilePath, unread: list[str]) -> Tables | None:
+    """The tables of a file, and what is left out of it with the reason; `None` where the package reads it without
+    another library."""
     for (ending, start), reader in READERS.items():
         if file.name.lower().endswith(ending) and _starts(file, start):
-            found: Tables = _read(reader, file, file)
+            found: Tables = _read(reader, file, file, unread)
             if not found:
-                raise Error(f"{file}: no channel of numbers", "check that the file is complete")
+                items = f"; not read: {listed(unread)}" if unread else ""
+                raise Error(f"{file}: no channel of numbers{items}", "check that the file is complete")
             return found
     return None
 
@@ -80,7 +82,7 @@ def _starts(file: FilePath, start: bytes) -> bool:
         return False
 
 
-def tdms(file: FilePath) -> Tables:
+def tdms(file: FilePath, unread: list[str]) -> Tables:
     """LabVIEW's TDMS: a table for each group and clock of waveforms."""
     nptdms = library("nptdms", f"{file}: such files are read by")
     found: dict[Any, Columns] = {}
@@ -103,7 +105,7 @@ def tdms(file: FilePath) -> Tables:
                     columns.setdefault("time_s", time)
                 unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription")
                 columns.add(_named(channel.name, unit), channel[:])
-    report_unread(os.fspath(file), [unread for columns in found.values() for unread in columns.unread])
+    unread += (item for columns in found.values() for item in columns.unread)
     return _complete([(columns.title, columns) for columns in found.values()])
 
 
@@ -157,7 +159,7 @@ def bag(files: list[FilePath], folder: FilePath) -> FilePath:
     return converted
 
 
-def mat(file: FilePath) -> Tables:
+def mat(file: FilePath, unread: list[str]) -> Tables:
     """MATLAB's MAT, version 5 by SciPy and 7.3 by h5py."""
     with open(file, "rb") as opened:
         is_hdf = b"MATLAB 7.3" in opened.read(128)
@@ -177,10 +179,10 @@ def mat(file: FilePath) -> Tables:
         for name, value in scipy_io.loadmat(file, simplify_cells=True).items():
             if not name.startswith("__"):
                 variables[name] = value
-    return _mat.tables(file, variables)
+    return _mat.tables(file, variables, unread)
 
 
-def rlog(file: FilePath) -> Tables:
+def rlog(file: FilePath, _: list[str]) -> Tables:
     """openpilot's rlog and qlog, by openpilot's own reader where it is installed: a table for each service."""
     logreader = library("openpilot.tools.lib.logreader", f"{file}: such files are read by")
     services: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
@@ -257,7 +259,7 @@ def _complete(found: Tables) -> Tables:
     return [(name, columns) for name, columns in found if set(columns) - {"time_s"}]
 
 
-READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
+READERS: dict[tuple[str, bytes], Callable[[FilePath, list[str]], Tables]] = {
     (".tdms", b"TDSm"): tdms,
     (".mat", b""): mat,
     **{(f"{kind}log{end}", b""): rlog for kind in "rq" for end in ("", ".bz2", ".zst")},

@@ -30,9 +30,9 @@ def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) 
         found.add(str(name), values)
     if not is_clock_stated and len(found.times) == 1 and not any(TIME.match(name) for name in found):
         found.rename(found.times[0], f"time {found.times[0]}")
-    report_unread(title, found.unread)
     if not found:
-        raise Error(f"{title}: there is no column of numbers", "pass named columns of numbers")
+        unread = f"; not read: {listed(found.unread)}" if found.unread else ""
+        raise Error(f"{title}: there is no column of numbers{unread}", "pass named columns of numbers")
     first = next(iter(found))
     for name, values in found.items():
         if len(values) != len(found[first]):
@@ -129,11 +129,10 @@ MOST_NAMES = 20
 """Most names in a warning."""
 
 
-def report_unread(title: str, unread: Sequence[str]) -> None:
-    """Warns of what is left out."""
-    if unread:
-        more = f" and {len(unread) - MOST_NAMES} more" if len(unread) > MOST_NAMES else ""
-        warn(f"{title}: not read: {', '.join(unread[:MOST_NAMES])}{more}")
+def listed(items: Sequence[str]) -> str:
+    """The first of some, and how many more there are."""
+    more = f" and {len(items) - MOST_NAMES} more" if len(items) > MOST_NAMES else ""
+    return f"{', '.join(items[:MOST_NAMES])}{more}"
 
 
 TIME = re.compile(r"(?i)_*(t$|time|stamp|t_|t |t\[|zeit|uhrzeit)")

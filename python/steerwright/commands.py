@@ -129,10 +129,10 @@ def inspect(log: Source, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     ``log`` is a file or a table that :func:`read` takes. Returns what ``steerwright inspect --json`` prints. Times
     count from the first sample, which is at ``log_start_s``.
     """
-    with one_file(log, options) as (name, file):
+    with one_file(log, options) as (name, file, unread):
         found: dict[str, Any] = _command.run("inspect", [file], dict(options), names={str(file): name}).value
     losses = [loss.replace(str(file), name) for loss in found["losses"]]
-    return {**found, "file": name, "losses": losses}
+    return {**found, "file": name, "losses": losses + unread}
 
 
 @documented("export", {"json", "for"})

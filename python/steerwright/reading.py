@@ -7,14 +7,14 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from . import _native, _progress
 from ._errors import Error, warn
 from ._libraries import library
 from ._native import Log
 from ._options import documented
-from ._tables import Columns, columns
+from ._tables import Columns, columns, listed
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -28,12 +28,24 @@ Source = Union[str, "os.PathLike[str]", Table, Any]
 Tables = list[tuple[str, dict[str, Any]]]
 
 
+class Sources(NamedTuple):
+    files: list[str] | None
+    tables: Tables | None
+    names: dict[str, str]
+    """The names of the caller's files by those of converted ones."""
+    unread: list[str]
+    """What is left out of tables and of files that other libraries read, with the reason."""
+
+    def named(self, text: str) -> str:
+        """A message with the names of the caller's files."""
+        for file, name in self.names.items():
+            text = text.replace(file, name)
+        return text
+
+
 @contextlib.contextmanager
-def files_and_tables(
-    source: Source | Sequence[Source], options: Mapping[str, Any]
-) -> Iterator[tuple[list[str] | None, Tables | None, dict[str, str]]]:
-    """The files, or the tables of a source; files that other libraries read are read here. The names are those of
-    converted files."""
+def files_and_tables(source: Source | Sequence[Source], options: Mapping[str, Any]) -> Iterator[Sources]:
+    """The files, or the tables of a source; files that other libraries read are read here."""
     from . import _readers
 
     is_clock_stated = options.get("time_channel") is not None or options.get("row_period") is not None
@@ -41,51 +53,53 @@ def files_and_tables(
     files: list[str] = []
     tables: Tables = []
     names: dict[str, str] = {}
+    unread: list[str] = []
     with _native.Scratch() as folder:
         for index, one in enumerate(sources):
+            items: list[str] = []
             if isinstance(one, (str, os.PathLike)):
-                read = _readers.tables(FilePath(one))
+                name = os.fspath(one)
+                read = _readers.tables(FilePath(one), items)
                 if read is None:
                     # Files of several folders may have one name.
                     own = folder / str(index)
                     own.mkdir()
                     files.append(os.fspath(_readers.converted(FilePath(one), own)))
-                    names[files[-1]] = os.fspath(one)
+                    names[files[-1]] = name
                 else:
                     tables += read
             else:
                 name = "table" if len(sources) == 1 else f"table {index + 1}"
-                tables.append((name, columns(one, name, is_clock_stated=is_clock_stated)))
+                table = columns(one, name, is_clock_stated=is_clock_stated)
+                items = table.unread
+                tables.append((name, table))
+            if items:
+                warn(f"{name}: not read: {listed(items)}")
+                unread += (f"{name}: not read: {item}" for item in items)
         if files and tables:
             raise Error(
                 "files and tables are mixed",
                 "read the files into tables, or write the tables as files: Parquet, CSV",
             )
+        found = Sources(None if tables else files, tables or None, names, unread)
         try:
-            yield (None, tables, names) if tables else (files, None, names)
+            yield found
         except Error as error:
-            error.message = _named(error.message, names)
+            error.message = found.named(error.message)
             raise
 
 
-def _named(text: str, names: Mapping[str, str]) -> str:
-    """A message with the names of the caller's files in place of those of converted ones."""
-    for file, name in names.items():
-        text = text.replace(file, name)
-    return text
-
-
 @contextlib.contextmanager
-def one_file(source: Source, options: Mapping[str, Any]) -> Iterator[tuple[str, FilePath]]:
-    """The name of a source, and a file that the command line reads."""
+def one_file(source: Source, options: Mapping[str, Any]) -> Iterator[tuple[str, FilePath, list[str]]]:
+    """The name of a source, a file that the command line reads, and what is not in it."""
     from . import _readers
 
-    with files_and_tables(source, options) as (files, tables, _), _native.Scratch() as folder:
+    with files_and_tables(source, options) as found, _native.Scratch() as folder:
         name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else "table"
-        if tables is not None:
-            yield name, _readers.as_file(name, tables, folder)
-        elif files is not None and len(files) == 1:
-            yield name, FilePath(files[0])
+        if found.tables is not None:
+            yield name, _readers.as_file(name, found.tables, folder), found.unread
+        elif found.files is not None and len(found.files) == 1:
+            yield name, FilePath(found.files[0]), found.unread
         else:
             raise Error("more than one log", "pass one file or table at a time")
 
@@ -104,14 +118,11 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
 
     Raises :class:`Error` with the file, line and column of the fault and a hint.
     """
-    with (
-        files_and_tables(source, options) as (files, tables, names),
-        _progress.shown() as progress,
-    ):
-        log = _native.read(files, tables, dict(options), progress)
-    refuse_booleans(log.channels, tables)
+    with files_and_tables(source, options) as found, _progress.shown() as progress:
+        log = _native.read(found.files, found.tables, dict(options), progress)
+    refuse_booleans(log.channels, found.tables)
     for warning in log.warnings:
-        warn(_named(warning, names))
+        warn(found.named(warning))
     return log
 
 
@@ -122,19 +133,19 @@ def accumulate(
     progress: _progress.Progress | None,
 ) -> None:
     """Adds a source to the drives that are accumulated."""
-    with files_and_tables(source, options) as (files, tables, _):
+    with files_and_tables(source, options) as found:
         added = _native.Drives()
-        added.add(files, tables, dict(options), progress)
+        added.add(found.files, found.tables, dict(options), progress)
     channels = json.loads(added.json())["channels"]
-    refuse_booleans([(c["role"], c["column"]) for c in channels], tables)
+    refuse_booleans([(c["role"], c["column"]) for c in channels], found.tables)
     drives.merge(added)
 
 
 def refuse_booleans(channels: Iterable[Sequence[Any]], tables: Tables | None) -> None:
     """Raises for a signal that is True or False."""
-    found = {name for _, table in tables or () if isinstance(table, Columns) for name in table.booleans}
+    booleans = {name for _, table in tables or () if isinstance(table, Columns) for name in table.booleans}
     for role, column, *_ in channels:
-        if column in found and role not in SWITCHES:
+        if column in booleans and role not in SWITCHES:
             raise Error(
                 f"{column}: the {role.replace('_', ' ')} is True or False in every row, and numbers are expected",
                 "name the column of the signal, such as output_channel=NAME",

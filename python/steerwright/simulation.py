@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from . import _command
-from ._errors import ArgumentError, Missing, path_of
+from ._errors import ArgumentError, Missing, path_of, warn
 from ._libraries import library
 from ._options import documented
 from ._record import Array
@@ -103,9 +103,11 @@ def simulate(
         keywords["set"] = [f"{_full(name.strip(), units)}={_text(value)}" for name, value in settings]
     with _command.folder() as folder:
         if input is not None and not isinstance(input, (str, os.PathLike)):
-            from ._tables import columns
+            from ._tables import columns, listed
 
-            table = columns(input)
+            table = columns(input, "input")
+            if table.unread:
+                warn(f"input: not read: {listed(table.unread)}")
             input = folder / "input.csv"
             with open(input, "w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)

@@ -167,6 +167,11 @@ def test_what_is_no_number_is_reported(table: dict[str, Any], log: steerwright.L
     assert any("speed_mps: 1 of 10300 cells are no numbers, such as 'over 60' in row 72" in text for text in texts)
     assert any("not read: note (10300 of 10300 cells are no numbers, such as 'dry road' in row 0)" in t for t in texts)
     assert any("empty (no values)" in text for text in texts)
+    with pytest.warns(steerwright.Warning):
+        losses = steerwright.inspect(frame)["losses"]
+    assert losses[-1] == "table: not read: empty (no values)" and "table: not read: note (10300" in losses[-2]
+    with pytest.raises(steerwright.Error, match="no column of numbers; not read: note .*dry road"):
+        steerwright.read(frame[["note"]])
     assert all(warning.filename == __file__ for warning in caught)
     time = pandas.to_datetime(frame["time_s"], unit="s").dt.strftime("%Y-%m-%dT%H:%M:%S.%f").tolist()
     time[3] = "later"
@@ -398,6 +403,8 @@ def test_structures_of_mat(kind: str, table: dict[str, Any], tmp_path: Path) -> 
     for channel, values in zip(group["channels"][1:], matrix.T):
         assert (channel["values"], channel["min"], channel["max"]) == (len(time), min(values), max(values))
     assert any("note (text)" in str(warning.message) for warning in caught) == (kind == "matrix")
+    losses = steerwright.inspect(tmp_path / "drive.mat")["losses"]
+    assert any("drive.mat: not read: note (text)" in loss for loss in losses) == (kind == "matrix")
 
 
 def test_a_cut_file_is_an_error_of_the_package(table: dict[str, Any], tmp_path: Path) -> None:
