@@ -7,6 +7,9 @@ import struct
 import sys
 import types
 import warnings
+from datetime import date, datetime, timedelta
+from datetime import time as dtime
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -190,6 +193,35 @@ def test_columns_of_other_lengths_and_objects_are_named(table: dict[str, Any], f
     points = [np.zeros(3) for _ in table["time_s"]]
     with pytest.warns(steerwright.Warning, match=r"points \(10300 × 3 values of type float64\), state \(.* no numbers"):
         steerwright.inspect({**table, "points": points, "state": [{}] * len(points)})
+
+
+@pytest.mark.filterwarnings("ignore::steerwright.Warning")
+def test_columns_of_any_kind_are_read_or_errors_with_a_hint(table: dict[str, Any]) -> None:
+    import pandas
+    import polars
+    import pyarrow
+
+    n = 200
+    short = {name: values[:n] for name, values in table.items()}
+    moments = np.datetime64("2024-01-01", "s") + np.arange(n)
+    odd: list[Any] = [
+        *(np.arange(n).astype(kind) for kind in ("f2", "u8", "i1", "?", "c8", "M8[D]", "m8[ms]", "S3", "U3")),
+        *([one] * n for one in (None, 10**400, Decimal("1.5"), 1j, "2024-13-45T99:00", [1, 2], {}, object(), float("nan"))),
+        *([one] * n for one in (date(2024, 1, 1), dtime(1, 2), timedelta(seconds=1), datetime(9999, 1, 1), b"\xff", pandas.NA)),
+        *(np.zeros(shape) for shape in ((n, 3), (n, 1), (0,), ())),
+        *(3.0, "text", None, {1, 2}, list(moments), moments.astype("M8[us]").tolist()),
+        *(pandas.Series(moments).dt.tz_localize("Asia/Kolkata"), pandas.period_range("2024", periods=n, freq="s")),
+        *(pandas.array([None, *range(n - 1)], dtype="Int64"), pandas.Categorical(["a"] * n)),
+        *(polars.Series(moments.astype("M8[us]")), pyarrow.array(moments), np.ma.masked_greater(np.arange(n), 5)),
+    ]
+    for number, column in enumerate(odd):
+        for name in ("time_s", "recorded", "yaw_rate_radps", "note"):
+            for function in (steerwright.read, steerwright.Accumulator(**COLUMNS).add):
+                options = {} if function.__name__ == "add" else COLUMNS
+                try:
+                    function({**short, name: column}, **options)
+                except steerwright.Error as error:
+                    assert error.hint, (number, name)
 
 
 @pytest.mark.parametrize("as_objects", [False, True])
