@@ -2,7 +2,8 @@
 //!
 //! The libraries are built by a cargo of their own: in a target folder and a profile of their own
 //! (unwinding on, whatever the outer profile says), one library a crate, since two crates that
-//! export the same C symbols must never be linked into one binary.
+//! export the same C symbols must never be linked into one binary. Each step is a line on stderr, which cargo
+//! shows with `-vv` and where the build fails.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -66,6 +67,7 @@ fn ready(folder: &Path) -> Result<Vec<Library>, Box<dyn Error>> {
             let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             if LIBRARIES.iter().any(|(_, name)| *name == stem) {
                 println!("cargo::rerun-if-changed={}", file.display());
+                eprintln!("FMU libraries: {} is taken", file.display());
                 let platform = platform.file_name().unwrap_or_default().to_string_lossy();
                 libraries.push(Library { name: stem, platform: platform.into_owned(), file });
             }
@@ -103,11 +105,12 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
     cargo
         .current_dir(&root)
         .env("CARGO_ENCODED_RUSTFLAGS", remapped_paths(&root, &folder))
-        .args(["build", "--quiet", "--profile", "fmu", "--target", &target, "--target-dir"])
+        .args(["build", "--profile", "fmu", "--target", &target, "--target-dir"])
         .arg(&folder);
     for (crate_, _) in LIBRARIES {
         cargo.args(["--package", &format!("steerwright-{crate_}")]);
     }
+    eprintln!("FMU libraries: building {} for {target} in {}", LIBRARIES.len(), folder.display());
     let status = cargo.status()?;
     if !status.success() {
         return Err(
@@ -124,7 +127,8 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
         sources.extend(dependencies(&file.with_extension("d"))?);
         // A name of its own in OUT_DIR, so that a later inner build cannot swap what was embedded.
         let copy = out.join(format!("{name}.library"));
-        fs::copy(&file, &copy).map_err(|e| format!("{}: {e}", file.display()))?;
+        let size = fs::copy(&file, &copy).map_err(|e| format!("{}: {e}", file.display()))?;
+        eprintln!("FMU libraries: {name} for {platform}, {size} bytes");
         libraries.push(Library { name: name.into(), platform: platform.into(), file: copy });
     }
     sources.extend(LINKED.iter().map(|crate_| root.join(crate_).join("Cargo.toml")));

@@ -127,6 +127,10 @@ impl Log {
         channels.map(|c| (c.role.clone(), c.column.clone(), c.unit.clone(), c.rows)).collect()
     }
 
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("steerwright.reading")?.call_method1("frame", (slf,))
+    }
+
     fn __len__(&self) -> usize {
         self.log.len()
     }

@@ -55,11 +55,16 @@ pub(crate) fn done<T: Send + 'static>(
 
 /// `steerwright.Error` with message and hint.
 pub(crate) fn error(py: Python<'_>, failure: &Failure) -> PyErr {
-    let made = py
+    raised(py, "Error", &in_python(failure.message()), &in_python(failure.hint()))
+}
+
+/// An error of the package.
+pub(crate) fn raised(py: Python<'_>, class: &str, message: &str, hint: &str) -> PyErr {
+    let error = py
         .import("steerwright._errors")
-        .and_then(|module| module.getattr("Error"))
-        .and_then(|class| class.call1((in_python(failure.message()), in_python(failure.hint()))));
-    made.map_or_else(|error| error, PyErr::from_value)
+        .and_then(|module| module.getattr(class))
+        .and_then(|class| class.call1((message, hint)));
+    error.map_or_else(|error| error, PyErr::from_value)
 }
 
 /// Options of the command line as the keywords of Python: `--steering-ratio 15` is `steering_ratio=15`.

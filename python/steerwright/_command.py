@@ -8,14 +8,13 @@ import os
 import signal
 import subprocess
 import threading
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
 from . import _native, _progress
 from .__main__ import PROGRAM
-from ._errors import Error, Warning
+from ._errors import Error, path_of, warn
 
 NO_NAMES: Mapping[str, str] = {}
 
@@ -43,7 +42,7 @@ def run(
     ``names`` are those of files in messages, where the caller's file was converted.
     """
     words = [*_native.words(command, options), "--json", "--progress-interval=0.5s", "--end-with-parent", "--"]
-    arguments = [*PROGRAM, *command.split(), *words, *(os.fspath(item) for item in positional)]
+    arguments = [*PROGRAM, *command.split(), *words, *map(path_of, positional)]
     errors: list[dict[str, Any]] = []
     other: list[str] = []
     bar = contextlib.nullcontext() if quiet else _progress.shown()
@@ -75,7 +74,7 @@ def run(
         status = process.wait()
         listener.join()
     for message in found:
-        warnings.warn(message, Warning, stacklevel=3)
+        warn(message)
     if errors:
         raise Error(errors[0]["message"], errors[0]["hint"])
     if status not in (0, 1):
@@ -128,9 +127,11 @@ def folder() -> Iterator[FilePath]:
         yield scratch
 
 
-def as_files(items: Iterable[Any], where: FilePath) -> list[FilePath]:
-    """Files of documents: objects of this package are written into a folder, paths stay."""
+def as_files(items: Any, where: FilePath) -> list[FilePath]:
+    """Files of documents, or of one: objects of this package are written into a folder, paths stay."""
     files = []
+    if isinstance(items, (str, os.PathLike)) or hasattr(items, "to_json"):
+        items = [items]
     for index, item in enumerate(items):
         if hasattr(item, "to_json") and hasattr(item, "FILE"):
             # Objects of one kind in a folder each, since their names say what they are.
@@ -140,5 +141,5 @@ def as_files(items: Iterable[Any], where: FilePath) -> list[FilePath]:
             item.save(file)
             files.append(file)
         else:
-            files.append(FilePath(os.fspath(item)))
+            files.append(FilePath(path_of(item)))
     return files

@@ -40,9 +40,25 @@ Numbers are in SI units and radians, shares are fractions; texts are as on the c
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 from typing import Any, Literal, TypedDict, Union
 
+
+class _Callable(ModuleType):
+    """This module, which stands in the package where its function `options` was."""
+
+    def __call__(self, command: str) -> None:
+        from .commands import options
+
+        options(command)
+
+
+sys.modules[__name__].__class__ = _Callable
+
+Stack = Literal[STACKS]
+"""A driving stack that `export` writes the parameters of."""
 Quantity = Union[float, str]
 """A number in SI units, or a text with its unit."""
 File = Union[str, "os.PathLike[str]"]
@@ -62,6 +78,7 @@ NUMBERS = {
 }
 WHOLE = {"N", "RUNS"}
 PLAIN = {"R", "KG", "M"}
+RANGES = {"FROM..TO", "RANGE"}
 OBJECTS = {("compare", "pid"), ("path", "pid"), ("path", "plant")}
 
 
@@ -79,14 +96,14 @@ def kind_of(command: str, name: str, value: str | None, values: list[str], repea
         kind = "Union[int, str]" if others else "int"
     elif first in PLAIN:
         kind = "float"
-    elif first.startswith("FROM.."):
-        kind = "Union[tuple[float, float], str]"
+    elif first in RANGES:
+        kind = "Union[tuple[Quantity, Quantity], str]"
     elif "=" in value and repeated:
         return "Union[Mapping[str, Any], Sequence[str], str]"
     elif others and first.islower():
         literals = ", ".join(f'"{item}"' for item in (first, *others))
         kind = f"Union[Literal[{literals}], bool]" if "on" in others else f"Literal[{literals}]"
-    elif any(part in value for part in ("FILE", "CSV", "TOML", "DIR", "FMU", "SSP", "json", "HTML", "toml", "csv")):
+    elif any(part in value for part in ("FILE", "LOG", "TRACK", "CSV", "TOML", "DIR", "FMU", "SSP", "json", "HTML", "toml", "csv")):
         kind = "File"
     else:
         kind = "str"
@@ -100,7 +117,8 @@ def class_of(command: str) -> str:
 
 
 def module() -> str:
-    text = HEAD
+    stacks = next(value for name, value, *_ in _native.describe("export") if name == "for")
+    text = HEAD.replace("STACKS", ", ".join(f'"{stack}"' for stack in (stacks or "").split("|")))
     written: dict[str, set[str]] = {}
     for command, without in COMMANDS.items():
         described = [option for option in _native.describe(command) if option[0] not in without]

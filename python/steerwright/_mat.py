@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from ._errors import Warning
-
 Columns = dict[str, Any]
 
 
-def tables(file: FilePath, variables: dict[str, Any]) -> list[tuple[str, Columns]]:
-    """Vectors of equal length are a table, and so are structures with a clock of their own."""
+def tables(file: FilePath, variables: dict[str, Any], unread: list[str]) -> list[tuple[str, Columns]]:
+    """Vectors of equal length are a table, and so are structures with a clock of their own; all others are unread."""
     found = _Found()
     for name, value in variables.items():
         found.add(name, value)
-    if found.unread:
-        shown = ", ".join(found.unread[:MOST])
-        more = f" and {len(found.unread) - MOST} more" if len(found.unread) > MOST else ""
-        warnings.warn(f"{file}: not read: {shown}{more}", Warning, stacklevel=2)
+    unread += found.unread
     named = [(f"{file}: {size} rows", columns) for size, columns in found.by_length.items()]
     for clock, columns in found.with_clock:
         named.append((f"{file}: {', '.join(list(columns)[:3])}", {"time_s": clock, **columns}))
     return named
-
-
-MOST = 20
-"""Most names in a warning."""
 
 
 class _Found:

@@ -63,6 +63,8 @@ class Log:
     @property
     def channels(self) -> list[tuple[str, str, str, int]]:
         """Role, column, unit and number of rows of each channel."""
+    def to_pandas(self) -> Any:
+        """A data frame over time, with names that `read` knows."""
     def __len__(self) -> int: ...
 
 @final

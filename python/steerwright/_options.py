@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from . import _native
+from ._errors import ArgumentError
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -28,9 +29,9 @@ def refuse_outputs(command: str, options: Mapping[str, object]) -> None:
     """Raises for an option of a file, which a function that returns an object does not write."""
     wrong = sorted(name for name in OUTPUTS & options.keys() if options[name] is not None)
     if wrong:
-        raise TypeError(
-            f"no option `{wrong[0]}` of {command}, which returns an object and writes no file: use its "
-            "methods, such as save() and figures()"
+        raise ArgumentError(
+            f"no option `{wrong[0]}` of {command}, which returns an object and writes no file",
+            "use the methods of the object, such as save() and figures()",
         )
 
 

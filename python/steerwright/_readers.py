@@ -5,15 +5,19 @@ The libraries come with ``pip install './python[logs]'`` from a clone.
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable
+import contextlib
+import logging
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
 from . import _mat, _mdf, _ros
-from ._errors import Error
+from ._errors import Error, warn
+from ._libraries import library
+from ._tables import MOST_QUOTED, Columns, listed
 
 Tables = list[tuple[str, dict[str, Any]]]
 
@@ -30,13 +34,15 @@ def converted(file: FilePath, folder: FilePath) -> FilePath:
     return file
 
 
-def tables(file: FilePath) -> Tables | None:
-    """The tables of a file; `None` where the package reads it without another library."""
+def tables(file: FilePath, unread: list[str]) -> Tables | None:
+    """The tables of a file, and what is left out of it with the reason; `None` where the package reads it without
+    another library."""
     for (ending, start), reader in READERS.items():
         if file.name.lower().endswith(ending) and _starts(file, start):
-            found: Tables = _read(reader, file, file)
+            found: Tables = _read(reader, file, file, unread)
             if not found:
-                raise Error(f"{file}: no channel of numbers", "check that the file is complete")
+                items = f"; not read: {listed(unread)}" if unread else ""
+                raise Error(f"{file}: no channel of numbers{items}", "check that the file is complete")
             return found
     return None
 
@@ -76,28 +82,13 @@ def _starts(file: FilePath, start: bytes) -> bool:
         return False
 
 
-def _library(name: str, file: FilePath) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        package = {"can": "python-can"}.get(name.split(".")[0], name.split(".")[0])
-        if package == "openpilot":
-            hint = "run this where openpilot is on the path of Python"
-        else:
-            hint = "pip install './python[logs]' from a clone"
-        raise Error(f"{file}: such files are read by {package}, which is not installed", hint) from error
-
-
-def tdms(file: FilePath) -> Tables:
+def tdms(file: FilePath, unread: list[str]) -> Tables:
     """LabVIEW's TDMS: a table for each group and clock of waveforms."""
-    nptdms = _library("nptdms", file)
-    found: dict[Any, tuple[str, dict[str, Any]]] = {}
-    with nptdms.TdmsFile.open(file) as opened:
+    nptdms = library("nptdms", f"{file}: such files are read by")
+    found: dict[Any, Columns] = {}
+    with _remarks_of_nptdms(file), nptdms.TdmsFile.open(file) as opened:
         for group in opened.groups():
             for channel in group.channels():
-                if len(channel) == 0 or channel.dtype.kind not in "fiuM":
-                    continue
-                values = channel[:]
                 clock: tuple[Any, ...] = (group.name, len(channel))
                 time = None
                 step = channel.properties.get("wf_increment")
@@ -109,17 +100,43 @@ def tdms(file: FilePath) -> Tables:
                         offset += float(moment)
                     clock = (*clock, step, offset)
                     time = offset + float(step) * np.arange(len(channel))
-                name, columns = found.setdefault(clock, (f"{file}: {group.name}", {}))
+                columns = found.setdefault(clock, Columns(f"{file}: {group.name}"))
                 if time is not None:
                     columns.setdefault("time_s", time)
-                columns[_named(channel.name, channel.properties.get("unit_string"))] = _float(values)
-    return _complete(list(found.values()))
+                unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription")
+                columns.add(_named(channel.name, unit), channel[:])
+    unread += (item for columns in found.values() for item in columns.unread)
+    return _complete([(columns.title, columns) for columns in found.values()])
+
+
+@contextlib.contextmanager
+def _remarks_of_nptdms(file: FilePath) -> Iterator[None]:
+    """What nptdms prints of a file that is cut, as warnings, each once."""
+    handler = library("nptdms.log", f"{file}: such files are read by").log_manager.console_handler
+    remarks: list[str] = []
+
+    def keep(record: logging.LogRecord) -> bool:
+        remark = record.getMessage()[:MOST_QUOTED]
+        if remark not in remarks and len(remarks) < MOST_REMARKS:
+            remarks.append(remark)
+        return False
+
+    handler.addFilter(keep)
+    try:
+        yield
+    finally:
+        handler.removeFilter(keep)
+    for remark in remarks:
+        warn(f"{file}: {remark}")
+
+
+MOST_REMARKS = 5
 
 
 def bus(files: list[FilePath], folder: FilePath) -> FilePath:
     """Frames of Vector's BLF as the text that candump writes, by python-can; decoded with the option `dbc`."""
     (file,) = files
-    can = _library("can", file)
+    can = library("can", f"{file}: such files are read by")
     converted = folder / f"{file.stem}.log"
     with can.LogReader(file) as frames, can.CanutilsLogWriter(converted) as writer:
         for frame in frames:
@@ -138,17 +155,17 @@ def bag(files: list[FilePath], folder: FilePath) -> FilePath:
     """ROS 1 bags as MCAP, by rosbags."""
     (file,) = files
     converted = folder / f"{file.stem}.mcap"
-    _ros.of_bag(file, converted, _library("rosbags.highlevel", file))
+    _ros.of_bag(file, converted, library("rosbags.highlevel", f"{file}: such files are read by"))
     return converted
 
 
-def mat(file: FilePath) -> Tables:
+def mat(file: FilePath, unread: list[str]) -> Tables:
     """MATLAB's MAT, version 5 by SciPy and 7.3 by h5py."""
     with open(file, "rb") as opened:
         is_hdf = b"MATLAB 7.3" in opened.read(128)
     variables: dict[str, Any] = {}
     if is_hdf:
-        h5py = _library("h5py", file)
+        h5py = library("h5py", f"{file}: such files are read by")
         with h5py.File(file, "r") as opened:
             opened.visititems(
                 lambda name, item: (
@@ -158,16 +175,16 @@ def mat(file: FilePath) -> Tables:
                 )
             )
     else:
-        scipy_io = _library("scipy.io", file)
+        scipy_io = library("scipy.io", f"{file}: such files are read by")
         for name, value in scipy_io.loadmat(file, simplify_cells=True).items():
             if not name.startswith("__"):
                 variables[name] = value
-    return _mat.tables(file, variables)
+    return _mat.tables(file, variables, unread)
 
 
-def rlog(file: FilePath) -> Tables:
+def rlog(file: FilePath, _: list[str]) -> Tables:
     """openpilot's rlog and qlog, by openpilot's own reader where it is installed: a table for each service."""
-    logreader = _library("openpilot.tools.lib.logreader", file)
+    logreader = library("openpilot.tools.lib.logreader", f"{file}: such files are read by")
     services: dict[str, tuple[list[float], dict[str, list[float]]]] = {}
     for event in logreader.LogReader(str(file)):
         service = event.which()
@@ -237,19 +254,12 @@ def _named(name: str, unit: Any) -> str:
     return f"{name} [{unit}]" if unit and "[" not in name else name
 
 
-def _float(values: Any) -> Any:
-    array = np.asarray(values)
-    if array.dtype.kind == "M":
-        return array.astype("datetime64[ns]").astype(np.int64) * 1e-9
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
 def _complete(found: Tables) -> Tables:
     """Tables with more than a clock."""
     return [(name, columns) for name, columns in found if set(columns) - {"time_s"}]
 
 
-READERS: dict[tuple[str, bytes], Callable[[FilePath], Tables]] = {
+READERS: dict[tuple[str, bytes], Callable[[FilePath, list[str]], Tables]] = {
     (".tdms", b"TDSm"): tdms,
     (".mat", b""): mat,
     **{(f"{kind}log{end}", b""): rlog for kind in "rq" for end in ("", ".bz2", ".zst")},

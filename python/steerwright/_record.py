@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._errors import Missing
+
 Array = NDArray[np.float64]
 
 _KINDS: dict[type, dict[str, Any]] = {}
@@ -35,7 +37,10 @@ class Record:
         if name.startswith("_") or name not in self._kinds():
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
         if name not in self._read:
-            self._read[name] = _typed(self._kinds()[name], self._values.get(name.rstrip("_")))
+            kind, value = self._kinds()[name], self._values.get(name.rstrip("_"))
+            if value is None and type(None) not in typing.get_args(kind) and kind is not Any:
+                raise Missing(f"the {type(self).__name__.lower()} has no `{name}`", "identify it from a log")
+            self._read[name] = _typed(kind, value)
         return self._read[name]
 
     def to_dict(self) -> dict[str, Any]:
@@ -54,7 +59,7 @@ class Record:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        shown = (f"{name}={_short(getattr(self, name))}" for name in self._kinds())
+        shown = (f"{name}={_short(getattr(self, name, None))}" for name in self._kinds())
         return f"{type(self).__name__}({', '.join(shown)})"
 
 

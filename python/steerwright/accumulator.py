@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
-from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from . import _native, _progress
-from ._errors import Error
+from ._errors import Error, text_of
 from .documents import AccumulatedDrives
-from .reading import Source, files_and_tables
+from .reading import Source, accumulate
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -38,8 +37,8 @@ class Accumulator:
 
     def add(self, log: Source | Sequence[Source]) -> Accumulator:
         """Adds logs: files or tables, each a drive; read in pieces, in memory that does not grow with them."""
-        with files_and_tables(log) as (files, tables), _progress.shown() as progress:
-            self._drives.add(files, tables, dict(self._options), progress)
+        with _progress.shown() as progress:
+            accumulate(self._drives, log, self._options, progress)
         return self
 
     def merge(self, other: Accumulator) -> Accumulator:
@@ -70,7 +69,7 @@ class Accumulator:
     def load(cls, path: str | os.PathLike[str]) -> Accumulator:
         """Reads an R factor."""
         found = cls()
-        found._drives.load(FilePath(path).read_text("utf-8"), os.fspath(path))
+        found._drives.load(text_of(path), os.fspath(path))
         return found
 
     @classmethod

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from . import _command, documents
-from ._errors import Error
+from ._errors import ArgumentError, Error
+from ._libraries import library
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle
+from .plant import Bicycle, Document, LateralModel, Plant, Torque, Vehicle, load_document
 from .reading import Source, one_file
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         MergeSweepOptions,
         PackageOptions,
         PathOptions,
+        Stack,
         SweepOptions,
     )
 
@@ -35,7 +36,11 @@ File = Union[str, "os.PathLike[str]"]
 
 def options(command: str) -> None:
     """Prints the options of a function with their units and defaults."""
-    print("\n".join(lines(command)))
+    try:
+        found = lines(command)
+    except ValueError as error:
+        raise ArgumentError(str(error), "pass the name of a function, such as design or sweep merge") from error
+    print("\n".join(found))
 
 
 class Path(Document, documents.Path):
@@ -65,9 +70,13 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
         return Path(out.read_text("utf-8"))
 
 
+Packed = Union[LateralModel, Controller, Path, File]
+"""What is packed as an FMU."""
+
+
 @documented("package", {"json"})
 def package(
-    models: Sequence[LateralModel | Controller | Path | File],
+    models: Packed | Sequence[Packed],
     **options: Unpack[PackageOptions],
 ) -> dict[str, FilePath]:
     """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
@@ -120,16 +129,18 @@ def inspect(log: Source, **options: Unpack[InspectOptions]) -> dict[str, Any]:
     ``log`` is a file or a table that :func:`read` takes. Returns what ``steerwright inspect --json`` prints. Times
     count from the first sample, which is at ``log_start_s``.
     """
-    with one_file(log) as (name, file):
+    with one_file(log, options) as (name, file, unread):
         found: dict[str, Any] = _command.run("inspect", [file], dict(options), names={str(file): name}).value
     losses = [loss.replace(str(file), name) for loss in found["losses"]]
-    return {**found, "file": name, "losses": losses}
+    return {**found, "file": name, "losses": losses + unread}
 
 
 @documented("export", {"json", "for"})
-def export(model: LateralModel | Torque | File, stack: str, **options: Unpack[ExportOptions]) -> dict[str, Any]:
-    """The parameters of a driving stack from a model, with standard errors, units and conventions; with ``output`` also as
-    the stack's file. ``steerwright export --help`` lists the stacks, such as ``autoware``.
+def export(
+    model: LateralModel | Torque | File, stack: Stack, **options: Unpack[ExportOptions]
+) -> dict[str, Any]:
+    """The parameters of a driving stack, such as ``autoware``, from a model, with standard errors, units and conventions;
+    with ``output`` also as the stack's file.
 
     Returns what ``steerwright export --json`` prints: ``parameters``, ``missing`` and ``convention``.
     """
@@ -140,7 +151,7 @@ def export(model: LateralModel | Torque | File, stack: str, **options: Unpack[Ex
 
 
 @documented("compare", {"json"})
-def compare(models: Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
+def compare(models: LateralModel | File | Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
     """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
 
     ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.
@@ -188,9 +199,7 @@ class Sweep:
 
     def to_pandas(self) -> Any:
         """The results as a pandas data frame."""
-        import pandas
-
-        return pandas.read_csv(self._written())
+        return library("pandas", "to_pandas() uses").read_csv(self._written())
 
     def to_numpy(self) -> Any:
         """The results as a structured array, a field a column."""
@@ -228,8 +237,4 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 def load(file: File) -> Any:
     """The object of any document of this package: plant, bicycle, vehicle, torque, controller, path."""
-    text = FilePath(file).read_text("utf-8")
-    schema = str(json.loads(text).get("schema", ""))
-    kinds: dict[str, Any] = {k.FILE: k for k in (Plant, Bicycle, Vehicle, Torque, Controller, Path)}
-    kind = kinds.get(f"{schema.split('/')[1] if '/' in schema else ''}.json", Plant)
-    return kind(text, file=os.fspath(file))
+    return load_document(file, (Plant, Bicycle, Vehicle, Torque, Controller, Path))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from . import _native, _progress, documents
 from ._errors import Error
+from ._libraries import library
 from ._options import documented, refuse_outputs
 from ._record import Array
-from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, kind_of
+from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, load_document
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -46,6 +49,42 @@ class Controller(Document, documents.Pid):
         """A yaw step of 5° on the model of the design, or on another one, over a duration (s)."""
         document = self._on(model).to_json()
         return YawStep(*_native.yaw_step(document, self._text, duration))
+
+    def to_control(self, *, speed: float | None = None) -> Any:
+        """A python-control ``StateSpace`` with ``dt`` (eq 14 as the FMU samples it), from the yaw reference, the yaw and
+        the feedforward of the steering to the steering angle; without limits and anti-windup, which are not linear.
+        ``speed`` (m/s) is that of the gains of a schedule."""
+        control = library("control", "to_control() uses")
+        g, ts = self._gains(speed), self.sample_time_s
+        filtered = g["derivative_filter_time_s"] / (g["derivative_filter_time_s"] + ts)
+        kp, ki, kd = g["kp"], g["ki"] * ts, g["kd"] / (g["derivative_filter_time_s"] + ts)
+        b, c = g["setpoint_weight_proportional"], g["setpoint_weight_derivative"]
+        # States: the sum of the errors, and the memory of the derivative.
+        return control.ss(
+            [[1.0, 0.0], [0.0, filtered]],
+            [[1.0, -1.0, 0.0], [c, -1.0, 0.0]],
+            [[ki, kd * (filtered - 1.0)]],
+            [[kp * b + ki + kd * c, -(kp + ki + kd), 1.0]],
+            ts,
+            inputs=["yaw_reference", "yaw", "steering_feedforward"],
+            outputs="steering",
+            name=self.name.replace(".", "_"),
+        )
+
+    def _gains(self, speed: float | None) -> dict[str, float]:
+        """The gains, of a schedule at a speed: linear between its speeds and constant beyond them."""
+        entries = self.schedule or ()
+        if speed is None or not entries:
+            if entries:
+                low, high = entries[0].speed_mps, entries[-1].speed_mps
+                raise Error(
+                    f"{self.name}: the gains depend on the speed, from {low:g} to {high:g} m/s",
+                    f"state one, such as speed={low:g}",
+                )
+            return self.gains.to_dict()
+        gains = [entry.gains.to_dict() for entry in entries]
+        speeds = [entry.speed_mps for entry in entries]
+        return {name: float(np.interp(speed, speeds, [one[name] for one in gains])) for name in gains[0]}
 
     def figures(self) -> dict[str, str]:
         """The figures of the report as SVG, by name."""
@@ -84,14 +123,7 @@ def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[Desig
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
     refuse_outputs("design", options)
-    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_model(model)
+    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_document(model)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)
     return Controller(text, model=of)
-
-
-def load_model(path: str | os.PathLike[str]) -> LateralModel:
-    """The model in a file."""
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    return kind_of(text)(text, file=os.fspath(path))

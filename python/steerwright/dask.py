@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _command, _native, commands
+from . import _command, _native, commands, reading
 from ._errors import Error
+from ._libraries import library
 from .accumulator import Accumulator
-from .reading import files_and_tables
 
 if TYPE_CHECKING:
     from .commands import File, Sweep
@@ -126,11 +126,9 @@ def _gathered(
     every: list[Any] | None = None,
 ) -> None:
     """Takes the results of tasks as they come; errors and Ctrl-C cancel all."""
-    import distributed
-
     from . import _progress
 
-    as_completed: Any = distributed.as_completed
+    as_completed: Any = library("distributed", "steerwright.dask uses").as_completed
 
     try:
         with _progress.shown() as progress:
@@ -181,8 +179,7 @@ def _shard(
 def _accumulated(log: Any, options: dict[str, Any]) -> str:
     """The R factor of one log, on a worker."""
     drives = _native.Drives()
-    with files_and_tables(log() if callable(log) else log) as (files, tables):
-        drives.add(files, tables, options, None)
+    reading.accumulate(drives, log() if callable(log) else log, options, None)
     return drives.json()
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, overload
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from . import _native, _progress
-from ._errors import Error, Warning
+from ._errors import ArgumentError, Error, warn
 from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
@@ -26,24 +28,70 @@ AnyLog = Union[Log, Accumulator, Source, Sequence[Source]]
 @overload
 def identify(log: Accumulator, **options: Unpack[ModelOptions]) -> Plant: ...
 @overload
-def identify(log: AnyLog, *, structure: Literal["state-space"], **options: Unpack[ModelOptions]) -> Plant: ...
+def identify(
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    structure: Literal["state-space"],
+    **options: Unpack[ModelOptions],
+) -> Plant: ...
 @overload
-def identify(log: AnyLog, *, structure: Literal["bicycle"], **options: Unpack[ModelOptions]) -> Bicycle: ...
+def identify(
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    structure: Literal["bicycle"],
+    **options: Unpack[ModelOptions],
+) -> Bicycle: ...
 @overload
-def identify(log: AnyLog, *, structure: Literal["single-track"], **options: Unpack[ModelOptions]) -> Vehicle: ...
+def identify(
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    structure: Literal["single-track"],
+    **options: Unpack[ModelOptions],
+) -> Vehicle: ...
 @overload
 def identify(log: AnyLog, *, structure: Literal["torque"], **options: Unpack[ModelOptions]) -> Torque: ...
 @overload
 def identify(
-    log: AnyLog, *, structure: Literal["auto"] = "auto", **options: Unpack[ModelOptions]
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    structure: Literal["auto"] = "auto",
+    **options: Unpack[ModelOptions],
 ) -> LateralModel: ...
 @overload
-def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | Torque: ...
+def identify(
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    **options: Unpack[IdentifyOptions],
+) -> LateralModel | Torque: ...
 @documented("identify")
-def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | Torque:
+def identify(
+    log: AnyLog,
+    yaw_rate: ArrayLike | None = None,
+    dt: float | None = None,
+    *,
+    speed: ArrayLike | None = None,
+    **options: Unpack[IdentifyOptions],
+) -> LateralModel | Torque:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
-    ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options.
+    ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options; or three
+    arguments are the steering angle (rad), the yaw rate (rad/s) and the time between their samples (s), with the ``speed``
+    (m/s, a number or an array) if it is known.
     By default the model is a :class:`Plant`, a :class:`Bicycle` or a :class:`Vehicle`, whichever has
     the smallest error on the validation data; ``structure="state-space"``, ``"bicycle"`` and ``"single-track"`` name one
     of them, and ``"torque"`` a :class:`Torque`. A :class:`Log` is read with ``response="motion"`` for the single track, and with
@@ -54,6 +102,8 @@ def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | 
     """
     keywords: dict[str, Any] = dict(options)
     refuse_outputs("identify", keywords)
+    if yaw_rate is not None or dt is not None or speed is not None:
+        log = _of_arrays(log, yaw_rate, dt, speed)
     if isinstance(log, Accumulator):
         with _progress.shown() as progress:
             text = log._filled().identify(keywords, progress)
@@ -75,7 +125,25 @@ def identify(log: AnyLog, **options: Unpack[IdentifyOptions]) -> LateralModel | 
         text, traces = _native.identify(log, keywords, progress)
     if traces is None:
         return _warned(Torque(text), log.warnings)
-    return _warned(kind_of(text)(text, traces=traces), log.warnings)
+    model: LateralModel = kind_of(text)(text, traces=traces)
+    return _warned(model, log.warnings)
+
+
+def _of_arrays(steering: Any, yaw_rate: Any, dt: Any, speed: Any) -> dict[str, Any]:
+    """The table of sampled signals."""
+    if yaw_rate is None or isinstance(dt, bool) or not isinstance(dt, (int, float, np.number)) or not dt > 0:
+        raise ArgumentError(
+            f"dt={dt!r}: the yaw rate and the time between samples are expected after the steering angle",
+            "identify(steering, yaw_rate, dt), in rad, rad/s and s",
+        )
+    angle, rate = np.asarray(steering), np.asarray(yaw_rate)
+    if angle.ndim != 1 or angle.shape != rate.shape:
+        raise ArgumentError(
+            f"the steering angle has the shape {angle.shape}, the yaw rate {rate.shape}",
+            "pass two vectors of equal length",
+        )
+    table = {"time_s": dt * np.arange(len(angle)), "steering_angle_rad": angle, "yaw_rate_radps": rate}
+    return table if speed is None else {**table, "speed_mps": np.broadcast_to(speed, angle.shape)}
 
 
 def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[IdentifyOptions]) -> Bicycle:
@@ -98,5 +166,5 @@ def _warned(model: M, known: Sequence[str]) -> M:
     evidence = model.evidence
     for warning in evidence.warnings if evidence is not None else ():
         if warning not in known:
-            warnings.warn(warning, Warning, stacklevel=3)
+            warn(warning)
     return model

@@ -6,9 +6,25 @@ Numbers are in SI units and radians, shares are fractions; texts are as on the c
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 from typing import Any, Literal, TypedDict, Union
 
+
+class _Callable(ModuleType):
+    """This module, which stands in the package where its function `options` was."""
+
+    def __call__(self, command: str) -> None:
+        from .commands import options
+
+        options(command)
+
+
+sys.modules[__name__].__class__ = _Callable
+
+Stack = Literal["autoware", "openpilot", "ardupilot", "px4"]
+"""A driving stack that `export` writes the parameters of."""
 Quantity = Union[float, str]
 """A number in SI units, or a text with its unit."""
 File = Union[str, "os.PathLike[str]"]
@@ -65,9 +81,9 @@ class ReadOptions(TypedDict, total=False):
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    window: Union[Union[tuple[Quantity, Quantity], str], Sequence[Union[tuple[Quantity, Quantity], str]]]
     """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
-    speed_window: Union[tuple[float, float], str]
+    speed_window: Union[tuple[Quantity, Quantity], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
     sample_time: Quantity
@@ -133,9 +149,9 @@ class ModelOptions(TypedDict, total=False):
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    window: Union[Union[tuple[Quantity, Quantity], str], Sequence[Union[tuple[Quantity, Quantity], str]]]
     """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
-    speed_window: Union[tuple[float, float], str]
+    speed_window: Union[tuple[Quantity, Quantity], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
     sample_time: Quantity
@@ -268,9 +284,9 @@ class AccumulateOptions(TypedDict, total=False):
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    window: Union[Union[tuple[Quantity, Quantity], str], Sequence[Union[tuple[Quantity, Quantity], str]]]
     """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
-    speed_window: Union[tuple[float, float], str]
+    speed_window: Union[tuple[Quantity, Quantity], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
     sample_time: Quantity
@@ -292,7 +308,7 @@ class AccumulateOptions(TypedDict, total=False):
 class DesignOptions(TypedDict, total=False):
     """The options of `design`."""
 
-    speeds: str
+    speeds: Union[tuple[Quantity, Quantity], str]
     """Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance
     over speed. Requires a model that holds at other speeds, such as bicycle.json or vehicle.json."""
     accept_untrusted: bool
@@ -466,7 +482,7 @@ class CompareOptions(TypedDict, total=False):
     NonlinearVehicle."""
     pid: Union[Any, Sequence[Any]]
     """A controller, of the model whose hash it carries, or of the named model; may be repeated."""
-    log: Union[str, Sequence[str]]
+    log: Union[File, Sequence[File]]
     """A drive to compare the models with, in any format that `identify` reads; may be repeated for more
     files."""
     validation_fraction: Quantity
@@ -531,9 +547,9 @@ class CompareOptions(TypedDict, total=False):
     drive: Union[File, Sequence[File]]
     """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
     drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[float, float], str], Sequence[Union[tuple[float, float], str]]]
+    window: Union[Union[tuple[Quantity, Quantity], str], Sequence[Union[tuple[Quantity, Quantity], str]]]
     """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
-    speed_window: Union[tuple[float, float], str]
+    speed_window: Union[tuple[Quantity, Quantity], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
     sample_time: Quantity
@@ -650,7 +666,7 @@ class BuildOptions(IdentifyOptions, total=False):
     """Folder for all results (default out)."""
     vehicle: File
     """Vehicle data (TOML) of a bicycle model to compare with."""
-    track: str
+    track: File
     """Recorded points (CSV, GPX or NMEA) of a road to track, in addition to the standard road."""
     lateral_acceleration: Quantity
     """Largest lateral acceleration on the standard road (default 4m/s2)."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-from pathlib import Path as FilePath
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native, documents
-from ._errors import Error
+from ._errors import Error, path_of, text_of
+from ._libraries import library
 from ._record import Array
 
 if TYPE_CHECKING:
@@ -32,7 +34,12 @@ class Document:
     _read: dict[str, Any]
 
     def __init__(self, text: str, *, file: str | None = None) -> None:
-        values = json.loads(text)
+        try:
+            values = json.loads(text)
+        except ValueError as error:
+            raise Error(
+                f"{file or 'the text'}: no JSON document: {error}", f"pass a document such as {self.FILE}"
+            ) from error
         schema = values.get("schema") if isinstance(values, dict) else None
         kind = self.FILE.removesuffix(".json")
         if not isinstance(schema, str) or not schema.startswith(f"steerwright/{kind}/"):
@@ -62,7 +69,7 @@ class Document:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Any:
         """Reads a document."""
-        return cls(FilePath(path).read_text("utf-8"), file=os.fspath(path))
+        return cls(text_of(path), file=os.fspath(path))
 
     def __reduce__(self) -> Any:
         # Signals of a log stay in their process.
@@ -140,6 +147,7 @@ class Plant(SimulatedModel, documents.Plant):
     """
 
     FILE = "plant.json"
+    quality: documents.Quality
 
     @property
     def A(self) -> Array:
@@ -228,28 +236,38 @@ class Plant(SimulatedModel, documents.Plant):
         gain = np.vstack([model.K, np.zeros((length, 1))])
         return Model(a, b, c, model.D * taps[0], gain)
 
-    def to_control(self, *, delay: bool = True) -> Any:
-        """A python-control ``StateSpace`` with ``dt``; ``delay=False`` leaves the delay out."""
-        import control
+    def to_control(self, *, delay: bool = True, continuous: bool = False) -> Any:
+        """A python-control ``StateSpace`` with ``dt``, or the continuous one (eq 6–8); ``delay=False`` leaves the delay
+        out, which is a Padé approximation in the continuous model."""
+        control = library("control", "to_control() uses")
+        matrices, dt = self._system(delay, continuous), 0 if continuous else self.sample_time
+        # A name has no dots there.
+        name = self.name.replace(".", "_")
+        return control.ss(*matrices, dt, inputs="steering", outputs="yaw_rate", name=name)
 
-        model = self.with_delay() if delay else Model(self.A, self.B, self.C, self.D, self.K)
-        return control.ss(
-            model.A,
-            model.B,
-            model.C,
-            model.D,
-            self.sample_time,
-            inputs="steering",
-            outputs="yaw_rate",
-            name=self.name,
-        )
+    def to_scipy(self, *, delay: bool = True, continuous: bool = False) -> Any:
+        """A ``scipy.signal.dlti`` in state space, or an ``lti`` of the continuous model; see :meth:`to_control`."""
+        signal = library("scipy.signal", "to_scipy() uses")
+        matrices = self._system(delay, continuous)
+        return signal.lti(*matrices) if continuous else signal.dlti(*matrices, dt=self.sample_time)
 
-    def to_scipy(self, *, delay: bool = True) -> Any:
-        """A ``scipy.signal.dlti`` in state space; ``delay=False`` leaves the delay out."""
-        from scipy import signal
-
-        model = self.with_delay() if delay else Model(self.A, self.B, self.C, self.D, self.K)
-        return signal.dlti(model.A, model.B, model.C, model.D, dt=self.sample_time)
+    def _system(self, delay: bool, continuous: bool) -> tuple[Array, Array, Array, Array]:
+        """State, input and output matrix and feedthrough."""
+        if not continuous:
+            return self.with_delay()[:4] if delay else (self.A, self.B, self.C, self.D)
+        if self.continuous is None:
+            raise Error(
+                f"{self.name}: there is no continuous model, since A has no real logarithm",
+                "use the discrete one: continuous=False",
+            )
+        f, g, h, d = self.continuous.F, self.continuous.G, self.continuous.H, self.D
+        if not delay or self.delay == 0.0:
+            return f, g, h, d
+        # In series after the approximation of the delay.
+        fp, gp, hp, dp = _pade(self.delay)
+        zeros = np.zeros((len(fp), len(f)))
+        a = np.block([[f, g @ hp], [zeros, fp]])
+        return a, np.vstack([g @ dp, gp]), np.hstack([h, d @ hp]), d @ dp
 
     def frequency_response(self, omega: ArrayLike | None = None) -> FrequencyResponse:
         """Response from input to yaw rate with the delay, at angular frequencies (rad/s), shape (m,).
@@ -308,19 +326,21 @@ class Plant(SimulatedModel, documents.Plant):
         return Model(*matrices)
 
     def _repr_html_(self) -> str:
+        quality = getattr(self, "quality", None)
         rows = [
             ("order", str(self.order)),
             ("fit on validation data", f"{self.fit:.2f} %"),
             ("speed", f"{self.operating_point.speed_mps:.1f} m/s"),
             ("sample time", f"{self.sample_time} s"),
             ("delay", f"{self.delay:.3f} s"),
-            ("quality", f"{self.quality.grade}: {self.quality.summary}" if self.quality else "–"),
+            ("quality", "–" if quality is None else f"{quality.grade}: {quality.summary}"),
         ]
         drawn = () if self._traces is None else self.figures().values()
         return html(self.name, rows, drawn)
 
     def __repr__(self) -> str:
-        grade = f", quality {self.quality.grade}" if self.quality else ""
+        quality = getattr(self, "quality", None)
+        grade = "" if quality is None else f", quality {quality.grade}"
         return f"<Plant {self.name}: order {self.order}, fit {self.fit:.2f} % on validation data{grade}>"
 
 
@@ -328,6 +348,7 @@ class Bicycle(SimulatedModel, documents.Bicycle):
     """The two-wheel bicycle model (eq 13). The attributes are the keys of bicycle.json."""
 
     FILE = "bicycle.json"
+    quality: documents.Quality
 
     @property
     def fit(self) -> float | None:
@@ -359,8 +380,7 @@ class Bicycle(SimulatedModel, documents.Bicycle):
 
     def to_control(self, speed: float) -> Any:
         """A continuous python-control ``StateSpace`` at a speed (m/s), without the delay of the steering."""
-        import control
-
+        control = library("control", "to_control() uses")
         outputs = ["yaw_rate", "lateral_velocity"]
         return control.ss(*self.at_speed(speed), inputs="steering", outputs=outputs)
 
@@ -391,6 +411,7 @@ class Vehicle(SimulatedModel, documents.Vehicle):
     """A vehicle up to the limit of its grip. The attributes are the keys of vehicle.json."""
 
     FILE = "vehicle.json"
+    quality: documents.Quality
 
     @property
     def fit(self) -> float | None:
@@ -474,12 +495,34 @@ LateralModel = Union[Plant, Bicycle, Vehicle]
 """A model that a controller is designed on."""
 
 
-def kind_of(text: str) -> type[Plant] | type[Bicycle] | type[Vehicle]:
-    """The class of a model's document."""
-    schema = text[:200]
-    if '"steerwright/bicycle/' in schema:
-        return Bicycle
-    return Vehicle if '"steerwright/vehicle/' in schema else Plant
+def kind_of(text: str, kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:
+    """The class of a document, of some; the first where it is of none."""
+    found = (kind for kind in kinds if f'"steerwright/{kind.FILE.removesuffix(".json")}/' in text[:200])
+    return next(found, kinds[0])
+
+
+def load_document(file: str | os.PathLike[str], kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:
+    """The object of a document in a file."""
+    text = text_of(file)
+    return kind_of(text, kinds)(text, file=path_of(file))
+
+
+PADE_ORDER = 4
+"""Its phase differs from that of the delay T by less than 1° below 4/T rad/s."""
+
+
+def _pade(delay: float) -> tuple[Array, Array, Array, Array]:
+    """The Padé approximation of a delay (s), in controllable canonical form."""
+    n = PADE_ORDER
+    terms = [math.comb(n, k) * math.factorial(2 * n - k) / math.factorial(2 * n) * delay**k for k in range(n + 1)]
+    # Both from the constant term on, with a leading coefficient of 1 in the denominator.
+    below = np.array(terms) / terms[n]
+    above = below * (-1.0) ** np.arange(n + 1)
+    a = np.eye(n, k=1)
+    a[-1] = -below[:n]
+    feedthrough = above[n]
+    c = (above[:n] - feedthrough * below[:n])[None, :]
+    return a, np.eye(n)[:, -1:], c, np.array([[feedthrough]])
 
 
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
-import re
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime, timezone
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Union
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from . import _native, _progress
-from ._errors import Error, Warning
+from ._errors import Error, warn
+from ._libraries import library
 from ._native import Log
 from ._options import documented
+from ._tables import Columns, columns, listed
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -27,146 +25,83 @@ Table = Mapping[str, Any]
 """Columns by name: a dict of arrays, or a data frame of pandas, polars or Arrow."""
 Source = Union[str, "os.PathLike[str]", Table, Any]
 """A file, or a table."""
+Tables = list[tuple[str, dict[str, Any]]]
+
+
+class Sources(NamedTuple):
+    files: list[str] | None
+    tables: Tables | None
+    names: dict[str, str]
+    """The names of the caller's files by those of converted ones."""
+    unread: list[str]
+    """What is left out of tables and of files that other libraries read, with the reason."""
+
+    def named(self, text: str) -> str:
+        """A message with the names of the caller's files."""
+        for file, name in self.names.items():
+            text = text.replace(file, name)
+        return text
 
 
 @contextlib.contextmanager
-def files_and_tables(
-    source: Source | Sequence[Source],
-) -> Iterator[tuple[list[str] | None, list[tuple[str, dict[str, Any]]] | None]]:
+def files_and_tables(source: Source | Sequence[Source], options: Mapping[str, Any]) -> Iterator[Sources]:
     """The files, or the tables of a source; files that other libraries read are read here."""
     from . import _readers
 
+    is_clock_stated = options.get("time_channel") is not None or options.get("row_period") is not None
     sources = list(source) if isinstance(source, (list, tuple)) else [source]
     files: list[str] = []
-    tables: list[tuple[str, dict[str, Any]]] = []
+    tables: Tables = []
+    names: dict[str, str] = {}
+    unread: list[str] = []
     with _native.Scratch() as folder:
         for index, one in enumerate(sources):
+            items: list[str] = []
             if isinstance(one, (str, os.PathLike)):
-                read = _readers.tables(FilePath(one))
+                name = os.fspath(one)
+                read = _readers.tables(FilePath(one), items)
                 if read is None:
                     # Files of several folders may have one name.
                     own = folder / str(index)
                     own.mkdir()
                     files.append(os.fspath(_readers.converted(FilePath(one), own)))
+                    names[files[-1]] = name
                 else:
                     tables += read
             else:
                 name = "table" if len(sources) == 1 else f"table {index + 1}"
-                tables.append((name, columns(one)))
+                table = columns(one, name, is_clock_stated=is_clock_stated)
+                items = table.unread
+                tables.append((name, table))
+            if items:
+                warn(f"{name}: not read: {listed(items)}")
+                unread += (f"{name}: not read: {item}" for item in items)
         if files and tables:
             raise Error(
                 "files and tables are mixed",
                 "read the files into tables, or write the tables as files: Parquet, CSV",
             )
-        yield (None, tables) if tables else (files, None)
+        found = Sources(None if tables else files, tables or None, names, unread)
+        try:
+            yield found
+        except Error as error:
+            error.message = found.named(error.message)
+            raise
 
 
 @contextlib.contextmanager
-def one_file(source: Source) -> Iterator[tuple[str, FilePath]]:
-    """The name of a source, and a file that the command line reads."""
+def one_file(source: Source, options: Mapping[str, Any]) -> Iterator[tuple[str, FilePath, list[str]]]:
+    """The name of a source, a file that the command line reads, and what is not in it."""
     from . import _readers
 
-    with files_and_tables(source) as (files, tables), _native.Scratch() as folder:
+    with files_and_tables(source, options) as found, _native.Scratch() as folder:
         name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else "table"
-        if tables is not None:
-            yield name, _readers.as_file(name, tables, folder)
-        elif files is not None and len(files) == 1:
-            yield name, FilePath(files[0])
+        if found.tables is not None:
+            yield name, _readers.as_file(name, found.tables, folder), found.unread
+        elif found.files is not None and len(found.files) == 1:
+            yield name, FilePath(found.files[0]), found.unread
         else:
             raise Error("more than one log", "pass one file or table at a time")
-
-
-def columns(table: Any) -> dict[str, Any]:
-    """The numeric columns of a table, float64; missing values are NaN, times are seconds since 1970."""
-    if isinstance(table, Mapping):
-        named: Iterable[tuple[Any, Any]] = table.items()
-    elif hasattr(table, "column_names") and hasattr(table, "column"):
-        named = ((name, table.column(name)) for name in table.column_names)
-    elif hasattr(table, "columns"):
-        named = ((name, table[name]) for name in table.columns)
-    elif isinstance(table, np.ndarray) and table.dtype.names:
-        named = ((name, table[name]) for name in table.dtype.names)
-    else:
-        raise TypeError(
-            f"a file name, a dict of arrays or a data frame is expected, not {type(table).__name__}"
-        )
-    found: dict[str, Any] = {}
-    for name, values in named:
-        _add(found, str(name), _array(values))
-    if not found:
-        raise Error("the table has no column of numbers", "pass named columns of numbers")
-    index = getattr(table, "index", None)
-    if index is None or callable(index):
-        return found
-    array = _array(index)
-    name = str(index.name) if getattr(index, "name", None) else "time"
-    # An index without a name is numbers of rows, unless it is of times; a column of times is preferred to it.
-    is_clock = array.dtype.kind in "Mm" and not any(TIME.search(column) for column in found)
-    if name not in found and (getattr(index, "name", None) or is_clock):
-        clock: dict[str, Any] = {}
-        _add(clock, name, array)
-        found = {**clock, **found}
-    return found
-
-
-TIME = re.compile(r"(?i)time|stamp|^t(_|$)")
-"""Names of clocks."""
-UNIT = re.compile(r"(?i)[_ (\[](s|sec|ms|us|µs|ns)[)\]]?$")
-"""The unit of time in a name."""
-PER_SECOND = {"s": 1.0, "sec": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
-
-
-def _add(found: dict[str, Any], name: str, array: Any) -> None:
-    """Adds a column of numbers, float64 and contiguous; times in the unit that the name states, by default seconds."""
-    if array.dtype.kind in "Mm":
-        missing = np.isnat(array)
-        kind = "datetime64[ns]" if array.dtype.kind == "M" else "timedelta64[ns]"
-        seconds = array.astype(kind).astype(np.int64) * 1e-9
-        seconds[missing] = np.nan
-        unit = UNIT.search(name)
-        array = seconds * (PER_SECOND[unit[1].lower()] if unit else 1.0)
-        name = name if unit else f"{name} [s]"
-    if array.dtype.kind in "fiub" and array.ndim == 1:
-        found[name] = np.ascontiguousarray(array, dtype=np.float64)
-
-
-def _array(values: Any) -> Any:
-    """Numbers, dates or durations; of objects their numbers or dates, if all are such; what is masked is missing."""
-    if isinstance(values, np.ma.MaskedArray):
-        # None is missing; numbers and dates have a filler, which is replaced.
-        array = _array(values.filled(None) if values.dtype.kind == "O" else values.filled())
-        masked = np.ma.getmaskarray(values)
-        if array.dtype.kind in "Mm":
-            array[masked] = "NaT"
-        elif array.dtype.kind in "fiub":
-            array = np.where(masked, np.nan, array)
-        return array
-    if getattr(getattr(values, "dtype", None), "tz", None) is not None:
-        # Of pandas, which else makes objects of times with a zone.
-        return values.to_numpy(dtype="datetime64[ns]")
-    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
-    if array.dtype.kind == "O":
-        with contextlib.suppress(TypeError, ValueError, OverflowError):
-            if any(isinstance(item, datetime) for item in array):
-                return np.array([_date(item) for item in array], dtype="datetime64[ns]")
-            return np.array([_number(item) for item in array], dtype=float)
-    return array
-
-
-def _is_missing(item: Any) -> bool:
-    return item is None or type(item).__name__ in ("NAType", "NaTType")
-
-
-def _date(item: Any) -> Any:
-    if _is_missing(item):
-        return np.datetime64("NaT")
-    if item.tzinfo is not None:
-        item = item.astimezone(timezone.utc).replace(tzinfo=None)
-    return np.datetime64(item)
-
-
-def _number(item: Any) -> float:
-    return np.nan if _is_missing(item) else float(item)
 
 
 @documented("read")
@@ -183,8 +118,48 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
 
     Raises :class:`Error` with the file, line and column of the fault and a hint.
     """
-    with files_and_tables(source) as (files, tables), _progress.shown() as progress:
-        log = _native.read(files, tables, dict(options), progress)
+    with files_and_tables(source, options) as found, _progress.shown() as progress:
+        log = _native.read(found.files, found.tables, dict(options), progress)
+    refuse_booleans(log.channels, found.tables)
     for warning in log.warnings:
-        warnings.warn(warning, Warning, stacklevel=2)
+        warn(found.named(warning))
     return log
+
+
+def accumulate(
+    drives: _native.Drives,
+    source: Source | Sequence[Source],
+    options: Mapping[str, Any],
+    progress: _progress.Progress | None,
+) -> None:
+    """Adds a source to the drives that are accumulated."""
+    with files_and_tables(source, options) as found:
+        added = _native.Drives()
+        added.add(found.files, found.tables, dict(options), progress)
+    channels = json.loads(added.json())["channels"]
+    refuse_booleans([(c["role"], c["column"]) for c in channels], found.tables)
+    drives.merge(added)
+
+
+def refuse_booleans(channels: Iterable[Sequence[Any]], tables: Tables | None) -> None:
+    """Raises for a signal that is True or False."""
+    booleans = {name for _, table in tables or () if isinstance(table, Columns) for name in table.booleans}
+    for role, column, *_ in channels:
+        if column in booleans and role not in SWITCHES:
+            raise Error(
+                f"{column}: the {role.replace('_', ' ')} is True or False in every row, and numbers are expected",
+                "name the column of the signal, such as output_channel=NAME",
+            )
+
+
+SWITCHES = {"engaged", "override"}
+"""Roles of channels that are on or off."""
+
+
+def frame(log: Log) -> Any:
+    """A log as a data frame of pandas, with names that :func:`read` knows."""
+    pandas = library("pandas", "to_pandas() uses")
+    signals = {"steering_angle_rad": log.steering, "yaw_rate_radps": log.yaw_rate}
+    if log.speed is not None:
+        signals["speed_mps"] = log.speed
+    return pandas.DataFrame(signals, index=pandas.Index(log.time, name="time_s"))

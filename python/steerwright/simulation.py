@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import io
 import os
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from . import _command
+from ._errors import ArgumentError, Missing, path_of, warn
+from ._libraries import library
 from ._options import documented
 from ._record import Array
 
@@ -40,7 +47,8 @@ class Simulation(Mapping[str, Array]):
         if len(matches) == 1:
             return self._values[matches[0]]
         known = ", ".join(matches or self._values)
-        raise KeyError(f"{name!r} is {'ambiguous' if matches else 'none'} of {known}")
+        problem = "is ambiguous" if matches else "is no trajectory of the simulation"
+        raise Missing(f"{name!r} {problem}", f"the names are {known}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -59,8 +67,7 @@ class Simulation(Mapping[str, Array]):
 
     def to_pandas(self) -> Any:
         """A pandas data frame over time."""
-        import pandas
-
+        pandas = library("pandas", "to_pandas() uses")
         return pandas.DataFrame(self._values, index=pandas.Index(self.time, name="time"))
 
     def __repr__(self) -> str:
@@ -82,21 +89,25 @@ def simulate(
 
     Outputs and inputs of equal name are connected. ``input`` is a CSV file or a table (a dict of arrays, a data
     frame) with ``time`` and the free inputs, held between rows, of a package also its ``speed``; ``start_values``
-    sets parameters and free inputs by ``FMU.variable``. The FMUs run in a process of their own: a crash is an
+    sets parameters and free inputs by ``FMU.variable``, or by the variable's name where one FMU has it. The FMUs run in a process of their own: a crash is an
     :class:`Error`.
     """
     keywords: dict[str, Any] = dict(options)
-    if start_values is not None:
-        stated = keywords.get("set") or []
-        stated = [stated] if isinstance(stated, str) else list(stated)
-        given = [f"{name}={_text(value)}" for name, value in start_values.items()]
-        keywords["set"] = stated + given
     files = [fmus] if isinstance(fmus, (str, os.PathLike)) else list(fmus)
+    stated = keywords.get("set") or []
+    pairs = [stated] if isinstance(stated, str) else stated.items() if isinstance(stated, Mapping) else stated
+    settings = [pair.partition("=")[::2] if isinstance(pair, str) else pair for pair in pairs]
+    settings += (start_values or {}).items()
+    if settings:
+        units = _units(files, keywords.get("variant"))
+        keywords["set"] = [f"{_full(name.strip(), units)}={_text(value)}" for name, value in settings]
     with _command.folder() as folder:
         if input is not None and not isinstance(input, (str, os.PathLike)):
-            from .reading import columns
+            from ._tables import columns, listed
 
-            table = columns(input)
+            table = columns(input, "input")
+            if table.unread:
+                warn(f"input: not read: {listed(table.unread)}")
             input = folder / "input.csv"
             with open(input, "w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)
@@ -110,6 +121,50 @@ def simulate(
             rows_read = np.loadtxt(file, delimiter=",", ndmin=2)
     values = {name: rows_read[:, k].copy() for k, name in enumerate(names) if k > 0}
     return Simulation(rows_read[:, 0].copy(), values, done["connections"])
+
+
+def _units(files: Sequence[File], variant: str | None) -> dict[str, set[str]]:
+    """The variables of each unit; none of a file that is no FMU, which the program reports."""
+    units: dict[str, set[str]] = {}
+    for item in files:
+        file = path_of(item)
+        name, _, rest = file.partition("=")
+        if rest and not os.path.exists(file) and not {"/", "\\"} & set(name):
+            stated, file = name, rest
+        else:
+            stated = ""
+        with contextlib.suppress(OSError, KeyError, ElementTree.ParseError, zipfile.BadZipFile):
+            with zipfile.ZipFile(file) as archive:
+                if file.lower().endswith(".ssp"):
+                    structure = ElementTree.fromstring(archive.read(f"{variant or 'SystemStructure'}.ssd"))
+                    for component in structure.findall(".//{*}Component"):
+                        with zipfile.ZipFile(io.BytesIO(archive.read(component.get("source", "")))) as fmu:
+                            units[component.get("name", "")] = _variables(fmu)[1]
+                else:
+                    model, variables = _variables(archive)
+                    if not model.strip() or "." in model:
+                        model = FilePath(file).stem.replace(".", "_")
+                    units[stated or model] = variables
+    return units
+
+
+def _variables(fmu: zipfile.ZipFile) -> tuple[str, set[str]]:
+    """The name of a model, and the names of its variables."""
+    description = ElementTree.fromstring(fmu.read("modelDescription.xml"))
+    variables = description.find("ModelVariables")
+    names = () if variables is None else (variable.get("name", "") for variable in variables)
+    return description.get("modelName", ""), set(names)
+
+
+def _full(name: str, units: Mapping[str, set[str]]) -> str:
+    """The name with its unit; unchanged where it has one, or where no unit has it, which the program reports."""
+    owners = [unit for unit, variables in units.items() if name in variables]
+    if name.partition(".")[0] in units or not owners:
+        return name
+    if len(owners) > 1:
+        full = ", ".join(f"{unit}.{name}" for unit in owners)
+        raise ArgumentError(f"{name} is a variable of {len(owners)} FMUs", f"name one of {full}")
+    return f"{owners[0]}.{name}"
 
 
 def _text(value: Any) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -152,6 +154,34 @@ def test_a_fleet_survives_a_worker(
     )
 
 
+def test_the_jobs_for_kubernetes_make_the_bytes_of_one_run(fmus: dict[str, Path], tmp_path: Path) -> None:
+    yaml = pytest.importorskip("yaml")
+    page = (Path(__file__).parents[2] / "docs/cluster.md").read_text("utf-8")
+    blocks = [yaml.safe_load(block.split("```")[0]) for block in page.split("```yaml\n")[1:]]
+    claim, sweep, merge = blocks
+    assert claim["spec"]["accessModes"] == ["ReadWriteMany"]
+    (tmp_path / "LateralLoop.ssp").write_bytes(fmus["LateralLoop"].read_bytes())
+    (tmp_path / "study.toml").write_text(STUDY)
+    steerwright.sweep(tmp_path / "study.toml", output=tmp_path / "whole.csv")
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+    def run(job: dict[str, Any], index: int = 0) -> None:
+        spec = job["spec"]["template"]["spec"]
+        (container,) = spec["containers"]
+        assert container["volumeMounts"][0]["mountPath"] == container["workingDir"]
+        assert spec["volumes"][0]["persistentVolumeClaim"]["claimName"] == claim["metadata"]["name"]
+        words = [*container["command"], *container.get("args", [])]
+        words = [word.replace("$(JOB_COMPLETION_INDEX)", str(index)) for word in words]
+        subprocess.run(words, cwd=tmp_path, env=environment, check=True, capture_output=True)
+
+    # As many as the page has take a minute.
+    sweep["spec"]["template"]["spec"]["containers"][0]["args"][1] = "$(JOB_COMPLETION_INDEX)/4"
+    for index in range(4):
+        run(sweep, index)
+    run(merge)
+    assert (tmp_path / "results.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+
+
 def test_the_functions_of_the_spark_example_make_one_fleet() -> None:
     # Spark itself needs Java; what it calls is run here as it calls it.
     pandas = pytest.importorskip("pandas")
@@ -159,11 +189,10 @@ def test_the_functions_of_the_spark_example_make_one_fleet() -> None:
     example = page.split("## Spark")[1].split("```python\n")[1].split("\nfactors = ")[0]
     names: dict[str, Any] = {}
     exec(example, names)  # noqa: S102
-    names["OPTIONS"] = {"horizon": 15, **COLUMNS}
-    frames = [pandas.DataFrame({**log, "drive_id": k}) for k, log in enumerate(drives())]
-    partitions = [pandas.concat(frames[:5]).sample(frac=1.0, random_state=1), pandas.concat(frames[5:])]
-    factors = [row for part in partitions for row in names["accumulated"](iter([part]))]
-    documents = [frame["factor"][0] for frame in factors]
+    names["OPTIONS"] = {**names["OPTIONS"], "horizon": 15, **COLUMNS}
+    frames = [pandas.DataFrame({**log, "drive_id": f"drive {k}"}) for k, log in enumerate(drives())]
+    groups = pandas.concat(frames).sample(frac=1.0, random_state=1).groupby("drive_id")
+    documents = [names["accumulated"](group)["factor"][0] for _, group in groups]
     assert len(documents) == len(frames)
     tree = [names["merged"](*documents[k : k + 2]) for k in range(0, len(documents), 2)]
     while len(tree) > 1:

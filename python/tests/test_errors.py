@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import _thread
+import io
 import signal
+import sys
 import threading
 import time
+import warnings
+from operator import attrgetter
+from pathlib import Path
 
 import numpy as np
 import pytest
 import steerwright
+from steerwright import _native, _progress
 from conftest import COLUMNS, DRIVE
 
 
@@ -36,6 +42,77 @@ def test_errors_have_hints() -> None:
     with pytest.raises(TypeError, match="no option `plots` of design"):
         steerwright.design(plant, plots="figures")  # type: ignore[call-arg]
     assert issubclass(steerwright.Error, ValueError)
+    with pytest.raises(steerwright.Error, match="`desing` is no subcommand"):
+        steerwright.options("desing")
+
+
+def test_a_share_above_1_is_refused_with_the_right_spelling(plant: steerwright.Plant) -> None:
+    for name, value, right in (("overshoot", 5, "0.05"), ("steady_state_error", 2.5, "0.025"), ("overshoot", np.int64(7), "0.07")):
+        with pytest.raises(steerwright.Error, match=f"{name}={value}: a share is a fraction, at most 1") as caught:
+            steerwright.design(plant, **{name: value})
+        assert caught.value.hint == f"write {name}={right}"
+    for command in (steerwright.compare, steerwright.build):
+        with pytest.raises(steerwright.Error, match="overshoot=5"):
+            command(["plant.json"], overshoot=5)
+    assert _native.words("design", {"overshoot": 0.05}) == _native.words("design", {"overshoot": "5%"})
+    for value in (True, np.True_):
+        with pytest.raises(steerwright.Error, match="max_order=.*True.*: N is expected"):
+            steerwright.identify(DRIVE, **COLUMNS, max_order=value)
+
+
+def test_arrays_are_identified(log: steerwright.Log) -> None:
+    u, y, dt = log.steering, log.yaw_rate, log.sample_time
+    table = {"time_s": log.time, "steering_angle_rad": u, "yaw_rate_radps": y, "speed_mps": log.speed}
+    options = {"steering_ratio": 1.0, "structure": "state-space", "order": 2, "intersample": "zoh"}
+    expected = steerwright.identify({**table, "time_s": dt * np.arange(len(u))}, **options)
+    found = steerwright.identify(u, y, dt, speed=log.speed, **options)
+    assert isinstance(found, steerwright.Plant)
+    np.testing.assert_array_equal(found.A, expected.A)
+    assert steerwright.identify(list(u), list(y), dt, speed=15, **options).order == 2
+    for wrong in ((u, y), (u, y, 0.0), (u, y, True), (u, None, dt), (u, y[:-1], dt), (u[:, None], y, dt)):
+        with pytest.raises(steerwright.Error) as caught:
+            steerwright.identify(*wrong, **options)
+        assert caught.value.hint
+
+
+def test_one_document_is_a_list_of_one_and_other_objects_are_refused(
+    plant: steerwright.Plant, log: steerwright.Log, tmp_path: Path
+) -> None:
+    plant.save(tmp_path / "plant.json")
+    for one in (plant, tmp_path / "plant.json", str(tmp_path / "plant.json")):
+        assert list(steerwright.package(one, out=tmp_path / "fmu")) == ["IdentifiedPlant"]
+    of_one = [steerwright.design, steerwright.load, steerwright.build, steerwright.check, steerwright.sweep]
+    of_several = [steerwright.package, steerwright.compare, steerwright.simulate]
+    calls = [(call, wrong) for call in of_one for wrong in (log, 3.0, None)]
+    for call, wrong in [*calls, *((call, [log]) for call in of_several)]:
+        with pytest.raises(steerwright.Error, match="a file is expected, not an object of type") as caught:
+            call(wrong)
+        assert caught.value.hint
+
+
+def test_ranges_are_pairs() -> None:
+    for value in ((5, 30), [5.0, 30], np.array([5, 30]), ("5m/s", "30 m/s"), "5m/s..30m/s"):
+        assert _native.words("design", {"speeds": value}) == ["--speeds=5m/s..30m/s"]
+        assert _native.words("read", {"speed_window": value}) == ["--speed-window=5m/s..30m/s"]
+    windows = ["--window=10s..60s", "--window=70s..90s"]
+    assert _native.words("read", {"window": (10, 60)}) == windows[:1]
+    for value in ([(10, 60), (70, 90)], [("10s", "60s"), [70, 90]], ["10s..60s", "70s..90s"], np.array([[10, 60], [70, 90]])):
+        assert _native.words("read", {"window": value}) == windows
+    assert _native.words("identify", {"prior": {"mass": (1500, 50.5)}}) == ["--prior=mass=1500,50.5"]
+    for value in ((5, 10, 30), (5,), []):
+        with pytest.raises(steerwright.Error, match="a range is a pair") as caught:
+            _native.words("design", {"speeds": value})
+        assert caught.value.hint == "write speeds=(5, 30)"
+
+
+@pytest.mark.parametrize("function", ["load", "design", "Plant.load", "Accumulator.load"])
+def test_files_that_are_no_documents_are_errors(function: str, tmp_path: Path) -> None:
+    for name, content in (("list.json", b"[1]"), ("drive.csv", b"t,x\n1,2\n"), ("binary", b"\xff\xfe")):
+        (tmp_path / name).write_bytes(content)
+    for name in ("missing.json", "list.json", "drive.csv", "binary", "."):
+        with pytest.raises(steerwright.Error) as caught:
+            attrgetter(function)(steerwright)(tmp_path / name)
+        assert caught.value.hint and str(tmp_path / name) in caught.value.message
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.5, -1.8], ids=["standing", "slow", "reversing"])
@@ -99,6 +176,59 @@ def test_an_interruption_returns_at_once(log: steerwright.Log) -> None:
         steerwright.identify(large, max_samples="all", max_order=20, horizon=60)
     assert time.monotonic() - interrupted[0] < 0.4 * alone
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("where", ["file", "terminal", "notebook"])
+def test_progress_is_shown_where_someone_looks(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(stream, "isatty", lambda: where == "terminal", raising=False)
+    monkeypatch.setattr(_progress, "_in_notebook", lambda: where == "notebook")
+    clock = [0.0]
+    monkeypatch.setattr(_progress, "now", lambda: clock[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with _progress.shown() as progress:
+            assert (progress is None) == (where == "file")
+            if progress is None:
+                return
+            progress("identifying", 1, 4)
+            clock[0] = 1.9
+            progress("identifying", 2, 4)
+            assert not stream.getvalue()
+            clock[0] = 2.1
+            progress("identifying", 3, 4)
+            assert "identifying:  75 %" in stream.getvalue()
+            assert "?" not in stream.getvalue()
+
+
+def test_warnings_point_to_the_line_of_the_caller(log: steerwright.Log, plant: steerwright.Plant, tmp_path: Path) -> None:
+    calls = [
+        lambda: steerwright.read(DRIVE, **COLUMNS, speed_window=(14, 16)),
+        lambda: steerwright.identify(DRIVE, **COLUMNS, speed_window=(14, 16)),
+        lambda: steerwright.identify_bicycle(log),
+    ]
+    for call in calls:
+        with pytest.warns(steerwright.Warning) as caught:
+            call()
+        assert {warning.filename for warning in caught} == {__file__}
+
+
+def test_a_missing_package_is_named_with_its_extra(
+    plant: steerwright.Plant, log: steerwright.Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module, call, extra in (
+        ("control", plant.to_control, "control"),
+        ("scipy", plant.to_scipy, "logs"),
+        ("pandas", log.to_pandas, "notebook"),
+    ):
+        with monkeypatch.context() as patched:
+            for name in [key for key in sys.modules if key.partition(".")[0] == module]:
+                patched.delitem(sys.modules, name)
+            patched.setitem(sys.modules, module, None)
+            with pytest.raises(steerwright.Error, match=f"uses {module}, which is not installed") as caught:
+                call()
+        assert f"pip install {module}" in caught.value.hint and f"./python[{extra}]" in caught.value.hint
 
 
 def test_other_threads_run_meanwhile(log: steerwright.Log) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import control
 import numpy as np
@@ -42,6 +45,78 @@ def test_delays_become_states(plant: steerwright.Plant, samples: float) -> None:
     np.testing.assert_allclose(theirs, expected[:, 0], atol=1e-12)
     _, ours, _ = signal.dlsim(delayed.to_scipy(), u)
     np.testing.assert_allclose(ours[:, 0], expected[:, 0], atol=1e-12)
+
+
+def test_the_continuous_model_is_that_of_the_document(plant: steerwright.Plant) -> None:
+    assert plant.continuous is not None
+    system = plant.to_control(continuous=True, delay=False)
+    assert system.dt == 0
+    np.testing.assert_array_equal(system.A, plant.continuous.F)
+    # Held and sampled it is the discrete model again.
+    sampled = control.c2d(system, plant.sample_time)
+    np.testing.assert_allclose(sampled(np.exp(1j * OMEGA * plant.sample_time)), plant.frequency_response(OMEGA).response * np.exp(1j * OMEGA * plant.delay), rtol=1e-8)
+    delayed = with_delay(plant, 0.1)
+    omega = np.geomspace(0.1, 4.0 / 0.1, 40)
+    expected = system(1j * omega) * np.exp(-0.1j * omega)
+    late = delayed.to_control(continuous=True)(1j * omega)
+    assert np.abs(np.angle(late / expected)).max() < np.deg2rad(1.0)
+    np.testing.assert_allclose(np.abs(late), np.abs(expected), rtol=1e-9)
+    _, theirs = signal.freqresp(delayed.to_scipy(continuous=True), omega)
+    np.testing.assert_allclose(theirs, late, rtol=1e-9)
+    document = json.loads(plant.to_json())
+    del document["continuous"]
+    with pytest.raises(steerwright.Error, match="no continuous model"):
+        steerwright.Plant(json.dumps(document)).to_control(continuous=True)
+
+
+def test_names_with_dots_are_names_of_systems(plant: steerwright.Plant, controller: steerwright.Controller) -> None:
+    for model in (plant, controller):
+        named = type(model)(json.dumps({**json.loads(model.to_json()), "name": "drive.2024.02"}))
+        assert named.to_control().name == "drive_2024_02"
+
+
+def test_the_controller_is_that_of_the_fmu(controller: steerwright.Controller, fmus: dict[str, Path]) -> None:
+    system = controller.to_control()
+    assert system.dt == controller.sample_time_s
+    time = system.dt * np.arange(300)
+    # Small enough for the limits, and from rest.
+    inputs = 1e-4 * np.vstack([1.0 - np.cos(2.0 * time), np.sin(3.0 * time) * time, np.sin(time)])
+    names = ["yaw_reference", "yaw", "steering_feedforward"]
+    columns = {"time": time, **dict(zip(names, inputs))}
+    run = steerwright.simulate(fmus["LateralPid"], input=columns, step=system.dt, stop=time[-2])
+    theirs = control.forced_response(system, inputs=inputs).outputs[0]
+    assert np.abs(run["steering_angle"]).max() > 1e-5
+    # The output at a time is that of the tick before, with the inputs of then.
+    np.testing.assert_allclose(run["steering_angle"][1:], theirs[: len(run.time) - 1], atol=1e-12)
+
+
+def test_a_schedule_has_gains_at_a_speed(controller: steerwright.Controller) -> None:
+    document = json.loads(controller.to_json())
+    entries = [{"speed_mps": speed, "gains": {**document["gains"], "kp": kp}, "guidance": {}} for speed, kp in ((5.0, 1.0), (15.0, 3.0))]
+    scheduled = steerwright.Controller(json.dumps({**document, "schedule": entries}))
+    with pytest.raises(steerwright.Error, match="the gains depend on the speed, from 5 to 15 m/s"):
+        scheduled.to_control()
+    difference = [scheduled.to_control(speed=speed).D - scheduled.to_control(speed=5.0).D for speed in (10.0, 15.0, 40.0)]
+    np.testing.assert_allclose([d[0, 1] for d in difference], [-1.0, -2.0, -2.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("shadow", ["control/__init__.py", "control.py", "control/Cargo.toml"])
+def test_python_control_is_found_beside_a_folder_of_its_name(shadow: str, plant: steerwright.Plant, tmp_path: Path) -> None:
+    (tmp_path / shadow).parent.mkdir(exist_ok=True)
+    (tmp_path / shadow).write_text("OWN = 1\n" if shadow.endswith(".py") else "")
+    plant.save(tmp_path / "plant.json")
+    code = """
+import steerwright
+system = steerwright.load("plant.json").to_control()
+system = steerwright.load("plant.json").to_control() * system
+print(system.nstates, float(abs(system(1.0).real)) > 0.0)
+import control
+print(getattr(control, "OWN", None))
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    own = "1" if shadow.endswith(".py") else "None"
+    states = plant.to_control().nstates
+    assert done.stdout.split() == [str(2 * states), "True", own], done.stderr
 
 
 def test_the_step_response_is_that_of_scipy(plant: steerwright.Plant) -> None:

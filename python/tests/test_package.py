@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import json
 import re
 import subprocess
 import sys
@@ -40,7 +41,9 @@ def test_the_package_and_these_tests_pass_strict_typing() -> None:
 
 
 TYPED = """
+from pathlib import Path
 import steerwright
+from steerwright.documents import Grade
 from typing_extensions import assert_type
 log = steerwright.read("drive.csv", steering_ratio=1)
 assert_type(steerwright.identify(log, structure="state-space"), steerwright.Plant)
@@ -50,24 +53,52 @@ assert_type(steerwright.identify(log, structure="torque"), steerwright.Torque)
 plant = steerwright.identify("drive.csv", structure="state-space")
 print(plant.A, plant.quality, plant.to_control(), plant.sample(100))
 steerwright.design(steerwright.identify(log), max_rate=0.4)
+assert_type(steerwright.identify(log, structure="bicycle").quality.grade, Grade)
+print(steerwright.identify(log).quality.summary)
+assert_type(steerwright.identify(log.steering, log.yaw_rate, 0.01, speed=15.0, structure="bicycle"), steerwright.Bicycle)
+log.to_pandas().plot()
+steerwright.design(plant, speeds=(5, 30), overshoot=0.05).to_control()
 steerwright.export(steerwright.load("plant.json"), "px4")
+steerwright.compare([plant], log=Path("drive.csv"))
+steerwright.export(plant, "none")  # type: ignore[arg-type]
 """
 
 
 def test_users_code_passes_strict_typing(tmp_path: Path) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
-    blocks = [block.split("```")[0] for block in readme.split("```python\n")[1:]]
-    for number, code in enumerate([TYPED, *blocks]):
-        file = tmp_path / f"code{number}.py"
-        file.write_text(code)
-        done = subprocess.run(
-            [sys.executable, "-m", "mypy", "--strict", file],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=tmp_path,
-        )
-        assert done.returncode == 0, done.stdout
+    root = Path(__file__).parents[2]
+    codes = {"typed": TYPED}
+    for name in ("README.md", "docs/python.md", "python/README.md"):
+        for number, block in enumerate((root / name).read_text("utf-8").split("```python\n")[1:]):
+            codes[f"page_{Path(name).parent.name}_{number}"] = block.split("```")[0]
+    for file in (root / "python/notebooks").glob("*.ipynb"):
+        cells = [cell for cell in json.loads(file.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+        codes[file.stem] = "\n".join("".join(cell["source"]) for cell in cells)
+    assert len(codes) == 6
+    for name, code in codes.items():
+        (tmp_path / f"{name}.py").write_text(code, "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", *(f"{name}.py" for name in codes)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_types_of_options_leave_the_function_of_their_name(tmp_path: Path) -> None:
+    code = """
+import steerwright
+from steerwright.options import ReadOptions
+common: ReadOptions = {"input_channel": "steering_command_rad", "steering_ratio": 1.0}
+steerwright.options("path")
+def log() -> steerwright.Log:
+    return steerwright.read("drive.csv", **common)
+"""
+    (tmp_path / "code.py").write_text(code)
+    for arguments in (["code.py"], ["-m", "mypy", "--strict", "code.py"]):
+        done = subprocess.run([sys.executable, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_command_line_is_there(tmp_path: Path) -> None:

@@ -56,6 +56,33 @@ def test_inputs_and_start_values_are_used(fmus: dict[str, Path], plant: steerwri
     np.testing.assert_allclose(run["yaw_rate"][60:], expected[60 : len(run.time)], atol=2e-3)
 
 
+def test_variables_have_short_names_where_they_are_unique(fmus: dict[str, Path], tmp_path: Path) -> None:
+    names = ["IdentifiedPlant", "ReferencePath", "LateralPid"]
+    files = [fmus[name] for name in names]
+    expected = steerwright.simulate(files, start_values={"IdentifiedPlant.initial_y": 0.5}, stop=1.0)
+    other = steerwright.simulate(files, stop=1.0)
+    assert not np.array_equal(expected["y"], other["y"])
+    for fmu, options in (
+        (files, {"start_values": {"initial_y": 0.5}}),
+        (files, {"set": "initial_y=0.5"}),
+        (files, {"set": ["initial_y = 0.5"]}),
+        (files, {"set": {"initial_y": 0.5}}),
+        (fmus["LateralLoop"], {"start_values": {"initial_y": 0.5}}),
+    ):
+        found = steerwright.simulate(fmu, **options, stop=1.0)
+        np.testing.assert_array_equal(found["IdentifiedPlant.y"], expected["IdentifiedPlant.y"])
+    named = steerwright.simulate(f"car={files[0]}", start_values={"initial_yaw": 0.5}, stop=0.1)
+    assert named["car.yaw"][0] == 0.5
+    with pytest.raises(steerwright.Error, match="speed is a variable of 3 FMUs") as caught:
+        steerwright.simulate(files, start_values={"speed": 3.0})
+    assert "IdentifiedPlant.speed, ReferencePath.speed, LateralPid.speed" in caught.value.hint
+    with pytest.raises(steerwright.Error, match="initial_z"):
+        steerwright.simulate(files, start_values={"initial_z": 3.0})
+    (tmp_path / "none.fmu").write_bytes(b"")
+    with pytest.raises(steerwright.Error, match="none.fmu"):
+        steerwright.simulate(tmp_path / "none.fmu", start_values={"initial_z": 3.0})
+
+
 def test_a_crash_of_an_fmu_is_an_error(fmus: dict[str, Path], tmp_path: Path) -> None:
     # The library of an FMU that aborts where it is instantiated.
     source, library = tmp_path / "abort.c", tmp_path / "abort.so"

@@ -7,6 +7,9 @@ import struct
 import sys
 import types
 import warnings
+from datetime import date, datetime, timedelta
+from datetime import time as dtime
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +49,15 @@ def test_data_frames_and_tables(table: dict[str, Any], log: steerwright.Log) -> 
         same(steerwright.read(one, **COLUMNS), log)
 
 
+def test_a_log_is_a_data_frame_again(table: dict[str, Any], log: steerwright.Log) -> None:
+    frame = log.to_pandas()
+    assert list(frame.columns) == ["steering_angle_rad", "yaw_rate_radps", "speed_mps"]
+    np.testing.assert_array_equal(frame["yaw_rate_radps"], log.yaw_rate)
+    np.testing.assert_array_equal(frame.index, log.time)
+    found = steerwright.read(frame, steering_ratio=1.0, intersample="zoh", sample_time=log.sample_time)
+    assert abs(len(found) - len(log)) <= 1
+
+
 def test_missing_values_and_other_types(table: dict[str, Any], log: steerwright.Log) -> None:
     import pandas
 
@@ -54,6 +66,9 @@ def test_missing_values_and_other_types(table: dict[str, Any], log: steerwright.
     frame["time_s"] = pandas.to_datetime(frame["time_s"] + 1.7e9, unit="s")
     frame.loc[50, "yaw_rate_radps"] = None
     frame["speed_mps"] = frame["speed_mps"].convert_dtypes()
+    frame["gear"] = pandas.array([None, *range(len(frame) - 1)], dtype="Int64")
+    frame["is_engaged"] = pandas.array([None, *[True] * (len(frame) - 1)], dtype="boolean")
+    frame["state"] = pandas.Series(["on"] * len(frame), dtype="category")
     found = steerwright.read(frame, **COLUMNS)
     assert len(found) == len(log)
     np.testing.assert_allclose(found.time, log.time, atol=1e-6)
@@ -85,6 +100,142 @@ def test_times_of_pandas_of_any_form(table: dict[str, Any], log: steerwright.Log
     same(found, log, 1e-5)
 
 
+def test_times_are_clocks_whatever_their_column_and_type(table: dict[str, Any], log: steerwright.Log) -> None:
+    import pandas
+    import polars
+    import pyarrow
+
+    frame = pandas.DataFrame(table)
+    time = pandas.to_datetime(frame["time_s"] + 1.7e9, unit="s").dt.round("us").astype("datetime64[us]")
+    zoned = time.dt.tz_localize("UTC").dt.tz_convert("Europe/Berlin")
+    base = frame.drop(columns="time_s")
+    text = time.dt.strftime("%Y-%m-%dT%H:%M:%S.%f")
+    lazy = polars.from_pandas(base.assign(moment=time)).lazy()
+    arrow = pyarrow.Table.from_pandas(base, preserve_index=False)
+    numbers = pandas.Index(np.arange(len(base)), name="row")
+    forms = [
+        base.assign(recorded=time),
+        base.assign(recorded=zoned),
+        base.set_index(pandas.DatetimeIndex(zoned, name="recorded")),
+        base.set_index([numbers, pandas.DatetimeIndex(time, name="recorded")]),
+        frame.assign(time_to_go_s=0.0).drop(columns="time_s").set_index(pandas.DatetimeIndex(time)),
+        base.assign(time=text),
+        base.assign(recorded=text + "Z"),
+        base.assign(time=zoned.map(lambda moment: moment.isoformat())),
+        base.set_index(pandas.Index(text.str.replace("T", " ").str.replace(".", ",", regex=False))),
+        base.set_index(pandas.Index(time.dt.strftime("%Y%m%dT%H%M%S.%f"), name="recorded")),
+        {**base, "recorded": list(text)},
+        {**base, "recorded": list(zoned)},
+        {**base, "recorded": [moment - time[0] for moment in time]},
+        lazy,
+        lazy.with_columns(moment=polars.col("moment").dt.replace_time_zone("Asia/Tokyo")),
+        arrow.append_column("recorded", pyarrow.array(time)),
+        arrow.append_column("recorded", pyarrow.array(zoned)),
+        arrow.append_column("recorded", pyarrow.array(text)),
+        pyarrow.record_batch(arrow.append_column("recorded", pyarrow.array(time)).to_pydict()),
+    ]
+    # A stream is read once.
+    stream = arrow.append_column("recorded", pyarrow.array(zoned)).to_reader()
+    same(steerwright.read(stream, **COLUMNS), log, 1e-5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for number, form in enumerate(forms):
+            found = steerwright.read(form, **COLUMNS)
+            for name in ("steering", "yaw_rate", "speed"):
+                np.testing.assert_allclose(getattr(found, name), getattr(log, name), atol=1e-5, err_msg=str(number))
+            np.testing.assert_allclose(found.time, log.time, atol=1e-5, err_msg=str(number))
+            (group,) = steerwright.inspect(form)["groups"]
+            assert group["clock"].startswith("time")
+    two = base.assign(recorded=time, created=time[0])
+    same(steerwright.read(two, time_channel="recorded", **COLUMNS), log, 1e-5)
+    one = base.assign(recorded=time)
+    assert steerwright.inspect(one, time_channel="recorded")["groups"][0]["clock"] == "recorded [s]"
+    assert steerwright.read(one, row_period=0.01, **COLUMNS).time[0] < 1.0
+    with pytest.raises(steerwright.Error, match="no column is the time") as caught:
+        steerwright.read(two, **COLUMNS)
+    assert "time_channel=NAME" in caught.value.hint
+
+
+def test_what_is_no_number_is_reported(table: dict[str, Any], log: steerwright.Log) -> None:
+    import pandas
+
+    frame = pandas.DataFrame(table).assign(note="dry road", empty=None)
+    frame["speed_mps"] = [f"{value:.17g}" for value in table["speed_mps"]]
+    frame.loc[[70, 71, 72], "speed_mps"] = ["#N/A", "-", "over 60"]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = steerwright.read(frame, **COLUMNS)
+    np.testing.assert_allclose(found.speed, log.speed, atol=0.05)
+    texts = [str(warning.message) for warning in caught]
+    assert any("speed_mps: 1 of 10300 cells are no numbers, such as 'over 60' in row 72" in text for text in texts)
+    assert any("not read: note (10300 of 10300 cells are no numbers, such as 'dry road' in row 0)" in t for t in texts)
+    assert any("empty (no values)" in text for text in texts)
+    with pytest.warns(steerwright.Warning):
+        losses = steerwright.inspect(frame)["losses"]
+    assert losses[-1] == "table: not read: empty (no values)" and "table: not read: note (10300" in losses[-2]
+    with pytest.raises(steerwright.Error, match="no column of numbers; not read: note .*dry road"):
+        steerwright.read(frame[["note"]])
+    assert all(warning.filename == __file__ for warning in caught)
+    time = pandas.to_datetime(frame["time_s"], unit="s").dt.strftime("%Y-%m-%dT%H:%M:%S.%f").tolist()
+    time[3] = "later"
+    with (
+        pytest.warns(steerwright.Warning, match="time .1 of 10300 cells are no times, such as 'later' in row 3"),
+        pytest.raises(steerwright.Error, match="no column is the time"),
+    ):
+        steerwright.read({**table, "time": time, "time_s": time}, **COLUMNS)
+
+
+def test_columns_of_other_lengths_and_objects_are_named(table: dict[str, Any], fmus: dict[str, Path]) -> None:
+    short = {**table, "speed_mps": table["speed_mps"][:-1]}
+    for function in (steerwright.read, steerwright.inspect, lambda it: steerwright.simulate(fmus["LateralPid"], input=it)):
+        with pytest.raises(steerwright.Error, match="`speed_mps` has 10299 values, `time_s` has 10300"):
+            function(short)
+    points = [np.zeros(3) for _ in table["time_s"]]
+    with pytest.warns(steerwright.Warning, match=r"points \(10300 × 3 values of type float64\), state \(.* no numbers"):
+        steerwright.inspect({**table, "points": points, "state": [{}] * len(points)})
+
+
+@pytest.mark.filterwarnings("ignore::steerwright.Warning")
+def test_columns_of_any_kind_are_read_or_errors_with_a_hint(table: dict[str, Any]) -> None:
+    import pandas
+    import polars
+    import pyarrow
+
+    n = 200
+    short = {name: values[:n] for name, values in table.items()}
+    moments = np.datetime64("2024-01-01", "s") + np.arange(n)
+    odd: list[Any] = [
+        *(np.arange(n).astype(kind) for kind in ("f2", "u8", "i1", "?", "c8", "M8[D]", "m8[ms]", "S3", "U3")),
+        *([one] * n for one in (None, 10**400, Decimal("1.5"), 1j, "2024-13-45T99:00", [1, 2], {}, object(), float("nan"))),
+        *([one] * n for one in (date(2024, 1, 1), dtime(1, 2), timedelta(seconds=1), datetime(9999, 1, 1), b"\xff", pandas.NA)),
+        *(np.zeros(shape) for shape in ((n, 3), (n, 1), (0,), ())),
+        *(3.0, "text", None, {1, 2}, list(moments), moments.astype("M8[us]").tolist()),
+        *(pandas.Series(moments).dt.tz_localize("Asia/Kolkata"), pandas.period_range("2024", periods=n, freq="s")),
+        *(pandas.array([None, *range(n - 1)], dtype="Int64"), pandas.Categorical(["a"] * n)),
+        *(polars.Series(moments.astype("M8[us]")), pyarrow.array(moments), np.ma.masked_greater(np.arange(n), 5)),
+    ]
+    for number, column in enumerate(odd):
+        for name in ("time_s", "recorded", "yaw_rate_radps", "note"):
+            for function in (steerwright.read, steerwright.Accumulator(**COLUMNS).add):
+                options = {} if function.__name__ == "add" else COLUMNS
+                try:
+                    function({**short, name: column}, **options)
+                except steerwright.Error as error:
+                    assert error.hint, (number, name)
+
+
+@pytest.mark.parametrize("as_objects", [False, True])
+def test_a_yaw_rate_of_true_and_false_is_refused(as_objects: bool, table: dict[str, Any]) -> None:
+    turning = np.array(table["yaw_rate_radps"] > 0.0, dtype=object if as_objects else bool)
+    wrong = {**table, "yaw_rate_radps": turning}
+    for function in (steerwright.read, steerwright.identify, steerwright.Accumulator(**COLUMNS).add):
+        options = {} if function.__name__ == "add" else COLUMNS
+        with pytest.raises(steerwright.Error, match="yaw_rate_radps: the yaw rate is True or False") as caught:
+            function(wrong, **options)
+        assert caught.value.hint
+    steerwright.read({**table, "is_engaged": turning}, **COLUMNS)
+
+
 def test_channels_on_several_clocks(table: dict[str, Any], log: steerwright.Log) -> None:
     steering = {name: table[name] for name in NAMES[:2]}
     rates = {"time_s": table["time_s"][1::2]}
@@ -112,6 +263,42 @@ def test_tdms(table: dict[str, Any], log: steerwright.Log, tmp_path: Path) -> No
         {"time_s": 2.0 + step * np.arange(len(uniform["speed_mps"])), **uniform}, **COLUMNS
     )
     same(found, expected)
+
+
+def test_time_stamps_of_tdms(table: dict[str, Any], log: steerwright.Log, tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    stamps = np.datetime64("2024-02-29T09:00:00", "us") + np.round(1e6 * table["time_s"]).astype("timedelta64[us]")
+    channels = {name.rpartition("_")[0]: table[name] for name in NAMES[1:]}
+    units = ["rad", "rad/s", "m/s"]
+    with TdmsWriter(tmp_path / "drive.tdms") as writer:
+        columns = [
+            ChannelObject("Drive", name, values, {"NI_UnitDescription": unit})
+            for (name, values), unit in zip(channels.items(), units)
+        ]
+        note = ChannelObject("Drive", "Note", ["dry"] * len(stamps), {})
+        writer.write_segment([ChannelObject("Drive", "Recorded", stamps, {}), *columns, note])
+    options = {"input_channel": "steering_command", "steering_ratio": 1.0, "time_channel": "Recorded"}
+    with pytest.warns(steerwright.Warning, match="not read: Note") as caught:
+        same(steerwright.read(tmp_path / "drive.tdms", **options), log, 1e-5)
+    assert caught[0].filename == __file__
+
+
+def test_a_cut_tdms_is_read_as_far_as_it_goes(
+    table: dict[str, Any], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    file = tmp_path / "drive.tdms"
+    with TdmsWriter(file) as writer:
+        for rows in (slice(0, 5000), slice(5000, None)):
+            writer.write_segment([ChannelObject("Drive", name, values[rows], {}) for name, values in table.items()])
+    file.write_bytes(file.read_bytes()[:-20_000])
+    with pytest.warns(steerwright.Warning, match="drive.tdms: .*less data than expected") as caught:
+        groups = steerwright.inspect(file)["groups"]
+    assert caught[0].filename == __file__
+    assert 5000 <= min(group["rows"] for group in groups) < len(table["time_s"])
+    assert "nptdms" not in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("version", ["5", "7.3"])
@@ -248,6 +435,8 @@ def test_structures_of_mat(kind: str, table: dict[str, Any], tmp_path: Path) -> 
     for channel, values in zip(group["channels"][1:], matrix.T):
         assert (channel["values"], channel["min"], channel["max"]) == (len(time), min(values), max(values))
     assert any("note (text)" in str(warning.message) for warning in caught) == (kind == "matrix")
+    losses = steerwright.inspect(tmp_path / "drive.mat")["losses"]
+    assert any("drive.mat: not read: note (text)" in loss for loss in losses) == (kind == "matrix")
 
 
 def test_a_cut_file_is_an_error_of_the_package(table: dict[str, Any], tmp_path: Path) -> None:
@@ -291,7 +480,9 @@ def test_blf(tmp_path: Path) -> None:
     with can.LogReader(frames) as reader, can.BLFWriter(tmp_path / "drive.blf") as writer:
         for frame in reader:
             writer.on_message_received(frame)
-    found = steerwright.read(tmp_path / "drive.blf", **options)
+    with pytest.warns(steerwright.Warning) as caught:
+        found = steerwright.read(tmp_path / "drive.blf", **options)
+    assert all(str(tmp_path / "drive.blf") in str(warning.message) for warning in caught)
     expected = steerwright.read(frames, **options)
     # BLF has no times before 1970, to which this log belongs.
     np.testing.assert_allclose(found.time - found.time[0], expected.time - expected.time[0], atol=1e-5)
@@ -353,7 +544,8 @@ def test_formats_without_their_library_and_without_signals(
 ) -> None:
     (tmp_path / "drive.tdms").write_bytes(b"TDSm" + bytes(200))
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    with pytest.raises(steerwright.Error, match="nptdms, which is not installed"):
+    with pytest.raises(steerwright.Error, match="nptdms, which is not installed") as caught:
         steerwright.read(tmp_path / "drive.tdms")
+    assert "./python[logs]" in caught.value.hint
     with pytest.raises(TypeError, match="a file name, a dict of arrays or a data frame"):
         steerwright.read(3.0)
