@@ -139,7 +139,11 @@ fn text(found: &Inspection) -> String {
                 if is_clock { "time".into() } else { channel.candidate_for.join(", ") },
             ]);
         }
-        let _ = writeln!(text, "{}", console::table(&table));
+        // A name is copied from here: it is not broken, though the table is wider then.
+        const OTHERS: usize = 60;
+        let names = group.channels.iter().flat_map(|channel| channel.name.split(' '));
+        let longest = names.map(|word| word.chars().count()).max().unwrap_or(0);
+        let _ = writeln!(text, "{}", table.text(console::columns().max(longest + OTHERS)));
     }
     text
 }
@@ -156,7 +160,8 @@ fn number(x: f64) -> String {
 }
 
 fn clock_in_words(group: &InspectedGroup) -> String {
-    let mut text = format!("{} rows", group.rows);
+    let plural = if group.rows == 1 { "row" } else { "rows" };
+    let mut text = format!("{} {plural}", group.rows);
     if let (Some(rate), Some([from, to])) = (group.rate_hz, group.span_s) {
         let _ = write!(text, " at {rate} Hz, {from:.3} to {to:.3} s ({:.2} s)", to - from);
     }

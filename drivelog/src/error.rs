@@ -23,7 +23,7 @@ impl Place {
 
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}:{}: column `{}`", self.file, self.line, self.column)
+        write!(f, "{}:{}: column `{}`", self.file, self.line, shortened(&self.column))
     }
 }
 
@@ -91,9 +91,14 @@ pub enum Error {
     #[error("{file}:{line}: {problem}")]
     #[diagnostic(help("{}", complete_rows(0, 0)))]
     Csv { file: String, line: u64, problem: String },
-    #[error("{file}:{line}: the row has {got} cells, the header has {expected}")]
+    #[error("{file}:{line}: the row has {}, the header has {expected}", counted(*.got, "cell"))]
     #[diagnostic(help("{}", if *blanks { BLANKS } else { complete_rows(*got, *expected) }))]
     RaggedRow { file: String, line: u64, got: usize, expected: usize, blanks: bool },
+    #[error(
+        "{file}:{line}: a quote that begins in this row is not closed; it takes in the rest of the file"
+    )]
+    #[diagnostic(help("close the quote, or remove it"))]
+    OpenQuote { file: String, line: u64 },
     #[error("{file}:{line}: the header names the column `{column}` twice")]
     #[diagnostic(help("use a different name for each column"))]
     RepeatedColumn { file: String, line: u64, column: String },
@@ -401,6 +406,14 @@ pub(crate) fn short(x: f64) -> String {
     } else {
         format!("{x:.3e}")
     }
+}
+
+/// The start of a text of a file, in one line, as messages quote it.
+pub(crate) fn shortened(text: &str) -> String {
+    const MOST: usize = 80;
+    let line = text.split(['\r', '\n']).next().unwrap_or_default();
+    let start: String = line.chars().take(MOST).collect();
+    if start.len() < text.len() { start + "…" } else { start }
 }
 
 /// `1 gap`, `2 gaps`.

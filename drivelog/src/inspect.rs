@@ -9,6 +9,7 @@ use crate::recording::{self, Columns, Group, LogFile, Request, Wanted};
 use crate::role::Role;
 use crate::signal::median_period;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Rows of a piece.
 const PIECE: usize = 1 << 14;
@@ -188,9 +189,10 @@ impl State {
         let has_clock = self.clock.is_some() || options.row_period_s.is_some();
         // Without a clock of its own a group counts its rows.
         let start = if self.clock.is_some() { log_start_s } else { 0.0 };
+        let read: BTreeMap<usize, &Outline> =
+            self.read.iter().copied().zip(&self.channels).collect();
         let channel = |c: usize| {
-            let outline = self.read.iter().position(|own| *own == c);
-            let outline = outline.map_or_else(Outline::default, |at| self.channels[at].clone());
+            let outline = read.get(&c).map_or_else(Outline::default, |&own| own.clone());
             let parts = outline.parts.iter().map(|&[t, least, most]| [t - start, least, most]);
             let own = &group.channels[c];
             let unit = unit_of(group, c, options).ok();

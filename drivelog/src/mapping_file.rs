@@ -46,6 +46,8 @@ pub struct Mapping {
     /// CAN databases, as paths relative to the mapping file.
     #[serde(default)]
     pub dbc: Vec<String>,
+    /// As [`LogOptions::header_line`].
+    pub header_line: Option<u64>,
     /// `point` or `comma`.
     pub decimal: Option<String>,
     /// As [`LogOptions::steering_ratio`].
@@ -114,6 +116,7 @@ impl Mapping {
             units,
             topics: list(self.topics, other.topics),
             dbc: list(self.dbc, other.dbc),
+            header_line: self.header_line.or(other.header_line),
             decimal: self.decimal.or(other.decimal),
             steering_ratio: self.steering_ratio.or(other.steering_ratio),
             steering_full_scale_deg: self.steering_full_scale_deg.or(other.steering_full_scale_deg),
@@ -180,6 +183,7 @@ impl Mapping {
                 .map_err(|e: UnknownWord| unknown("intersample", &word, e.expected()))?;
             options.intersample = options.intersample.or(Some(found));
         }
+        options.header_line = options.header_line.or(self.header_line);
         options.steering_ratio = options.steering_ratio.or(self.steering_ratio);
         options.steering_full_scale_rad =
             options.steering_full_scale_rad.or(self.steering_full_scale_deg.map(f64::to_radians));
@@ -214,6 +218,8 @@ mod tests {
     fn a_vehicle_states_its_own_over_those_of_all() {
         let of = |vehicle| Mapping::of_toml(TEAM, "mapping.toml", vehicle);
         let mut options = LogOptions { speed: Some("v".into()), ..LogOptions::default() };
+        Mapping::of_toml("header_line = 7", "m", None).unwrap().apply(&mut options).unwrap();
+        assert_eq!(options.header_line.take(), Some(7));
         of(Some("two")).unwrap().apply(&mut options).unwrap();
         assert_eq!(options.steering_ratio, Some(1.0));
         assert_eq!(options.input.as_deref(), Some("delta"));

@@ -146,42 +146,52 @@ impl Role {
         let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
         match self {
             Self::Steering => {
-                let words = words_of(header);
-                let is_other = any(&[
-                    "speed", "velocity", "torque", "geschw", "status", "pressed", "override",
-                    "offset",
-                ]) || ends_a_word(&words, &["rate", "ratio", "force", "moment"])
-                    // `current_steering_angle` is the one of now.
-                    || ends_a_word(words.get(1..).unwrap_or_default(), &["current"]);
-                !is_other
-                    && (any(&[
-                        // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`),
-                        // openpilot (`steeringAngleDeg`), VBOX.
-                        "steer",
-                        "roadwheel",
-                        "frontwheelangle",
-                        "tireangle",
-                        "tyreangle",
-                        "handwheel",
-                        "stwhlang",
-                        "lenkwinkel",
-                        "lenkradwinkel",
-                        "radeinschlag",
-                    ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]))
+                // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`), openpilot (`steeringAngleDeg`),
+                // VBOX.
+                let is_named = any(&[
+                    "steer",
+                    "roadwheel",
+                    "frontwheelangle",
+                    "tireangle",
+                    "tyreangle",
+                    "handwheel",
+                    "stwhlang",
+                    "lenkwinkel",
+                    "lenkradwinkel",
+                    "radeinschlag",
+                ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]);
+                let is_other = |words: &[String]| {
+                    any(&[
+                        "speed", "velocity", "torque", "geschw", "status", "pressed", "override",
+                        "offset",
+                    ]) || ends_a_word(words, &["rate", "ratio", "force", "moment"])
+                        || ends_a_word(words, PARAMETERS)
+                        // `current_steering_angle` is the one of now.
+                        || ends_a_word(words.get(1..).unwrap_or_default(), &["current"])
+                };
+                is_named && !is_other(&words_of(header))
             }
             Self::YawRate => {
-                let words = words_of(header);
-                self.is_rate(header)
-                    && !any(&["target", "desired", "soll"])
-                    && !words.iter().any(|word| word.starts_with("ref"))
-                    && !ends_a_word(&words, &["ref", "reference", "referenz"])
+                let is_other = |words: &[String]| {
+                    any(&["target", "desired", "soll"])
+                        || words.iter().any(|word| word.starts_with("ref"))
+                        || ends_a_word(words, &["ref", "reference", "referenz"])
+                        || ends_a_word(words, PARAMETERS)
+                };
+                self.is_rate(header) && !is_other(&words_of(header))
             }
             Self::Speed => {
-                starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
-                    || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
-                    || any(&["fahrzeuggeschw", "fzggeschw"])
-                    // openpilot, CarMaker.
-                    || is(&["vego", "carv", "vfzg"])
+                let is_named = starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
+                        || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
+                        || any(&["fahrzeuggeschw", "fzggeschw"])
+                        // openpilot, CarMaker.
+                        || is(&["vego", "carv", "vfzg"]);
+                let is_other = |words: &[String]| {
+                    any(&["target", "desired", "setpoint", "soll"])
+                        || ends_a_word(words, &["limit", "ref", "reference", "referenz"])
+                        || ends_a_word(words, PARAMETERS)
+                };
+                is_named && !is_other(&words_of(header))
             }
             Self::LateralAcceleration => {
                 // openpilot's desired acceleration, and that of its steering angle.
@@ -316,6 +326,10 @@ impl Role {
     }
 }
 
+/// What is stated about a quantity and is not the quantity.
+const PARAMETERS: &[&str] =
+    &["gain", "factor", "bias", "offset", "variance", "sigma", "quality", "valid", "validity"];
+
 /// The words of a name in lower case, as `_`, punctuation, digits and the case set them off.
 fn words_of(header: &str) -> Vec<String> {
     let (name, _) = split_brackets(header);
@@ -343,7 +357,10 @@ fn words_of(header: &str) -> Vec<String> {
 fn ends_a_word(words: &[String], endings: &[&str]) -> bool {
     const OF: [&str; 6] = ["steer", "steering", "angle", "wheel", "winkel", "rate"];
     let is_compound = |word: &str, end: &str| {
-        word.ends_with(end) || OF.iter().any(|of| word.contains(&format!("{of}{end}")))
+        let follows = |of: &&str| {
+            word.match_indices(*of).any(|(at, _)| word[at + of.len()..].starts_with(end))
+        };
+        word.ends_with(end) || OF.iter().any(follows)
     };
     words.iter().any(|word| endings.iter().any(|end| is_compound(word, end)))
 }
@@ -385,6 +402,8 @@ mod tests {
             "steerOverride",
             "steeringPressed",
             "angle_offset_steer",
+            "steering_gain",
+            "SteerAngleValid",
             "/carState/steer_rate",
         ] {
             assert!(!Role::Steering.is_named_like(name), "{name}");
@@ -403,8 +422,16 @@ mod tests {
             "desiredYawRate",
             "SollGierrate",
             "gierratesoll",
+            "yaw_rate_gain",
+            "YawRateGain",
+            "yawrate_offset",
+            "yaw_rate_valid",
         ] {
             assert!(!Role::YawRate.is_named_like(name), "{name}");
         }
+        for name in ["speed_limit_kmh", "speed_target", "SpeedGain", "velocity_ref"] {
+            assert!(!Role::Speed.is_named_like(name), "{name}");
+        }
+        assert!(Role::Speed.is_named_like("speed_filtered_mps"));
     }
 }

@@ -92,3 +92,59 @@ fn an_expression_of_channels_is_a_channel() {
     let read = |name: &str| read_json(&folder.path().join(name));
     assert_eq!(read("sum.json")["discrete"], read("one.json")["discrete"]);
 }
+
+#[test]
+fn a_log_without_a_row_or_a_number_ends_with_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, reason) in [
+        ("time_s,steer_deg\n", "no row was read"),
+        ("time_s,steer_deg\n,\n", "no row was read"),
+        ("name,colour\na,red\nb,blue\n", "no numeric channel was read"),
+    ] {
+        std::fs::write(folder.path().join("log.csv"), text).unwrap();
+        let output = run(folder.path(), "inspect log.csv");
+        let printed = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(&format!("error: log.csv: {reason}")), "{printed}");
+    }
+}
+
+#[test]
+fn a_name_of_a_channel_stands_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = [
+        "/localization/acceleration/lateral_acceleration",
+        "/vehicle/status/steering_status/steering_tire_angle",
+    ];
+    let rows: String = (0..100).map(|k| format!("{:.2},0.{k},1\n", 0.01 * f64::from(k))).collect();
+    let log = format!("time_s,{} [m/s2],{} [rad]\n{rows}", names[0], names[1]);
+    std::fs::write(folder.path().join("log.csv"), log).unwrap();
+    let text = text_of(&run(folder.path(), "inspect log.csv"));
+    assert!(names.iter().all(|name| text.contains(name)), "{text}");
+}
+
+#[test]
+fn the_folder_of_a_ros_2_bag_is_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    let recorded =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzzing/corpus/logs/lz4.mcap");
+    let inspected = |log: &str| text_of(&run(folder.path(), &format!("inspect {log}")));
+    let refused = |part: &str| {
+        let text = inspected("bag");
+        assert!(text.contains(part), "{text}");
+    };
+    refused("bag");
+    std::fs::write(bag.join("metadata.yaml"), "rosbag2_bagfile_information:\n").unwrap();
+    refused("the folder has a metadata.yaml and no MCAP file");
+    std::fs::copy(&recorded, bag.join("a_0.mcap")).unwrap();
+    let text = inspected("bag");
+    assert!(text.contains("rows at"), "{text}");
+    assert_eq!(text, inspected("bag/a_0.mcap"));
+    std::fs::copy(&recorded, bag.join("a_1.mcap")).unwrap();
+    refused("a bag of 2 files");
+    refused("such as bag/a_0.mcap");
+    std::fs::write(bag.join("a_2.db3"), "").unwrap();
+    refused("a_2.db3: a ROS 2 bag in SQLite (.db3), which is not read here");
+}

@@ -93,17 +93,17 @@ impl<'a> LogFile<'a> {
 
     /// The same of a text that is read several times.
     pub(super) fn reader(&self) -> Result<Box<dyn Read>, Error> {
-        let bytes = self.sought_any()?;
+        let bytes = self.sought()?;
         Ok(self.content(&bytes)?.unwrap_or_else(|| Box::new(At::new(bytes))))
     }
 
-    /// The bytes of a format that is read at several places; of a compressed file they are unpacked first.
-    pub(super) fn sought(&self) -> Result<Arc<dyn ReadAt>, Error> {
-        let bytes = self.sought_any()?;
-        match self.content(&bytes)? {
-            Some(content) => unpacked(content).map_err(|e| self.failed(&e)),
-            None => Ok(bytes),
-        }
+    /// Unpacks a compressed file, so that it is read at any place; where it is damaged, at which byte of its content and how.
+    pub(super) fn unpack(&mut self) -> Result<Option<(u64, String)>, Error> {
+        let Bytes::File(bytes) = &self.bytes else { return Ok(None) };
+        let Some(content) = self.content(bytes)? else { return Ok(None) };
+        let (bytes, damage) = unpacked(content).map_err(|e| self.failed(&e))?;
+        self.bytes = Bytes::File(bytes);
+        Ok(damage)
     }
 
     /// What a compressed file contains; `None` of one that is not compressed.
@@ -116,7 +116,8 @@ impl<'a> LogFile<'a> {
         Ok(compression.map(|own| own.decoder(At::new(Arc::clone(bytes)))))
     }
 
-    fn sought_any(&self) -> Result<Arc<dyn ReadAt>, Error> {
+    /// The bytes as they are, read at any place.
+    pub(super) fn sought(&self) -> Result<Arc<dyn ReadAt>, Error> {
         match &self.bytes {
             Bytes::File(bytes) => Ok(Arc::clone(bytes)),
             _ => Err(Error::NotSought { file: self.name.clone() }),

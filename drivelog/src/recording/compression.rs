@@ -108,16 +108,23 @@ pub(super) fn single_member(bytes: &Arc<dyn ReadAt>) -> Option<Box<dyn Read>> {
     }
 }
 
-/// The bytes of a log that is read at several places, in a file that ends with the process.
-pub(super) fn unpacked(mut reader: impl Read) -> io::Result<Arc<dyn ReadAt>> {
+/// A byte, and what is wrong from there on.
+type Damage = (u64, String);
+
+/// The bytes of a log that is read at several places, in a file that ends with the process; what comes before a damage
+/// is read as of a file that was cut off there.
+pub(super) fn unpacked(mut reader: impl Read) -> io::Result<(Arc<dyn ReadAt>, Option<Damage>)> {
     let mut file = tempfile::tempfile()?;
     let mut buffer = vec![0; STEP];
     let mut size = 0;
+    let mut damage = None;
     loop {
         let count = match reader.read(&mut buffer) {
             Ok(0) => break,
-            // What comes before the damage is read as of a file that was cut off.
-            Err(_) if size > 0 => break,
+            Err(error) if size > 0 => {
+                damage = Some((size, error.to_string()));
+                break;
+            }
             count => count?,
         };
         size += count as u64;
@@ -127,5 +134,5 @@ pub(super) fn unpacked(mut reader: impl Read) -> io::Result<Arc<dyn ReadAt>> {
         }
         file.write_all(&buffer[..count])?;
     }
-    Ok(Arc::new(file))
+    Ok((Arc::new(file), damage))
 }

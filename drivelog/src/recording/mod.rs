@@ -7,6 +7,7 @@ mod bytes;
 mod can;
 mod compression;
 mod csv;
+mod damaged;
 mod foreign;
 mod half;
 mod mcap;
@@ -312,18 +313,20 @@ pub(crate) fn uncommented(name: &str) -> Option<&str> {
 
 /// A format of log files.
 struct Format {
+    /// Whether it is read at several places.
+    is_sought: bool,
     recognises: fn(&Head<'_>) -> bool,
     open: for<'a> fn(LogFile<'a>, &LogOptions) -> Opened<'a>,
 }
 
 /// The formats; a text that no other one recognises is CSV.
 const FORMATS: &[Format] = &[
-    Format { recognises: mdf::recognises, open: mdf::open },
-    Format { recognises: parquet::recognises, open: parquet::open },
-    Format { recognises: mcap::recognises, open: mcap::open },
-    Format { recognises: foreign::recognises, open: foreign::open },
-    Format { recognises: can::recognises, open: can::open },
-    Format { recognises: |_| true, open: csv::open },
+    Format { is_sought: true, recognises: mdf::recognises, open: mdf::open },
+    Format { is_sought: true, recognises: parquet::recognises, open: parquet::open },
+    Format { is_sought: true, recognises: mcap::recognises, open: mcap::open },
+    Format { is_sought: false, recognises: foreign::recognises, open: foreign::open },
+    Format { is_sought: false, recognises: can::recognises, open: can::open },
+    Format { is_sought: false, recognises: |_| true, open: csv::open },
 ];
 
 /// Opens a log: recognises its format and lists its channels.
@@ -338,9 +341,16 @@ pub fn open<'a>(
     let start = file.head()?;
     let head = Head { start: &start };
     let format = FORMATS.iter().find(|format| (format.recognises)(&head));
-    match format {
-        Some(format) => (format.open)(file, options),
-        None => Err(Error::EmptyFile { file: file.name }),
+    let Some(format) = format else { return Err(Error::EmptyFile { file: file.name }) };
+    let damage = if format.is_sought { file.unpack()? } else { None };
+    let name = file.name.clone();
+    let opened = (format.open)(file, options);
+    let Some((byte, problem)) = damage else { return opened };
+    let damage = Error::Read { file: name, byte, problem: format!("decompressed: {problem}") };
+    match opened {
+        Ok(recording) => Ok(Box::new(damaged::Damaged { recording, damage })),
+        // A format with its index at the end.
+        Err(_) => Err(damage),
     }
 }
 

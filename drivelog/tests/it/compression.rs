@@ -63,6 +63,24 @@ fn formats_that_are_read_at_several_places_are_unpacked() {
     }
 }
 
+#[test]
+fn damage_within_a_compressed_file_is_reported() {
+    let recorded = include_bytes!("../../../tests/fuzzing/corpus/logs/none.mcap");
+    let gzip = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::none());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let bytes = gzip(recorded);
+    assert_eq!(read("a.mcap.gz", &bytes).unwrap().losses.len(), 0);
+    let found = read("a.mcap.gz", &bytes[..bytes.len() - 1000]).unwrap();
+    let last = found.losses.last().unwrap();
+    assert!(last.contains("decompressed") && last.contains("is not read"), "{last}");
+    let parquet = gzip(include_bytes!("fixtures/drive.parquet"));
+    let error = read("a.parquet.gz", &parquet[..parquet.len() / 2]).unwrap_err();
+    assert!(error.to_string().contains("decompressed"), "{error}");
+}
+
 proptest::proptest! {
     #[test]
     fn no_bytes_make_the_reader_panic(

@@ -154,7 +154,8 @@ fn short_rows_and_ends_of_files() {
         ("10.00,0.01,0.1,15.0,7,7", false),
         ("End of file,,,\n", false),
         ("End of file\n\n", false),
-        ("10.00,0.01,x,15.0\n# the end\n", false),
+        ("10.00,0.01,x,15\n# the end\n", true),
+        ("10.00,0.01,0.1,x", false),
     ] {
         let found = inspected("a.csv", format!("{text}{end}"), &o());
         assert_eq!(found.groups[0].rows, 1000 + usize::from(is_read), "{end:?}");

@@ -13,6 +13,7 @@ mod headers;
 mod mcap;
 mod mdf;
 mod parquet;
+mod torn;
 mod units;
 
 use std::collections::BTreeMap;

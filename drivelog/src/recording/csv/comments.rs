@@ -1,4 +1,5 @@
-//! Comment lines, taken out of a text before its cells are parsed: a quote in one opens no cell.
+//! Comment lines, taken out of a text before its cells are parsed: a quote in one opens no cell. Zeros that end a file,
+//! as after a loss of power, are taken out too, and a row has a bound.
 
 use super::missing::is_spreadsheet_error;
 use std::io::Read;
@@ -12,6 +13,12 @@ pub(super) struct WithoutComments<R> {
     at: At,
     /// Whether the last byte ends a line.
     at_line_end: bool,
+    /// Whether the text ends within quotes.
+    is_open: bool,
+    /// Bytes of the row so far.
+    length: usize,
+    /// Zeros since the last other byte but ends of lines.
+    zeros: u64,
     /// A `/` that may begin a comment.
     slash: bool,
     /// Blanks that delimit the last cell, where one follows.
@@ -43,6 +50,8 @@ enum At {
 
 /// No error of a spreadsheet is longer.
 const LONGEST_MARK: usize = 10;
+/// Most bytes of a row, which is in memory as a whole.
+const LONGEST_ROW: usize = 1 << 26;
 
 impl<R: Read> WithoutComments<R> {
     pub(super) fn new(inner: R, delimiter: u8) -> Self {
@@ -53,6 +62,9 @@ impl<R: Read> WithoutComments<R> {
             delimiter,
             at: At::LineStart,
             at_line_end: false,
+            is_open: false,
+            length: 0,
+            zeros: 0,
             slash: false,
             blank: false,
             mark,
@@ -71,8 +83,27 @@ impl<R: Read> WithoutComments<R> {
         self.at_line_end
     }
 
+    /// Zeros at the end of what was read.
+    pub(super) fn zeros(&self) -> u64 {
+        self.zeros
+    }
+
+    /// Whether what was read ends within quotes.
+    pub(super) fn is_quoted(&self) -> bool {
+        self.is_open
+    }
+
     fn take(&mut self, byte: u8) {
+        if byte == 0 {
+            self.zeros += 1;
+            return;
+        }
         self.at_line_end = b"\r\n".contains(&byte);
+        if self.zeros > 0 && !self.at_line_end {
+            self.zeros = 0;
+            self.ready.push(0);
+        }
+        self.length = if self.at == At::LineStart { 1 } else { self.length + 1 };
         if std::mem::take(&mut self.slash) {
             if byte == b'/' {
                 self.at = At::Comment;
@@ -146,7 +177,12 @@ impl<R: Read> Read for WithoutComments<R> {
             let count = self.inner.read(&mut buffer);
             count.as_ref().map_or(&[][..], |n| &buffer[..*n]).iter().for_each(|b| self.take(*b));
             self.buffer = buffer;
+            if self.length > LONGEST_ROW {
+                let problem = "a row of more than 64 MiB: its end or the end of a quote is missing";
+                return Err(std::io::Error::other(problem));
+            }
             if count? == 0 {
+                self.is_open |= self.at == At::Quoted;
                 if std::mem::take(&mut self.slash) {
                     self.ready.push(b'/');
                 }

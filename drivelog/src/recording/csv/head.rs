@@ -61,7 +61,15 @@ impl Head {
         let lead = records.iter().take_while(|r| is_blank(r) || is_separator(r)).count();
         let rows = records.split_off(lead);
         let top = rows.iter().find(|row| !is_comment_record(row));
-        let Some(top) = top else { return Err(Error::EmptyFile { file: file.into() }) };
+        let Some(top) = top else {
+            let file = file.into();
+            let is_text = !start.contains(&0);
+            return Err(if is_text {
+                Error::EmptyFile { file }
+            } else {
+                Error::NotText { file, line: 1 }
+            });
+        };
         let quoted = rows.iter().take_while(|row| is_blank(row) || is_comment_record(row));
         let quoted: Vec<csv::ByteRecord> = quoted.map(uncommented).collect();
         let of_text = |last| [comments_above(start, delimiter, last), quoted.clone()].concat();
@@ -290,7 +298,7 @@ fn records(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
     records.map_while(Result::ok).map(at_its_line).collect()
 }
 
-/// The cells of each comment above a line, without its marks; a quote that is open at its end closes there.
+/// The cells of each comment above a line, without its marks.
 fn comments_above(start: &[u8], delimiter: u8, last: u64) -> Vec<csv::ByteRecord> {
     let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
     let lines = text.split(|b| *b == b'\n').zip(1..);
@@ -303,14 +311,18 @@ fn comments_above(start: &[u8], delimiter: u8, last: u64) -> Vec<csv::ByteRecord
             break;
         }
         if is_comment(part) {
-            let bare = part.trim_ascii_start();
-            let marks = bare.iter().take_while(|b| b"#/%".contains(b)).count();
-            let bare = WithoutComments::new(&bare[marks..], delimiter);
-            let record = reader_of(delimiter).from_reader(bare).into_byte_records().next();
-            comments.extend(record.and_then(Result::ok).map(|record| at_line(record, n)));
+            let cells = split(bare(part), delimiter).into_iter().map(unquoted);
+            comments.push(at_line(cells.collect::<Vec<_>>().into(), n));
         }
     }
     comments
+}
+
+/// A comment without its marks.
+fn bare(text: &[u8]) -> &[u8] {
+    let text = text.trim_ascii_start();
+    let marks = text.iter().take_while(|b| b"#/%".contains(b)).count();
+    &text[marks..]
 }
 
 fn at_line(mut record: csv::ByteRecord, line: u64) -> csv::ByteRecord {
@@ -329,16 +341,10 @@ pub(super) fn reader_of(delimiter: u8) -> csv::ReaderBuilder {
 
 /// A comment's cells without what makes it one.
 fn uncommented(record: &csv::ByteRecord) -> csv::ByteRecord {
-    let bare = |cell: &[u8]| {
-        let cell = cell.trim_ascii_start();
-        let marks = cell.iter().take_while(|b| b"#/%".contains(b)).count();
-        cell[marks..].to_vec()
-    };
     let cells = record.iter().enumerate();
-    let mut new: csv::ByteRecord =
-        cells.map(|(i, cell)| if i == 0 { bare(cell) } else { cell.to_vec() }).collect();
-    new.set_position(record.position().cloned());
-    new
+    let new: csv::ByteRecord =
+        cells.map(|(i, cell)| if i == 0 { bare(cell) } else { cell }).collect();
+    at_line(new, line(record))
 }
 
 /// Whether the record is the line `sep=;`, which its own delimiter splits.

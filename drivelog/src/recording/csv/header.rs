@@ -23,7 +23,7 @@ pub(super) fn start(
     reader: &mut dyn Read,
     stated: Option<u64>,
 ) -> Result<(Vec<u8>, usize), Error> {
-    const CHUNK: u64 = 1 << 16;
+    const CHUNK: usize = 1 << 16;
     const LINES: usize = 4;
     const LAST: usize = 32;
     const MOST: usize = 1 << 24;
@@ -31,14 +31,16 @@ pub(super) fn start(
     let mut ends = 0;
     loop {
         let before = bytes.len();
-        reader.take(CHUNK).read_to_end(&mut bytes).map_err(|e| Error::Csv {
+        // Twice as many each time, so that a long text is looked at in time linear in its length.
+        let chunk = before.max(CHUNK);
+        reader.take(chunk as u64).read_to_end(&mut bytes).map_err(|e| Error::Csv {
             file: file.into(),
             line: 1,
             problem: e.to_string(),
         })?;
-        let is_whole = bytes.len() < before + CHUNK as usize;
+        let is_whole = bytes.len() < before + chunk;
         // No text, or no end of a line in sight.
-        if is_whole || bytes.contains(&0) || bytes.len() > MOST {
+        if is_whole || bytes[before..].contains(&0) || bytes.len() > MOST {
             let length = bytes.len();
             return Ok((bytes, length));
         }
@@ -207,11 +209,19 @@ impl<'a> Table<'a> {
         if !self.has_numbers.contains(&true) {
             return usize::from(!is_named).min(self.rows.len());
         }
+        const NEAR: usize = 6;
         let is_full = |row: &&ByteRecord| {
             let [numbers, texts] = self.count(row);
             numbers > 0 && texts == 0 && 2 * numbers >= self.numbers
         };
-        let anchor = self.rows.iter().position(is_full);
+        let mut anchor = self.rows.iter().position(is_full);
+        // A few numbers of a remark above the names.
+        while let Some(at) = anchor {
+            let below = self.rows[at..].iter().take(NEAR);
+            let end = below.clone().rposition(|row| self.count(row)[0] == 0 && known(row) > 1);
+            let Some(names) = end.map(|end| at + end) else { break };
+            anchor = self.rows[names..].iter().position(is_full).map(|below| names + below);
+        }
         let mut first = anchor.unwrap_or_else(|| usize::from(!is_named).min(self.rows.len()));
         // Sensors that start late, and bad cells.
         while first > 0 {
@@ -264,7 +274,7 @@ impl<'a> Table<'a> {
             // Directly above the values a few names are a header.
             is_near &= !has_gap;
             let is_header = || {
-                let is_alike = texts_of_numbers > 0 && row.len() == width;
+                let is_alike = texts_of_numbers > 0 && row.len() == width && !has_decimals(row);
                 is_near && texts > 0 && (is_alike || known(row) > 0)
             };
             let is_candidate = (own > 1 || self.filled < 2) && (is_full || is_header());
@@ -294,6 +304,12 @@ impl<'a> Table<'a> {
         }
         names
     }
+}
+
+/// Whether a cell is a number as values are written and names are not: with a sign or a decimal mark.
+fn has_decimals(row: &ByteRecord) -> bool {
+    let is_value = |cell: String| is_number(&cell) && cell.contains(['-', '+', '.', ',']);
+    row.iter().map(text_of).any(is_value)
 }
 
 /// Columns with as many numbers as texts or more.

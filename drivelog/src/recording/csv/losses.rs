@@ -12,14 +12,18 @@ pub(super) struct Losses {
     pub(super) short: Option<(u64, u64)>,
     /// Rows that begin with a mark of a tool and hold texts, and the line of the first.
     pub(super) marked: Option<(u64, u64)>,
-    /// The last row, where it is none of values.
-    pub(super) last: Option<String>,
+    /// Rows that repeat one above the values, and the line of the first.
+    pub(super) repeated: Option<(u64, u64)>,
+    /// The first of the rows at the end that are none of values, and how many they are.
+    pub(super) last: Option<(Error, usize)>,
+    /// Zeros at the end.
+    pub(super) zeros: u64,
 }
 
 impl Losses {
     pub(super) fn new(top: Option<String>, columns: usize) -> Self {
         let bad = (0..columns).map(|_| None).collect();
-        Self { top, bad, short: None, marked: None, last: None }
+        Self { top, bad, short: None, marked: None, repeated: None, last: None, zeros: 0 }
     }
 
     pub(super) fn sentences(&self, file: &str) -> Vec<String> {
@@ -36,11 +40,24 @@ impl Losses {
                 "{file}: {rows} that begin with % and hold texts not read, the first at line {line}"
             )
         });
+        let repeated = self.repeated.map(|(count, line)| {
+            let rows = number(count, "row");
+            format!("{file}: {rows} above the values repeated further down, the first at line {line}: not read")
+        });
+        let last = self.last.as_ref().map(|(error, rows)| match rows {
+            1 => format!("{error}: this last row is not read"),
+            rows => format!("{error}: the last {rows} rows are not read"),
+        });
+        let zeros = (self.zeros > 0).then(|| {
+            let bytes = number(self.zeros, "byte");
+            format!("{file}: {bytes} of 0 at the end, as after a loss of power, not read")
+        });
         let bad = self.bad.iter().flatten().map(|(count, first)| {
             let cells = number(*count, "cell");
             format!("{first}: {cells} of this kind in the column: missing values")
         });
         let top = self.top.clone().into_iter();
-        top.chain(short).chain(marked).chain(bad).chain(self.last.clone()).collect()
+        let rows = top.chain(short).chain(marked).chain(repeated);
+        rows.chain(bad).chain(last).chain(zeros).collect()
     }
 }

@@ -1,0 +1,279 @@
+//! Which rows of a table are rows of values, and their numbers.
+
+use super::cells::{comma_number, is_blank, is_comment_record, is_number, line, switch, text_of};
+use super::comments::WithoutComments;
+use super::losses::Losses;
+use super::missing::is_missing;
+use super::stamps::Stamps;
+use crate::Error;
+use crate::error::{Place, shortened};
+use crate::options::DecimalMark;
+use crate::recording::Group;
+use std::collections::{HashSet, VecDeque};
+use std::io::{Cursor, Read};
+use steerwright_formats::HashingReader;
+
+/// The bytes after those that were looked at for the header, hashed on the way.
+pub(super) type Bytes<'a> = HashingReader<std::io::Chain<Cursor<Vec<u8>>, Box<dyn Read + 'a>>>;
+
+pub(super) struct Csv<'a> {
+    pub(super) groups: [Group; 1],
+    pub(super) decimal: Option<DecimalMark>,
+    pub(super) stamps: Vec<Option<Stamps>>,
+    /// The clock, where bad cells of other columns are missing values, and the columns without which the read goes on.
+    pub(super) clock: Option<usize>,
+    pub(super) optional: Vec<usize>,
+    pub(super) is_tolerant: bool,
+    pub(super) losses: Losses,
+    /// Whether blanks delimit the cells.
+    pub(super) has_blanks: bool,
+    pub(super) count: u64,
+    pub(super) reader: csv::Reader<WithoutComments<Bytes<'a>>>,
+    pub(super) is_read: bool,
+    /// Records that were looked at, which are the next ones.
+    pub(super) held: VecDeque<Result<csv::ByteRecord, Error>>,
+    /// The rows above the values.
+    pub(super) top: HashSet<Vec<u8>>,
+    /// Whether a row of values was read.
+    pub(super) has_rows: bool,
+}
+
+impl Csv<'_> {
+    pub(super) fn next(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
+        if let Some(held) = self.held.pop_front() {
+            *record = held?;
+            return Ok(true);
+        }
+        let more = self.reader.read_byte_record(record).map_err(|e| self.fault(&e))?;
+        if record.as_slice().contains(&0) {
+            return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
+        }
+        Ok(more)
+    }
+
+    fn fault(&self, error: &csv::Error) -> Error {
+        let position = error.position().unwrap_or_else(|| self.reader.position());
+        let (line, problem) = (position.line(), error.to_string());
+        Error::Csv { file: self.groups[0].file.clone(), line, problem }
+    }
+
+    /// Whether no row follows.
+    fn is_at_end(&mut self) -> bool {
+        self.look(1) == 0
+    }
+
+    /// Looks at so many of the rows that follow; how many there are.
+    fn look(&mut self, rows: usize) -> usize {
+        let mut record = csv::ByteRecord::new();
+        while self.held.len() < rows {
+            match self.reader.read_byte_record(&mut record) {
+                Ok(true) if is_blank(&record) || is_comment_record(&record) => {}
+                Ok(true) if record.as_slice().contains(&0) => {
+                    let file = self.groups[0].file.clone();
+                    self.held.push_back(Err(Error::NotText { file, line: line(&record) }));
+                }
+                Ok(true) => self.held.push_back(Ok(std::mem::take(&mut record))),
+                Ok(false) => break,
+                // The reader does not meet it again.
+                Err(error) => self.held.push_back(Err(self.fault(&error))),
+            }
+        }
+        self.held.len()
+    }
+
+    /// The number of rows to the end, where none of them is a row of values and they are few.
+    fn trailer(&mut self, wanted: &[usize]) -> Option<usize> {
+        const MOST: usize = 64;
+        let rows = self.look(MOST);
+        let stamps = self.stamps.clone();
+        let mut values = vec![Vec::new(); wanted.len()];
+        let held = std::mem::take(&mut self.held);
+        let is_text = rows < MOST
+            && held.iter().all(|row| match row {
+                Ok(row) => self.cells(row, line(row), wanted, &mut values).is_err(),
+                Err(_) => false,
+            });
+        (self.held, self.stamps) = (held, stamps);
+        is_text.then_some(rows)
+    }
+
+    /// Reads a row: its numbers to the end of `values`; its line, or `None` at the end.
+    pub(super) fn row(
+        &mut self,
+        record: &mut csv::ByteRecord,
+        wanted: &[usize],
+        values: &mut [Vec<f64>],
+    ) -> Result<Option<u64>, Error> {
+        let rows = values.first().map_or(0, Vec::len);
+        while self.next(record)? {
+            // A comment in quotes is one.
+            if is_blank(record) || is_comment_record(record) {
+                continue;
+            }
+            let line = line(record);
+            if record.as_slice().contains(&b'\n')
+                && self.is_at_end()
+                && self.reader.get_ref().is_quoted()
+            {
+                return Err(Error::OpenQuote { file: self.groups[0].file.clone(), line });
+            }
+            let mut read = self.cells(record, line, wanted, values);
+            if !matches!(&read, Ok(faults) if faults.is_empty()) {
+                let is_marked = record[0].trim_ascii() == b"%" && self.is_of_texts(record);
+                let is_repeated = self.top.contains(&joined(record));
+                let last = match &mut read {
+                    _ if is_marked || is_repeated || !self.has_rows => None,
+                    Err(error) => self.trailer(wanted).map(|rows| (error.clone(), rows + 1)),
+                    Ok(faults) => {
+                        let is_last = self.is_closing(record);
+                        is_last.then(|| (faults.remove(0).1, 1))
+                    }
+                };
+                if is_marked || is_repeated || last.is_some() {
+                    values.iter_mut().for_each(|values| values.truncate(rows));
+                }
+                if last.is_some() {
+                    self.losses.last = last;
+                    self.held.clear();
+                    break;
+                }
+                let unread = [
+                    (is_repeated, &mut self.losses.repeated),
+                    (is_marked, &mut self.losses.marked),
+                ];
+                if let Some((_, unread)) = unread.into_iter().find(|(is_so, _)| *is_so) {
+                    unread.get_or_insert((0, line)).0 += 1;
+                    continue;
+                }
+            }
+            for (j, error) in read? {
+                self.losses.bad[j].get_or_insert((0, error)).0 += 1;
+            }
+            if record.len() < self.groups[0].channels.len() {
+                let (count, _) = self.losses.short.get_or_insert((0, line));
+                *count += 1;
+            }
+            self.has_rows = true;
+            self.count += 1;
+            return Ok(Some(line));
+        }
+        self.losses.zeros = self.reader.get_ref().zeros();
+        Ok(None)
+    }
+
+    /// The numbers of a row to the end of `values`, and its bad cells; an error where it is none of values.
+    fn cells(
+        &mut self,
+        record: &csv::ByteRecord,
+        line: u64,
+        wanted: &[usize],
+        values: &mut [Vec<f64>],
+    ) -> Result<Vec<(usize, Error)>, Error> {
+        let (got, expected) = (record.len(), self.groups[0].channels.len());
+        let beyond = record.iter().skip(expected);
+        let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
+        // Without the end of its line the last cell may be cut.
+        let is_whole =
+            got >= expected || got > 1 && (!self.is_at_end() || self.reader.get_ref().ends_line());
+        // Between blanks an empty cell is not seen.
+        let blanks = self.has_blanks;
+        if is_longer || !is_whole || blanks && got < expected {
+            let file = self.groups[0].file.clone();
+            return Err(Error::RaggedRow { file, line, got, expected, blanks });
+        }
+        self.numbers(record, line, wanted, values)
+    }
+
+    /// Whether the row has as many texts as numbers, or more, in the columns of numbers.
+    fn is_of_texts(&self, record: &csv::ByteRecord) -> bool {
+        let cells = record.iter().zip(&self.groups[0].channels);
+        let cells = cells.filter(|(_, channel)| !channel.is_text).map(|(cell, _)| text_of(cell));
+        let (mut numbers, mut texts) = (0, 0);
+        for cell in cells.filter(|cell| !is_missing(cell)) {
+            *(if is_number(&cell) { &mut numbers } else { &mut texts }) += 1;
+        }
+        texts >= numbers
+    }
+
+    /// Whether it is the last row, and a remark or cut within a number.
+    fn is_closing(&mut self, record: &csv::ByteRecord) -> bool {
+        let is_cut = |cell: &[u8]| {
+            let cell = text_of(cell);
+            !is_missing(&cell) && !is_number(&cell)
+        };
+        self.is_at_end()
+            && (self.is_of_texts(record)
+                || !self.reader.get_ref().ends_line()
+                    && record.iter().next_back().is_some_and(is_cut))
+    }
+
+    /// The numbers of a row, and its bad cells; cells that are not there are missing.
+    fn numbers(
+        &mut self,
+        record: &csv::ByteRecord,
+        line: u64,
+        wanted: &[usize],
+        values: &mut [Vec<f64>],
+    ) -> Result<Vec<(usize, Error)>, Error> {
+        let mut faults = Vec::new();
+        for (values, &j) in values.iter_mut().zip(wanted) {
+            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
+                Err(error) if self.is_tolerant && self.clock != Some(j) => {
+                    faults.push((j, error));
+                    f64::NAN
+                }
+                number => number?,
+            });
+        }
+        Ok(faults)
+    }
+
+    fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
+        let text = std::str::from_utf8(cell).unwrap_or_default().trim();
+        let with_comma = self.decimal == Some(DecimalMark::Comma);
+        let is_of_digits = self.stamps[column].as_ref().is_some_and(Stamps::are_digits);
+        if !is_of_digits
+            && let Ok(x) = text.parse::<f64>()
+            && !(with_comma && text.contains('.'))
+        {
+            return match x {
+                x if x.is_finite() => Ok(x),
+                _ if is_missing(text) => Ok(f64::NAN),
+                _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
+            };
+        }
+        if let Some(x) = switch(text) {
+            return Ok(x);
+        }
+        if is_missing(text) && cell.is_ascii() {
+            return Ok(f64::NAN);
+        }
+        if let Some(stamps) = &mut self.stamps[column] {
+            return stamps.seconds(text).ok_or_else(|| Error::NotATime {
+                at: self.place(line, column),
+                text: shortened(text),
+            });
+        }
+        match comma_number(text) {
+            Some((x, _)) if with_comma => Ok(x),
+            None if !with_comma || text.parse::<f64>().is_err() => {
+                let text = shortened(&text_of(cell));
+                Err(Error::NotANumber { at: self.place(line, column), text })
+            }
+            _ => Err(Error::DecimalMark {
+                at: self.place(line, column),
+                text: shortened(text),
+                other: self.decimal.map(DecimalMark::name),
+            }),
+        }
+    }
+
+    fn place(&self, line: u64, column: usize) -> Box<Place> {
+        Place::new(&self.groups[0].file, line, &self.groups[0].channels[column].name)
+    }
+}
+
+/// The cells without blanks around them.
+pub(super) fn joined(record: &csv::ByteRecord) -> Vec<u8> {
+    record.iter().map(<[u8]>::trim_ascii).collect::<Vec<_>>().join(&b'\n')
+}

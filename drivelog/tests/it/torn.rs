@@ -1,0 +1,137 @@
+//! Tables that end in something else than rows, that are joined of several, or whose rows have no end.
+
+use super::{HEADER, csv, good, good_row, read_one, refused};
+use std::fmt::Write;
+use std::io::Read;
+use steerwright_drivelog::{Error, Inspection, LogFile, LogOptions, inspect};
+
+fn inspected(bytes: &[u8]) -> Inspection {
+    inspect(LogFile::of_bytes("drive.csv", bytes), &LogOptions::default()).unwrap()
+}
+
+/// Both commands read that many rows, with a warning that has the part.
+fn is_read(bytes: Vec<u8>, rows: usize, part: &str) {
+    let found = inspected(&bytes);
+    assert_eq!(found.groups[0].rows, rows, "{:?}", found.losses);
+    assert!(found.losses.iter().any(|loss| loss.contains(part)), "{:?}", found.losses);
+    let log = read_one(bytes, &LogOptions::default()).unwrap();
+    assert!(log.warnings.iter().any(|loss| loss.contains(part)), "{:?}", log.warnings);
+}
+
+fn with_end(end: &str) -> Vec<u8> {
+    [good(), end.as_bytes().to_vec()].concat()
+}
+
+#[test]
+fn zeros_at_the_end_are_left_out_with_a_warning() {
+    let zeros = "\0".repeat(5000);
+    is_read(with_end(&zeros), 1000, "5000 bytes of 0 at the end");
+    is_read(with_end(&format!("{}\n", "\0".repeat(9)).repeat(20)), 1000, "180 bytes of 0");
+    let torn = with_end(&format!("10.00,0.0{zeros}"));
+    is_read(torn.clone(), 1000, "1002: the row has 2 cells, the header has 4");
+    is_read(torn, 1000, "5000 bytes of 0");
+    let within = with_end(&format!("{zeros}\n{}\n", good_row(1000)));
+    assert!(matches!(refused(within, &LogOptions::default()), Error::NotText { line: 1002, .. }));
+    let none = refused(vec![0; 5000], &LogOptions::default());
+    assert!(matches!(none, Error::NotText { .. }), "{none:?}");
+}
+
+#[test]
+fn the_rows_above_the_values_may_be_repeated() {
+    let text = String::from_utf8(good()).unwrap();
+    let joined = format!("{text}{HEADER}\n{}\n", good_row(1000));
+    is_read(joined.into_bytes(), 1001, "1 row above the values repeated further down");
+    let names = "time,roadwheel_angle,yaw_rate,speed\ns,rad,rad/s,m/s\n";
+    let body = text.split_once('\n').unwrap().1;
+    let joined = format!("{names}{body}\n{names}{}\n", good_row(1000));
+    is_read(joined.into_bytes(), 1001, "2 rows above the values repeated further down, the first");
+    // Others are another table.
+    let other = format!("{text}{}\n{}\n", HEADER.replace("_rad,", "_deg,"), good_row(1000));
+    refused(other.into_bytes(), &LogOptions::default());
+}
+
+#[test]
+fn a_remark_of_several_rows_ends_the_table() {
+    is_read(with_end("\nSummary\nrows: 1000\nfastest,15\n"), 1000, "the last 3 rows are not read");
+    is_read(with_end("Min,-3,-10,15\nMax,3,10,15\n"), 1000, "the last 2 rows are not read");
+    // Rows of values follow.
+    for other in [format!("Lap 2\n{}\n", good_row(1000)), "Row\n".repeat(200)] {
+        let error = refused(with_end(&other), &LogOptions::default());
+        assert!(matches!(error, Error::RaggedRow { line: 1002, .. }), "{error:?}");
+    }
+}
+
+#[test]
+fn an_open_quote_takes_in_no_row_in_silence() {
+    let text = csv(&format!("{HEADER},note"), 1000, |k| {
+        format!("{},{}", good_row(k), if k == 900 { "\"wet" } else { "" })
+    });
+    let error = refused(text.clone(), &LogOptions::default());
+    assert!(matches!(error, Error::OpenQuote { line: 902, .. }), "{error:?}");
+    let found = inspected(&text);
+    assert_eq!((found.groups[0].rows, found.losses.len()), (900, 1), "{:?}", found.losses);
+}
+
+#[test]
+fn messages_quote_the_start_of_a_cell() {
+    let long = "x".repeat(100_000);
+    let text =
+        csv(
+            HEADER,
+            1000,
+            |k| {
+                if k == 500 { good_row(k).replace("15.0", &long) } else { good_row(k) }
+            },
+        );
+    let loss = &inspected(&text).losses[0];
+    assert!(loss.len() < 300 && loss.contains("xxx…`"), "{loss}");
+}
+
+#[test]
+fn a_row_of_percent_signs_and_numbers_is_a_row() {
+    let header = format!("note,{HEADER},lateral_acceleration_mps2");
+    let text = csv(&header, 1000, |k| {
+        format!("%,{},{}", good_row(k), if k % 2 == 0 { "0.1" } else { "x" })
+    });
+    let found = inspected(&text);
+    assert_eq!(found.groups[0].rows, 1000, "{:?}", found.losses);
+    assert!(found.losses[0].contains("500 of 1000 rows"), "{:?}", found.losses);
+}
+
+#[test]
+fn names_have_no_decimals_and_stand_below_remarks_of_numbers() {
+    let text = String::from_utf8(good()).unwrap();
+    let found = inspected(format!("1,2,3,4\nRate,100,Hz,x\n{text}").as_bytes());
+    assert_eq!(found.groups[0].clock.as_deref(), Some("time_s"), "{:?}", found.losses);
+    let (_, body) = text.split_once('\n').unwrap();
+    let found = inspected(format!("x,0.1,-0.2,15.0\n{body}").as_bytes());
+    assert_eq!(found.groups[0].channels[0].name, "column_1");
+}
+
+#[test]
+fn a_row_without_an_end_takes_no_memory_without_end() {
+    let start = format!("{HEADER}\n{}\n", good_row(0));
+    let forever = start.as_bytes().chain(std::io::repeat(b'7'));
+    let found = inspect(LogFile::of_stream("a.csv", forever), &LogOptions::default()).unwrap();
+    assert_eq!(found.groups[0].rows, 1);
+    assert!(found.losses[0].contains("a row of more than 64 MiB"), "{:?}", found.losses);
+}
+
+#[test]
+fn many_comments_and_many_columns_take_time_linear_in_their_number() {
+    let mut text = String::new();
+    (0..120_000).for_each(|k| {
+        let _ = writeln!(text, "# remark {k}, of a tool, \"quoted");
+    });
+    let start = std::time::Instant::now();
+    let found = inspected(&[text.into_bytes(), good()].concat());
+    assert_eq!((found.groups[0].rows, found.losses.len()), (1000, 0));
+    assert!(start.elapsed().as_secs_f64() < 3.0, "{:?}", start.elapsed());
+    let row = |cell: &str| vec![cell; 200_000].join(",");
+    let names: Vec<String> = (0..200_000).map(|k| format!("c{k}")).collect();
+    let wide = format!("{}\n{}\n{}\n", names.join(","), row("1.5"), row("2.5"));
+    let start = std::time::Instant::now();
+    let found = inspected(wide.as_bytes());
+    assert_eq!(found.groups[0].channels.len(), 200_000);
+    assert!(start.elapsed().as_secs_f64() < 10.0, "{:?}", start.elapsed());
+}
