@@ -3,7 +3,9 @@
 use crate::Error;
 use std::path::PathBuf;
 use steerwright_control::{DesignOptions, DesignPlant, Master};
-use steerwright_formats::{Guidance, Model, Path as PathFile, Pid, SourceFile, StepMetrics};
+use steerwright_formats::{
+    Guidance, Model, Path as PathFile, Pid, SourceFile, StatedActuator, StepMetrics,
+};
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
 const SAME_PLACE: f64 = 1.25;
@@ -174,6 +176,16 @@ pub(crate) fn controllers(
 }
 
 impl Controller {
+    /// The actuator that it was designed for, before a model: that of its design, and others of a measured angle.
+    pub(crate) fn actuator_before(
+        &self,
+        index: usize,
+        model: &ComparedModel,
+    ) -> Option<StatedActuator> {
+        let is_before = index == self.model || model.design.lacks_actuator();
+        self.pid.designed_for.actuator.filter(|_| is_before)
+    }
+
     /// Its guidance along a road; the growth of the integral is the road's.
     pub(crate) fn guidance(&self, road: &PathFile) -> Guidance {
         Guidance {
@@ -194,7 +206,8 @@ impl Controller {
             Master::GaussSeidel => 0.0,
             Master::Jacobi => pid.sample_time_s,
         };
-        let predicted = steerwright_control::step_metrics(&model.design, &pid, delay)?;
+        let plant = model.design.behind(pid.designed_for.actuator);
+        let predicted = steerwright_control::step_metrics(&plant, &pid, delay)?;
         Ok(Self { label, model: index, pid, source, predicted })
     }
 }

@@ -5,6 +5,7 @@ use crate::plants::{Plant, Setting};
 use crate::step::{step_of, ticks_before_step};
 use crate::track::{CONTROLLER, Loop, add, drive_at, name_of};
 use crate::{Error, packed};
+use steerwright_control::model_behind;
 use steerwright_formats::{Document, Path as PathFile, StepMetrics};
 use steerwright_host::{Archive, Connection, Recording, System};
 use steerwright_report::{StepResponse, Track, TrackErrors};
@@ -69,14 +70,26 @@ impl Setting<'_> {
         pid: &Archive,
     ) -> Result<Run, Error> {
         let step = controller.pid.sample_time_s;
-        let archives = Loop { plant: &plant.archive, path, controller: pid };
+        let actuator =
+            plant.model.and_then(|model| controller.actuator_before(model, &self.models[model]));
+        let behind = match (plant.model, actuator) {
+            (Some(model), Some(_)) => {
+                let model = &self.models[model];
+                let document = model_behind(&model.document, actuator).to_json();
+                Some(packed::archive(&document, &model.label)?)
+            }
+            _ => None,
+        };
+        let driven = behind.as_ref().unwrap_or(&plant.archive);
+        let archives = Loop { plant: driven, path, controller: pid };
         let recording = archives.track(road, step, self.master, &plant.sideslip)?;
         let csv = recording.to_csv();
-        let kept = with_pose_alone(recording, &name_of(&plant.archive));
+        let kept = with_pose_alone(recording, &name_of(driven));
         let track = Track::from_csv(kept.to_csv().as_bytes(), "the run")?;
-        let (metrics, response) = self.step(&plant.archive, controller, pid)?;
+        let (metrics, response) = self.step(driven, controller, pid)?;
         let margin = |model: usize| {
-            steerwright_control::evaluate(&self.models[model].design, &controller.pid)
+            let design = self.models[model].design.behind(actuator);
+            steerwright_control::evaluate(&design, &controller.pid)
         };
         let modulus_margin = plant.model.map(margin).transpose()?.map(|e| e.margins.modulus_margin);
         Ok(Run {

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
-use steerwright_control::DesignPlant;
+use steerwright_control::{DesignPlant, model_behind};
 use steerwright_formats::{Document, FmuLoop, Model, Pid, Plant, StepMetrics};
 use steerwright_host::{Archive, Coupling, InputTable, Recording, System};
 use steerwright_report::StepResponse;
@@ -124,17 +124,21 @@ pub(crate) fn step_of(
 }
 
 /// Writes into a controller's evidence what it reaches in the loop of the packed FMUs, under both
-/// masters, each with its own delay. `document` is the plant's or the bicycle's.
+/// masters, each with its own delay, behind the actuator that it was designed for. `document` is that of the model, and
+/// `plant` the model of the design.
 ///
 /// # Errors
 /// Those of packing and running the FMUs.
 pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), Error> {
+    let actuator = pid.designed_for.actuator;
+    let plant = &plant.behind(actuator);
     let controller = archive(&pid.to_json(), "the controller")?;
     let offset = -steering_offset(pid, plant.steering_ratio);
-    let (straight, off) = match Plant::from_json(document, "the plant") {
-        Ok(model) => (with_offset(&model, 0.0)?, Some(with_offset(&model, offset)?)),
+    let model = model_behind(&Model::from_json(document, "the plant")?, actuator);
+    let (straight, off) = match model.plant() {
+        Some(model) => (with_offset(model, 0.0)?, Some(with_offset(model, offset)?)),
         // A bicycle has no parameter for a steering offset.
-        Err(_) => (archive(document, "the plant")?, None),
+        None => (archive(&model.to_json(), "the plant")?, None),
     };
     pid.evidence.fmu_loops.clear();
     for (name, master, delay) in [

@@ -2,8 +2,9 @@
 
 use crate::Error;
 use crate::bicycle::bicycle_of_vehicle;
+use crate::plants::behind_actuator::{bicycle_behind, plant_behind};
 use crate::plants::design_plant::DesignPlant;
-use steerwright_formats::{Bicycle, Model, Plant};
+use steerwright_formats::{Bicycle, Model, Plant, StatedActuator};
 use steerwright_models::Sideslip;
 
 impl DesignPlant {
@@ -18,6 +19,24 @@ impl DesignPlant {
             Model::SingleTrack(vehicle) => Self::from_bicycle(&bicycle_of_vehicle(vehicle)?),
             Model::Torque(_) => Err(Error::SteeredByTorque),
         }
+    }
+}
+
+/// The model behind an actuator, whose FMU takes the command; `None` is the model itself. A bicycle or a vehicle with a lag
+/// of its own gets one lag, the sum of both.
+#[must_use]
+pub fn model_behind(model: &Model, actuator: Option<StatedActuator>) -> Model {
+    let Some(actuator) = actuator else { return model.clone() };
+    match model {
+        Model::StateSpace(plant) => Model::StateSpace(plant_behind(plant, actuator).into()),
+        Model::Bicycle(bicycle) => Model::Bicycle(bicycle_behind(bicycle, actuator).into()),
+        Model::SingleTrack(vehicle) => {
+            let mut behind = vehicle.clone();
+            behind.actuator.time_constant_s += actuator.time_constant_s;
+            behind.actuator.delay_s += actuator.delay_s;
+            Model::SingleTrack(behind)
+        }
+        Model::Torque(_) => model.clone(),
     }
 }
 

@@ -198,7 +198,13 @@ fn controllers(
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Controller>, Failure> {
     let document = model.to_json();
-    let archive = Archive::open(out.archive("fmu", &document)?)?;
+    let mut archive = Archive::open(out.archive("fmu", &document)?)?;
+    // The loops are of the vehicle that takes the command.
+    let commanded = &steerwright_control::model_behind(model, job.design.actuator);
+    if job.design.actuator.is_some() {
+        let packed = steerwright_comparison::pack(&commanded.to_json(), "the model", None)?;
+        archive = Archive::from_bytes(&packed.bytes, "the model")?;
+    }
     let roads = roads(job, model.speed_mps(), remarks)?;
     let mut bases = vec![(Basis::Identified, DesignPlant::from_model(model), source, document)];
     if let Some(bicycle) = bicycle {
@@ -225,7 +231,7 @@ fn controllers(
         match designed {
             Ok((plant, mut pid)) => {
                 steerwright_comparison::verify(&mut pid, &document, &plant)?;
-                let controller = run_loops(out, (&archive, model), basis, pid, &roads)?;
+                let controller = run_loops(out, (&archive, commanded), basis, pid, &roads)?;
                 remarks.extend(controller.warnings());
                 controllers.push(controller);
             }

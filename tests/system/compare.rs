@@ -108,6 +108,39 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
     );
 }
 
+/// A controller that was designed for an actuator before its model is verified and compared with it.
+#[test]
+fn an_actuator_that_was_stated_is_before_the_model() {
+    let folder = folder();
+    // With hardly a lag of its own.
+    let mut bicycle = read_json(&folder.join("bicycle.json"));
+    bicycle["vehicle"]["actuator_time_constant_s"] = 1e-4.into();
+    fs::write(folder.join("body.json"), bicycle.to_string()).unwrap();
+    let limits = "--robust off --max-rate 0.4rad/s";
+    done(folder, &format!("design body.json -o pid-body.json {limits}"));
+    for (model, other) in [("plant", "body"), ("body", "plant")] {
+        let actuator = "--actuator-lag 80ms --actuator-delay 20ms";
+        // A requirement that is not met is no fault here.
+        support::run(folder, &format!("design {model}.json -o with.json {limits} {actuator}"));
+        let document = read_json(&folder.join("with.json"));
+        let verified = &document["evidence"]["fmu_loops"][0];
+        let others = if other == "plant" { "pid.json" } else { "pid-body.json" };
+        let line = format!("plant.json body.json --pid with.json --pid {others} --path path.json");
+        let compared = compared(&line);
+        let run = run_of(&compared, model, model);
+        for key in ["overshoot_percent", "settling_time_s", "rise_time_s"] {
+            let promised = number(&document["evidence"]["step"][key]);
+            // Overshoot in percent, times in seconds.
+            for step in [&verified["step"], &verified["predicted"], &run["step"]] {
+                let apart = (number(&step[key]) - promised).abs();
+                assert!(apart < 0.03, "{model}, {key}: {promised}, {step}");
+            }
+        }
+        let margin = number(&document["evidence"]["margins"]["modulus_margin"]);
+        assert!((number(&run["modulus_margin"]) - margin).abs() < 1e-6, "{model}: {run}");
+    }
+}
+
 #[test]
 fn the_order_of_the_models_is_the_order_of_the_table_and_nothing_else() {
     let truth = "--truth fmu/NonlinearVehicle.fmu";

@@ -3,7 +3,10 @@
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::{Dynamics, Matrices};
 use nalgebra::{DMatrix, DVector};
-use steerwright_formats::{ChannelSummary, Intersample, StatedActuator};
+use steerwright_formats::{
+    Bicycle, ChannelSummary, Continuous, Intersample, Matrix, Plant, StatedActuator,
+};
+use steerwright_models::linear::discretize;
 
 /// Lag and delay below which a model of a measured angle has no actuator, s: tyres that relax within 0.3 m at 15 m/s have as
 /// much.
@@ -58,6 +61,65 @@ impl DesignPlant {
             Family::Alone => false,
         }
     }
+}
+
+/// The document of an identified model behind an actuator, without its uncertainty. The discrete model is that of a
+/// command which is held between the samples.
+pub(crate) fn plant_behind(plant: &Plant, actuator: StatedActuator) -> Plant {
+    let StatedActuator { time_constant_s: lag, delay_s } = actuator;
+    let mut behind = plant.clone();
+    behind.input_delay_s += delay_s;
+    if lag <= 0.0 {
+        return behind;
+    }
+    behind.uncertainty = None;
+    let d = &plant.discrete;
+    let matrices = |state: &Matrix, input: &Matrix, output: &Matrix| {
+        let n = state.rows();
+        Matrices {
+            state: DMatrix::from_fn(n, n, |i, j| state.at(i, j)),
+            input: DVector::from_fn(n, |i, _| input.at(i, 0)),
+            output: DVector::from_fn(n, |i, _| output.at(0, i)),
+            feedthrough: d.d.at(0, 0),
+        }
+    };
+    let kept = (-d.sample_time_s / lag).exp();
+    let mut discrete = series(&matrices(&d.a, &d.b, &d.c), kept, 1.0 - kept);
+    if let Some(c) = &plant.continuous {
+        let continuous = series(&matrices(&c.f, &c.g, &c.h), -1.0 / lag, 1.0 / lag);
+        let input =
+            DMatrix::from_column_slice(continuous.input.len(), 1, continuous.input.as_slice());
+        if let Ok((a, b)) = discretize(&continuous.state, &input, d.sample_time_s) {
+            (discrete.state, discrete.input) = (a, b.column(0).into_owned());
+        }
+        let [f, g, h] = documented(&continuous);
+        behind.continuous = Some(Continuous { f, g, h });
+    }
+    let mut gain: Vec<f64> = (0..d.k.rows()).map(|i| d.k.at(i, 0)).collect();
+    gain.push(0.0);
+    let into = &mut behind.discrete;
+    [into.a, into.b, into.c] = documented(&discrete);
+    into.d = Matrix::column(&[0.0]);
+    into.k = Matrix::column(&gain);
+    behind
+}
+
+/// The document of a bicycle behind an actuator: its own lag and delay grow by those.
+pub(crate) fn bicycle_behind(bicycle: &Bicycle, actuator: StatedActuator) -> Bicycle {
+    let mut behind = bicycle.clone();
+    behind.vehicle.actuator_time_constant_s += actuator.time_constant_s;
+    behind.vehicle.actuator_delay_s += actuator.delay_s;
+    behind
+}
+
+/// State, input and output matrix as a document has them.
+fn documented(m: &Matrices) -> [Matrix; 3] {
+    let n = m.input.len();
+    [
+        Matrix::from_fn(n, n, |i, j| m.state[(i, j)]),
+        Matrix::column(m.input.as_slice()),
+        Matrix::from_fn(1, n, |_, j| m.output[j]),
+    ]
 }
 
 /// Whether the steering is a measured angle: a command is held, or goes on straight between its samples.

@@ -1,6 +1,6 @@
 //! The plants that a controller is designed on: yaw rate from steering, one input and one output.
 
-mod behind_actuator;
+pub(crate) mod behind_actuator;
 pub(crate) mod design_plant;
 pub(crate) mod dynamics;
 pub(crate) mod family;

@@ -8,6 +8,7 @@ use crate::Error;
 use crate::design::parallel::each;
 use crate::guidance::guidance_for;
 use crate::guidance::track::pid_input;
+use crate::plants::behind_actuator::{bicycle_behind, plant_behind};
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::plant_model::{PlantModel, model_error};
 use std::collections::VecDeque;
@@ -33,16 +34,19 @@ const LENGTH_M: f64 = 10_000.0;
 
 /// The envelope of a controller on the plant that it was designed on; `None` for a plant without a document.
 pub(crate) fn engagement(plant: &DesignPlant, pid: &PidFile) -> Result<Option<Engagement>, Error> {
+    let actuator = plant.actuator.unwrap_or_default();
     let (model, scheduled, description) = match &plant.family {
         Family::Alone => return Ok(None),
         Family::Identified(file) => {
             let description = "the identified plant, which is linear";
-            (PlantModel::from_plant(file)?, plant.is_speed_scheduled(), description)
+            let driven = PlantModel::from_plant(&plant_behind(file, actuator))?;
+            (driven, plant.is_speed_scheduled(), description)
         }
         Family::Bicycle(file) => {
             let rate = pid.limits.max_rate_radps / file.vehicle.steering_ratio;
             let description = "the bicycle with saturating tyres, friction 1.05";
-            (PlantModel::saturating(file, rate)?, true, description)
+            let driven = PlantModel::saturating(&bicycle_behind(file, actuator), rate)?;
+            (driven, true, description)
         }
     };
     let speeds: Vec<f64> = SPEEDS
