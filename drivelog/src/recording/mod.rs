@@ -18,6 +18,7 @@ mod read_at;
 mod ros;
 
 pub use bytes::LogFile;
+pub use csv::stamps::Dates;
 pub use memory::in_memory;
 pub use read_at::ReadAt;
 
@@ -55,6 +56,11 @@ pub trait Recording {
     /// What could not be read, after [`Self::rows`]: what it is and at which byte.
     fn losses(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// The dates of a clock of the first group whose order of day and month is not stated, after [`Self::rows`].
+    fn dates(&self, _clock: usize) -> Option<Dates> {
+        None
     }
 
     /// Whether all of the file is read, and hashed on the way.
