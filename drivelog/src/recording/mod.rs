@@ -25,7 +25,7 @@ pub use read_at::ReadAt;
 use crate::Error;
 use crate::error::last_part;
 use crate::options::LogOptions;
-use crate::role::Role;
+use crate::role::{Name, Role};
 use crate::units::split_brackets;
 use bytes::Head;
 use std::rc::Rc;
@@ -228,12 +228,26 @@ impl Channel {
 
     /// Whether it may be taken for the role where none is stated.
     pub(crate) fn may_be(&self, role: Role) -> bool {
-        !self.is_text && self.is_named_like(role)
+        self.is_like(role, &Name::new(&self.name))
     }
 
-    /// The same, whatever its values are.
+    /// The roles that it may be taken for.
+    pub(crate) fn roles(&self) -> impl Iterator<Item = Role> {
+        let name = Name::new(&self.name);
+        Role::OF_CHANNELS.into_iter().filter(move |role| self.is_like(*role, &name))
+    }
+
+    fn is_like(&self, role: Role, name: &Name<'_>) -> bool {
+        !self.is_text && self.is_named(role, name)
+    }
+
+    /// Whether it is named like the role, whatever its values are.
     pub(crate) fn is_named_like(&self, role: Role) -> bool {
-        let is_named_like = || self.has_role_by_name && role.is_named_like(&self.name);
+        self.is_named(role, &Name::new(&self.name))
+    }
+
+    fn is_named(&self, role: Role, name: &Name<'_>) -> bool {
+        let is_named_like = || self.has_role_by_name && role.is_of(name);
         self.role.map_or_else(is_named_like, |own| own == role)
     }
 }
