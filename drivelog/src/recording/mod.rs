@@ -3,6 +3,8 @@
 //! [`open`] recognises the format by the file's first bytes. A format is a file of this folder that
 //! implements [`Recording`], and a line in [`FORMATS`].
 
+mod arrow;
+mod base64;
 mod bytes;
 mod can;
 mod compression;
@@ -16,6 +18,7 @@ mod memory;
 mod parquet;
 mod read_at;
 mod ros;
+mod scale;
 
 pub use bytes::LogFile;
 pub use csv::stamps::Dates;
@@ -343,6 +346,7 @@ struct Format {
 const FORMATS: &[Format] = &[
     Format { is_sought: true, recognises: mdf::recognises, open: mdf::open },
     Format { is_sought: true, recognises: parquet::recognises, open: parquet::open },
+    Format { is_sought: true, recognises: arrow::recognises, open: arrow::open },
     Format { is_sought: true, recognises: mcap::recognises, open: mcap::open },
     Format { is_sought: false, recognises: foreign::recognises, open: foreign::open },
     Format { is_sought: false, recognises: can::recognises, open: can::open },

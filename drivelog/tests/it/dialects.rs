@@ -238,8 +238,7 @@ fn foreign_formats_are_named_with_what_reads_them() {
         (b"MATLAB 5.0 MAT-file, Platform", "MAT", "[logs]"),
         (b"#ROSBAG V2.0\n", "ROS 1", "[logs]"),
         (b"SQLite format 3\0", "SQLite", "[logs]"),
-        (b"ARROW1\0\0", "Arrow", "Parquet"),
-        (b"\xff\xff\xff\xff\xa0\x04\0\0", "stream of Arrow", "Parquet"),
+        (b"FEA1\0\0\0\0", "Feather of the first version", "Parquet"),
     ] {
         let e = refused(bytes.to_vec(), &o());
         assert!(matches!(e, Error::OtherFormat { .. }), "{name}: {e:?}");
