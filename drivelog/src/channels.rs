@@ -7,7 +7,7 @@ use crate::faults::{SpikeFilter, average};
 use crate::intersample::{self, Updates};
 use crate::mapping::{Source, time_column};
 use crate::options::LogOptions;
-use crate::recording::{Columns, Group, Recording, Request, Wanted, file_name};
+use crate::recording::{Columns, Dates, Group, Recording, Request, Wanted, file_name};
 use crate::role::Role;
 use crate::series::{MOST_SAMPLES, Series};
 use crate::signal::{median_period, unwrap};
@@ -185,8 +185,9 @@ pub(crate) fn read(
         opened.push((file, selected));
     }
     let stated = if options.windows.is_empty() { None } else { stated_start(&opened, options) };
-    let mut all = Vec::new();
+    let mut all: Vec<RowsOfGroup> = Vec::new();
     let mut hashes = Vec::new();
+    let (mut dated, mut dates) = (Vec::new(), Vec::new());
     for (mut file, selected) in opened {
         let name = file.recording.groups().first().map(|g| g.file.clone()).unwrap_or_default();
         let wanted: Vec<Wanted> = selected.iter().map(|(_, own)| own.wanted.clone()).collect();
@@ -227,10 +228,24 @@ pub(crate) fn read(
             if let Some((column, _)) = &own.clock {
                 check_clock(&group.place(), column, &time, &columns.lines, f64::NEG_INFINITY)?;
             }
+            let clock = own.clock_channel();
+            if let Some(own) = clock.and_then(|clock| file.recording.dates(clock)) {
+                dated.push(all.len());
+                dates.push(own);
+            }
             all.push(RowsOfGroup { group, selected: own, columns, time });
         }
         warnings.extend(file.recording.losses());
         hashes.push(source_file(file.recording.as_mut(), &name, hash));
+    }
+    if dates.len() > 1 {
+        let shifts = Dates::shifts(&dates).map_err(|open| Error::OpenDates {
+            file: all.first().map(|rows| rows.group.file.clone()).unwrap_or_default(),
+            dates: open,
+        })?;
+        for (at, shift) in dated.into_iter().zip(shifts) {
+            all[at].time.iter_mut().for_each(|t| *t += shift);
+        }
     }
     let start_s = stated.or_else(|| first_instant(all.iter().map(|rows| &rows.time[..])));
     let start_s = start_s.unwrap_or(0.0);

@@ -134,6 +134,11 @@ pub enum Error {
     #[error("{at}: `{text}` is not a finite number")]
     #[diagnostic(help("leave the cell blank where a sample is missing"))]
     NotFinite { at: Box<Place>, text: String },
+    #[error("{file}: the first date is {} or {}: day and month are open", dates[0], dates[1])]
+    #[diagnostic(help(
+        "the files of the drive begin on different dates, and no date shows which number is the day: write dates as in {}", dates[0]
+    ))]
+    OpenDates { file: String, dates: [String; 2] },
     #[error("{at}: the unit is not stated")]
     #[diagnostic(help("{}", state_unit(&at.column)))]
     UnitNotStated { at: Box<Place> },

@@ -198,9 +198,9 @@ impl State {
             let unit = unit_of(group, c, options).ok();
             let text = if own.is_text { Some("text") } else { own.unit.as_deref() };
             let is_clock = self.clock.is_some_and(|(own, _)| own == c);
-            let roles = Role::OF_CHANNELS.into_iter().filter(|role| {
-                let fits = unit.is_none_or(|unit| check_quantity(group, c, unit, *role).is_ok());
-                fits && own.may_be(*role) && !is_clock
+            let roles = own.roles().filter(|role| {
+                let fits = |unit| check_quantity(group, c, unit, *role).is_ok();
+                !is_clock && unit.is_none_or(fits)
             });
             InspectedChannel {
                 name: own.name.clone(),

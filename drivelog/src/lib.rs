@@ -63,8 +63,8 @@ pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions, Response, VehicleClass};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{
-    Channel, Columns, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted, in_memory,
-    open,
+    Channel, Columns, Dates, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted,
+    in_memory, open,
 };
 pub use role::Role;
 pub use steerwright_formats::Intersample;

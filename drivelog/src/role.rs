@@ -140,7 +140,12 @@ impl Role {
     /// name it, in English and German. Names whose sign or axis differs between tools (`gyro_z`,
     /// `heading_rate`) are left to be stated.
     pub(crate) fn is_named_like(self, header: &str) -> bool {
-        let name = plain_name(header);
+        self.is_of(&Name::new(header))
+    }
+
+    /// The same of a name that several roles are compared with.
+    pub(crate) fn is_of(self, Name { header, plain: name }: &Name<'_>) -> bool {
+        let header = *header;
         let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
         let is = |names: &[&str]| names.contains(&name.as_str());
         let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
@@ -178,7 +183,7 @@ impl Role {
                         || ends_a_word(words, &["ref", "reference", "referenz"])
                         || ends_a_word(words, PARAMETERS)
                 };
-                self.is_rate(header) && !is_other(&words_of(header))
+                has_rate(name) && !is_other(&words_of(header))
             }
             Self::Speed => {
                 let is_named = starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
@@ -240,10 +245,7 @@ impl Role {
 
     /// Whether the name is that of a rate of yaw, whatever its unit is.
     pub(crate) fn is_rate(self, header: &str) -> bool {
-        let name = plain_name(header);
-        let rates =
-            ["yawrate", "yawvel", "gierrate", "giergeschw", "psip", "psidot", "yawangularvel"];
-        self == Self::YawRate && rates.iter().any(|part| name.contains(part))
+        self == Self::YawRate && has_rate(&plain_name(header))
     }
 
     /// Whether a steering column is named like that of a steering wheel, or like that of a road wheel.
@@ -324,6 +326,24 @@ impl Role {
             format!("state the right unit: {}", fits.join(", "))
         }
     }
+}
+
+/// The name of a column, and the same as names are compared.
+pub(crate) struct Name<'h> {
+    header: &'h str,
+    plain: String,
+}
+
+impl<'h> Name<'h> {
+    pub(crate) fn new(header: &'h str) -> Self {
+        Self { header, plain: plain_name(header) }
+    }
+}
+
+/// Whether a plain name has a rate of yaw in it.
+fn has_rate(name: &str) -> bool {
+    let rates = ["yawrate", "yawvel", "gierrate", "giergeschw", "psip", "psidot", "yawangularvel"];
+    rates.iter().any(|part| name.contains(part))
 }
 
 /// What is stated about a quantity and is not the quantity.

@@ -3,6 +3,8 @@
 //! [`open`] recognises the format by the file's first bytes. A format is a file of this folder that
 //! implements [`Recording`], and a line in [`FORMATS`].
 
+mod arrow;
+mod base64;
 mod bytes;
 mod can;
 mod compression;
@@ -16,15 +18,17 @@ mod memory;
 mod parquet;
 mod read_at;
 mod ros;
+mod scale;
 
 pub use bytes::LogFile;
+pub use csv::stamps::Dates;
 pub use memory::in_memory;
 pub use read_at::ReadAt;
 
 use crate::Error;
 use crate::error::last_part;
 use crate::options::LogOptions;
-use crate::role::Role;
+use crate::role::{Name, Role};
 use crate::units::split_brackets;
 use bytes::Head;
 use std::rc::Rc;
@@ -55,6 +59,11 @@ pub trait Recording {
     /// What could not be read, after [`Self::rows`]: what it is and at which byte.
     fn losses(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// The dates of a clock of the first group whose order of day and month is not stated, after [`Self::rows`].
+    fn dates(&self, _clock: usize) -> Option<Dates> {
+        None
     }
 
     /// Whether all of the file is read, and hashed on the way.
@@ -222,12 +231,26 @@ impl Channel {
 
     /// Whether it may be taken for the role where none is stated.
     pub(crate) fn may_be(&self, role: Role) -> bool {
-        !self.is_text && self.is_named_like(role)
+        self.is_like(role, &Name::new(&self.name))
     }
 
-    /// The same, whatever its values are.
+    /// The roles that it may be taken for.
+    pub(crate) fn roles(&self) -> impl Iterator<Item = Role> {
+        let name = Name::new(&self.name);
+        Role::OF_CHANNELS.into_iter().filter(move |role| self.is_like(*role, &name))
+    }
+
+    fn is_like(&self, role: Role, name: &Name<'_>) -> bool {
+        !self.is_text && self.is_named(role, name)
+    }
+
+    /// Whether it is named like the role, whatever its values are.
     pub(crate) fn is_named_like(&self, role: Role) -> bool {
-        let is_named_like = || self.has_role_by_name && role.is_named_like(&self.name);
+        self.is_named(role, &Name::new(&self.name))
+    }
+
+    fn is_named(&self, role: Role, name: &Name<'_>) -> bool {
+        let is_named_like = || self.has_role_by_name && role.is_of(name);
         self.role.map_or_else(is_named_like, |own| own == role)
     }
 }
@@ -323,6 +346,7 @@ struct Format {
 const FORMATS: &[Format] = &[
     Format { is_sought: true, recognises: mdf::recognises, open: mdf::open },
     Format { is_sought: true, recognises: parquet::recognises, open: parquet::open },
+    Format { is_sought: true, recognises: arrow::recognises, open: arrow::open },
     Format { is_sought: true, recognises: mcap::recognises, open: mcap::open },
     Format { is_sought: false, recognises: foreign::recognises, open: foreign::open },
     Format { is_sought: false, recognises: can::recognises, open: can::open },

@@ -125,6 +125,41 @@ fn parameter_groups_are_read_from_any_source() {
 }
 
 #[test]
+fn a_parameter_group_is_read_from_another_source_than_that_of_its_database() {
+    // EEC1 of source 0, and a group that is left to the makers.
+    let dbc = "BO_ 2364539904 EEC1: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n\
+               BO_ 2566852608 OWN: 8 X\n SG_ B : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };
+    let groups = |text: &str| -> Vec<String> {
+        let log = open(LogFile::of_bytes("a.log", text.as_bytes()), &options).unwrap();
+        log.groups().iter().map(|g| g.name.clone()).collect()
+    };
+    assert_eq!(groups("(1.0) c 0CF0040B#05\n(1.1) c 18FF100B#06\n"), ["EEC1[SA=0x0B]"]);
+    // Where the stated source is on the bus, another one is none of the database.
+    assert_eq!(groups("(1.0) c 0CF00400#05\n(1.1) c 0CF0040B#06\n"), ["EEC1"]);
+}
+
+#[test]
+fn times_between_frames_are_added_up_also_in_bursts() {
+    let dbc = "BO_ 37 STEER: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };
+    let span = |times: &dyn Fn(u32) -> f64| {
+        let line = |k| format!("({:010.6}) can0 025#05\n", times(k));
+        let text: String = (0..1000).map(line).collect();
+        let log = open(LogFile::of_bytes("a.log", text.as_bytes()), &options).unwrap();
+        let (from, to) = log.groups()[0].span_s.unwrap();
+        to - from
+    };
+    // Of 20 frames at each 0.1 s the others share the instant.
+    let burst = |k: u32| if k.is_multiple_of(20) { 0.1 } else { 0.0 };
+    assert!((span(&burst) - 4.9).abs() < 1e-6);
+    // Instants since the start, of frames in bursts, of two interfaces whose clocks differ by 9 s.
+    assert!((span(&|k| f64::from(k / 20) * 0.1) - 4.9).abs() < 1e-6);
+    let of_two = |k: u32| f64::from(k) * 0.01 + 9.0 * f64::from(k % 2);
+    assert!((span(&of_two) - 18.99).abs() < 1e-6);
+}
+
+#[test]
 fn a_truncated_archive_and_bad_lines_lose_only_themselves() {
     let whole = data("can/raw_can.log.gz");
     let mut cut = bus(&whole[..whole.len() / 2]);

@@ -277,3 +277,31 @@ fn repeated_times_are_averaged_and_reported() {
     let e = refused(coarse, &LogOptions::default());
     assert!(matches!(e, Error::CoarseClock { values: 3000, instants: 30, .. }), "{e:?}");
 }
+
+#[test]
+fn dates_of_several_files_have_one_order_of_day_and_month() {
+    let read = |days: [&str; 2], hours: [&str; 2]| {
+        let text = |k: usize, name: &str, value: fn(f64) -> f64| {
+            let rows = super::csv(&format!("date,{name}"), 600, |row| {
+                let t = 0.01 * row as f64;
+                format!("{} {}:{t:05.2},{:.9}", days[k], hours[k], value(t))
+            });
+            (format!("{name}.csv"), rows)
+        };
+        let files = [text(0, "delta_rad", super::steer), text(1, "yaw_rate_radps", super::rate)];
+        steerwright_drivelog::read_log(&files, &LogOptions::default())
+    };
+    // The first is open, the second has the day first: both are 3 April.
+    assert!(read(["03/04/2024", "03/04/2024"], ["10:00", "10:00"]).is_ok());
+    let other = read(["03/04/2024", "13/04/2024"], ["10:00", "10:00"]).unwrap_err();
+    assert!(
+        matches!(other, Error::NoOverlap { first_from, second_from, .. } if (first_from - second_from).abs() < 864_001.0),
+        "{other:?}"
+    );
+    let open = read(["03/04/2024", "04/04/2024"], ["10:00", "10:00"]).unwrap_err();
+    assert_eq!(
+        open.to_string(),
+        "delta_rad.csv: the first date is 2024-03-04 or 2024-04-03: day and month are open"
+    );
+    assert!(open.hint().contains("write dates as in 2024-03-04"), "{}", open.hint());
+}

@@ -238,8 +238,7 @@ fn foreign_formats_are_named_with_what_reads_them() {
         (b"MATLAB 5.0 MAT-file, Platform", "MAT", "[logs]"),
         (b"#ROSBAG V2.0\n", "ROS 1", "[logs]"),
         (b"SQLite format 3\0", "SQLite", "[logs]"),
-        (b"ARROW1\0\0", "Arrow", "Parquet"),
-        (b"\xff\xff\xff\xff\xa0\x04\0\0", "stream of Arrow", "Parquet"),
+        (b"FEA1\0\0\0\0", "Feather of the first version", "Parquet"),
     ] {
         let e = refused(bytes.to_vec(), &o());
         assert!(matches!(e, Error::OtherFormat { .. }), "{name}: {e:?}");
@@ -272,4 +271,58 @@ fn a_cut_stream_with_short_rows_is_reported() {
         }
         Err(error) => assert!(error.to_string().contains("deflate"), "{error}"),
     }
+}
+
+#[test]
+fn race_capture_states_units_within_its_names() {
+    let mut text = String::from(
+        "\"Interval\"|\"ms\"|0|0|1,\"Utc\"|\"ms\"|0|0|1,\"Steering\"|\"Deg\"|-360.0|360.0|50,\"YawRate\"|\"Deg/s\"|0.0|0.0|50,\"Speed\"|\"km/h\"|0.0|150.0|10\n",
+    );
+    for k in 0..300 {
+        let t = 0.01 * f64::from(k);
+        let speed = if k % 5 == 0 { "54.0" } else { "" };
+        let _ = writeln!(
+            text,
+            "{},{},{:.3},{:.3},{speed}",
+            402 + 10 * k,
+            1_700_000_000_000_i64,
+            steer(t),
+            rate(t)
+        );
+    }
+    let found = inspected("a.log", &text, &o());
+    assert_eq!(found.groups[0].clock.as_deref(), Some("Interval"), "{:?}", found.losses);
+    assert_eq!(found.groups[0].rate_hz, Some(100.0));
+    let channels: Vec<(&str, &str, usize)> = found.groups[0]
+        .channels
+        .iter()
+        .skip(2)
+        .map(|c| (c.name.as_str(), c.unit.as_deref().unwrap(), c.values))
+        .collect();
+    assert_eq!(
+        channels,
+        [("Steering", "deg", 300), ("YawRate", "deg/s", 300), ("Speed", "km/h", 60)]
+    );
+}
+
+#[test]
+fn exports_with_texts_in_quotes_and_blank_lines_below_the_units() {
+    let row = |k: u32| {
+        let t = 0.01 * f64::from(k);
+        let cells = [t, steer(t).to_degrees(), rate(t).to_degrees(), 54.0];
+        cells.map(|x| format!("\"{x:.6}\"")).join(",") + "\n"
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let wheel = LogOptions { steering_ratio: Some(1.0), ..o() };
+    let names =
+        "\"Time\",\"Steering Angle\",\"YawRate\",\"Speed\"\n\"s\",\"deg\",\"deg/s\",\"km/h\"\n\n\n";
+    let aim = format!(
+        "\"Format\",\"AIM CSV File\"\n\"Date\",\"Monday, May 5, 2025\"\n\"Sample Rate\",\"100\"\n\"Beacon Markers\",\"1.2 2.3\"\n\n{names}{rows}"
+    );
+    is_plain(&read_one(aim.clone().into_bytes(), &wheel).unwrap());
+    // DEWESoft.
+    let plain = format!(
+        "Data info\nFile name,test.dxd\nSample rate,100 Hz\n\nData1\nTime (s),Steering Angle (deg),Yaw Rate (deg/s),Speed (km/h)\n{rows}"
+    );
+    is_plain(&read_one(plain.replace('"', "").replace(',', "\t").into_bytes(), &wheel).unwrap());
 }

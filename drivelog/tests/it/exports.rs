@@ -175,10 +175,18 @@ fn times_of_iso_8601() {
     assert!((start - 86_395.0).abs() < 0.2, "{start}");
     // pandas writes its index without a name.
     same(format!("{}\n{}", &header[9..], body(&date)), &o());
+    same(
+        format!("{header}\n{}", body(&|k| format!("29.02.2024 00:00:0{:.2}", 0.01 * k as f64))),
+        &o(),
+    );
+    let span = |k: usize| format!("0 days 00:00:{:09.6}", 0.01 * k as f64);
+    same(format!("{header}\n{}", body(&span)), &o());
+    let watch = |k: usize| format!("{}:{}", 59 + (55 + k / 100) / 60, clock(k));
+    same(format!("{header}\n{}", body(&watch)), &o());
     let mixed = body(&|k| if k == 700 { format!("{}Z", date(k)) } else { date(k) });
     let e = refused(format!("{header}\n{mixed}").into_bytes(), &o());
     assert!(matches!(e, Error::NotATime { ref at, .. } if at.line == 702), "{e:?}");
-    let other = body(&|k| format!("29.02.2024 00:00:{}", clock(k)));
+    let other = body(&|k| format!("29. Feb 2024 00:00:{}", clock(k)));
     let stated = LogOptions { units: units(&[("timestamp", "s")]), ..o() };
     let e = refused(format!("{header}\n{other}").into_bytes(), &stated);
     assert!(matches!(e, Error::NotANumber { .. }) && e.hint().contains("ISO 8601"), "{e:?}");

@@ -2,6 +2,7 @@
 //! must be rejected with its place and a hint, or corrected with a warning.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::single_range_in_vec_init)]
 
+mod arrow;
 mod can;
 mod clocks;
 mod compression;

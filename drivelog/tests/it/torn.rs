@@ -114,7 +114,7 @@ fn a_row_without_an_end_takes_no_memory_without_end() {
     let forever = start.as_bytes().chain(std::io::repeat(b'7'));
     let found = inspect(LogFile::of_stream("a.csv", forever), &LogOptions::default()).unwrap();
     assert_eq!(found.groups[0].rows, 1);
-    assert!(found.losses[0].contains("a row of more than 64 MiB"), "{:?}", found.losses);
+    assert!(found.losses[0].contains("a row of more than 16 MiB"), "{:?}", found.losses);
 }
 
 #[test]

@@ -91,7 +91,7 @@ impl Decoder {
             };
             let is_on_several = seen.keys().filter(|other| same(other)).count() > 1;
             let mut own = Vec::new();
-            if let Some((database, place)) = self.find(identifier) {
+            if let Some((database, place)) = self.find(identifier, seen) {
                 let message = &self.databases[database].messages[place];
                 let source = match identifier.id == message.id {
                     true => String::new(),
@@ -112,20 +112,30 @@ impl Decoder {
         all
     }
 
-    /// The message with this identifier, or else that of the same parameter group (J1939).
-    fn find(&self, identifier: &Identifier) -> Option<(usize, usize)> {
-        let exact = |m: &Message| (m.id, m.is_extended) == (identifier.id, identifier.is_extended);
+    /// The message with this identifier, or else that of the same parameter group (J1939): one for all sources, or one
+    /// whose own source is not on the bus.
+    fn find(
+        &self,
+        identifier: &Identifier,
+        seen: &BTreeMap<Identifier, Seen>,
+    ) -> Option<(usize, usize)> {
+        let is_same = |m: &Message, i: &Identifier| (m.id, m.is_extended) == (i.id, i.is_extended);
         let of_group = |m: &Message| {
-            let is_any = m.is_extended && m.id & 0xFF == ANY_SOURCE;
-            is_any
+            m.is_extended
                 && identifier.is_extended
                 && parameter_group(m.id) == parameter_group(identifier.id)
+        };
+        let is_any = |m: &Message| m.id & 0xFF == ANY_SOURCE;
+        let is_absent = |m: &Message| {
+            is_standard(parameter_group(m.id)) && !seen.keys().any(|other| is_same(m, other))
         };
         let find = |is: &dyn Fn(&Message) -> bool| {
             let mut all = self.databases.iter().enumerate();
             all.find_map(|(d, database)| Some((d, database.messages.iter().position(is)?)))
         };
-        find(&exact).or_else(|| find(&of_group))
+        find(&|m| is_same(m, identifier))
+            .or_else(|| find(&|m| of_group(m) && is_any(m)))
+            .or_else(|| find(&|m| of_group(m) && is_absent(m)))
     }
 
     /// The groups that frames of a kind are in.
@@ -172,6 +182,13 @@ fn parameter_group(id: u32) -> u32 {
     const BROADCAST: u32 = 240;
     let group = id >> 8 & 0x3_FFFF;
     if group >> 8 & 0xFF < BROADCAST { group & 0x3_FF00 } else { group }
+}
+
+/// Whether the parameter group has one meaning on all vehicles: to all receivers, and not left to the makers.
+fn is_standard(group: u32) -> bool {
+    const BROADCAST: u32 = 0xF000;
+    const OF_MAKERS: u32 = 0xFF00;
+    (BROADCAST..OF_MAKERS).contains(&(group & 0xFFFF))
 }
 
 /// The signals of a message by their conditions, those without first.

@@ -2,11 +2,12 @@
 
 mod asc;
 mod bits;
-mod cabana;
+mod busmaster;
 mod candump;
 mod dbc;
 mod decode;
 mod frame;
+mod table;
 mod text;
 mod trc;
 
@@ -71,6 +72,30 @@ struct Survey {
     fallen_s: f64,
     /// The first and the last instant in order of time, s.
     span_s: (f64, f64),
+    trend: Trend,
+}
+
+/// Sums for the straight line through the instants over the numbers of the frames.
+#[derive(Default)]
+struct Trend {
+    count: f64,
+    time: f64,
+    product: f64,
+}
+
+impl Trend {
+    fn note(&mut self, time: f64) {
+        self.product += self.count * time;
+        self.count += 1.0;
+        self.time += time;
+    }
+
+    /// By how much the line rises from the first frame to the last, s.
+    fn rise_s(&self) -> f64 {
+        let n = self.count;
+        let covariance = self.product - 0.5 * (n - 1.0) * self.time;
+        12.0 * covariance / (n * (n + 1.0))
+    }
 }
 
 impl Survey {
@@ -80,12 +105,14 @@ impl Survey {
         let mut frames = Frames::new(file.reader()?, form);
         let mut losses = Vec::new();
         let (mut count, mut falls, mut fallen_s) = (0, 0, 0.0);
+        let mut trend = Trend::default();
         let (mut last, mut span_s) = (f64::NEG_INFINITY, (f64::INFINITY, f64::NEG_INFINITY));
         loop {
             match frames.next() {
                 Ok(Some(frame)) => {
                     let time = frame.time;
                     count += 1;
+                    trend.note(time);
                     if time < last {
                         falls += 1;
                         fallen_s += last - time;
@@ -125,18 +152,20 @@ impl Survey {
                 file.name
             ));
         }
-        Ok(Self { seen, requests, losses, frames: count, falls, fallen_s, span_s })
+        Ok(Self { seen, requests, losses, frames: count, falls, fallen_s, span_s, trend })
     }
 
-    /// Whether the times are those between frames: small, and often before the one above, in sum by more than all of
-    /// them span. Several frames may share an instant.
+    /// Whether the times are those between frames: they do not rise along the file, and fall by more in sum than all of
+    /// them span, also where most of many frames share an instant.
     fn has_steps(&self) -> bool {
         const LARGEST_S: f64 = 1e6;
-        const MOST_IN_ORDER: u64 = 5;
+        const MOST_IN_ORDER: u64 = 200;
+        let span_s = self.span_s.1 - self.span_s.0;
         self.frames > 10
             && self.span_s.1 < LARGEST_S
             && self.falls * MOST_IN_ORDER > self.frames
-            && self.fallen_s > self.span_s.1 - self.span_s.0
+            && self.fallen_s > span_s
+            && self.trend.rise_s().abs() < 0.2 * span_s
     }
 }
 

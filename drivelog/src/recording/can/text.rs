@@ -1,9 +1,10 @@
-//! Frames of a bus in text: candump of SocketCAN, Vector's ASC, PEAK's traces and the CSV files of cabana.
+//! Frames of a bus in text: candump of SocketCAN, Vector's ASC, PEAK's traces, logs of BUSMASTER and tables.
 
 use super::asc::Asc;
-use super::cabana::{self, cabana};
+use super::busmaster::{self, Busmaster};
 use super::candump::{candump, has_no_time};
 use super::frame::{Frame, Line};
+use super::table::Table;
 use super::trc::{self, Trc};
 use std::io::{BufRead, BufReader, Read};
 
@@ -16,7 +17,8 @@ pub(super) enum Form {
     NoTime,
     Asc,
     Trc,
-    Cabana,
+    Busmaster,
+    Table,
 }
 
 impl Form {
@@ -37,8 +39,11 @@ impl Form {
         {
             return Some(Self::Asc);
         }
-        if cabana::is_header(first) {
-            return Some(Self::Cabana);
+        if first.starts_with(busmaster::MARK) {
+            return Some(Self::Busmaster);
+        }
+        if Table::of(first).is_some() {
+            return Some(Self::Table);
         }
         // The first line may be cut, too.
         let second = lines.next();
@@ -69,6 +74,8 @@ pub(super) struct Frames<R> {
     text: Vec<u8>,
     asc: Asc,
     trc: Trc,
+    busmaster: Busmaster,
+    table: Option<Table>,
     /// The instant of the last frame of [`Form::Steps`], s.
     time: f64,
 }
@@ -88,6 +95,8 @@ impl<R: Read> Frames<R> {
             text: Vec::new(),
             asc: Asc::default(),
             trc: Trc::default(),
+            busmaster: Busmaster::default(),
+            table: None,
             time: 0.0,
         }
     }
@@ -107,7 +116,14 @@ impl<R: Read> Frames<R> {
                 (Ok(text), Form::Candump | Form::Steps) => candump(text.trim()),
                 (Ok(text), Form::Asc) => self.asc.line(text.trim()),
                 (Ok(text), Form::Trc) => self.trc.line(text.trim()),
-                (Ok(text), Form::Cabana) => cabana(text.trim()),
+                (Ok(text), Form::Busmaster) => self.busmaster.line(text.trim()),
+                (Ok(text), Form::Table) => match &self.table {
+                    Some(table) => table.line(text.trim()),
+                    None => {
+                        self.table = Table::of(text.trim());
+                        Line::Other
+                    }
+                },
                 (Err(_), _) | (_, Form::NoTime) => Line::Fault,
             };
             match read {
@@ -253,11 +269,50 @@ mod tests {
     }
 
     #[test]
-    fn cabana() {
-        let text = "time,addr,bus,data\n0.5,0x25,0,0x4903\n1.5,419351092,128,\n2,0x25,0,0x490\n";
-        let expected =
-            [frame(0.5, "0", 0x25, false, &[0x49, 3]), frame(1.5, "128", 0x18FE_CA34, true, &[])];
-        assert_eq!(all(text), (expected.to_vec(), 1));
-        assert_eq!(Form::of(b"time,addr,speed\n1,2,3\n"), None);
+    fn tables_of_other_tools() {
+        let plain = frame(1.5, "0", 0x25, false, &[0x49, 3]);
+        let long = frame(2.5, "0", 0x18FE_CA34, true, &[]);
+        for (text, bus) in [
+            ("time,addr,bus,data\n1.5,0x25,0,0x4903\n2.5,419351092,0,\n3,0x25,0,0x490\n", "0"),
+            // SavvyCAN and GVRET, in microseconds.
+            (
+                "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n\
+                 1500000,00000025,false,Rx,0,2,49,03,\n2500000,18FECA34,true,Rx,0,0,\n3,25,false,Rx,0,2,49\n",
+                "0",
+            ),
+            (
+                "timestamp,arbitration_id,extended,remote,error,dlc,data\n\
+                 1.5,0x25,0,0,0,2,SQM=\n1.6,0x25,0,1,0,2,\n2.5,0x18feca34,1,0,0,0,\n3,x,0,0,0,2,SQM=\n",
+                "1",
+            ),
+            (
+                "TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;ESI;RTR;DataBytes\n\
+                 1.5;2;025;0;2;2;0;0;0;0;0;4903\n2.5;2;18FECA34;1;0;0;0;0;0;0;0;\n3;2;025;0;2;2;0;0;0;0;0;490\n",
+                "2",
+            ),
+        ] {
+            let expected = [&plain, &long].map(|f| Frame { bus: bus.into(), ..f.clone() });
+            assert_eq!(all(text), (expected.to_vec(), 1), "{text}");
+        }
+        for text in ["time,addr,speed\n1,2,3\n", "timestamp,id,speed\n", "Time Stamp,ID,D1\n"] {
+            assert_eq!(Form::of(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn busmaster() {
+        let head = "***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n***HEX***\n***SYSTEM MODE***\n";
+        let rows = "23:59:59:9000 Rx 1 0x025 s 2 49 03 \n00:00:00:1000 Tx 2 0x18FECA34 x 0\n\
+                    00:00:00:2000 Rx 1 0x025 sr 2\n00:00:00 Rx 1 0x025 s 0\n";
+        let day = 86_400.0;
+        let (read, faults) = all(&format!("{head}{rows}"));
+        assert_eq!((read.len(), faults), (2, 1));
+        assert_eq!(read[0], frame(day - 0.1, "1", 0x25, false, &[0x49, 3]));
+        assert_eq!((read[1].id, read[1].is_extended), (0x18FE_CA34, true));
+        assert!((read[1].time - day - 0.1).abs() < 1e-6, "{}", read[1].time);
+        let relative = head.replace("SYSTEM", "RELATIVE").replace("HEX", "DEC");
+        let rows = "00:00:01:0000 Rx 1 37 s 1 73\n00:00:00:5000 Rx 1 37 s 1 3\n";
+        let (read, _) = all(&format!("{relative}{rows}"));
+        assert_eq!(read[1], frame(1.5, "1", 0x25, false, &[3]));
     }
 }

@@ -51,7 +51,7 @@ enum At {
 /// No error of a spreadsheet is longer.
 const LONGEST_MARK: usize = 10;
 /// Most bytes of a row, which is in memory as a whole.
-const LONGEST_ROW: usize = 1 << 26;
+const LONGEST_ROW: usize = 1 << 24;
 
 impl<R: Read> WithoutComments<R> {
     pub(super) fn new(inner: R, delimiter: u8) -> Self {
@@ -178,7 +178,7 @@ impl<R: Read> Read for WithoutComments<R> {
             count.as_ref().map_or(&[][..], |n| &buffer[..*n]).iter().for_each(|b| self.take(*b));
             self.buffer = buffer;
             if self.length > LONGEST_ROW {
-                let problem = "a row of more than 64 MiB: its end or the end of a quote is missing";
+                let problem = "a row of more than 16 MiB: its end or the end of a quote is missing";
                 return Err(std::io::Error::other(problem));
             }
             if count? == 0 {

@@ -41,6 +41,7 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
             (channel.role, channel.unit) = (Some(Role::Time), Some("s".into()));
         }
     }
+    of_race_capture(channels);
     let section = |name: &str| -> Vec<&str> {
         let lines = head.text.iter().map(String::as_str).skip_while(|line| *line != name);
         lines.skip(1).take_while(|line| !line.starts_with('[')).collect()
@@ -52,6 +53,27 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
             units.pop_if(|line| line.is_empty());
         }
         vbox(&names, &units, channels, &mut head.stamps);
+    }
+}
+
+/// RaceCapture states name, unit, range and rate in each name: `"Speed"|"km/h"|0.0|150.0|10`.
+fn of_race_capture(channels: &mut [Channel]) {
+    let parts = |channel: &Channel| -> Vec<String> {
+        channel.name.split('|').map(|part| part.trim_matches('"').to_owned()).collect()
+    };
+    if channels.len() < 2 || channels.iter().any(|channel| parts(channel).len() < 3) {
+        return;
+    }
+    for channel in channels {
+        let parts = parts(channel);
+        *channel = Channel {
+            has_stamps: channel.has_stamps,
+            is_text: channel.is_text,
+            ..Channel::new(&parts[0], Some(&parts[1]))
+        };
+        if channel.name == "Interval" {
+            channel.role = Some(Role::Time);
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use super::cells::{
 };
 use super::missing::is_missing;
 use crate::Error;
-use crate::role::Role;
+use crate::role::{Name, Role};
 use crate::units::{parse_unit, unit_of_header};
 use csv::ByteRecord;
 use std::cmp::Ordering;
@@ -332,7 +332,8 @@ fn columns_of_numbers(rows: &[&ByteRecord]) -> Vec<bool> {
 fn known(row: &ByteRecord) -> usize {
     let roles = || Role::OF_CHANNELS.into_iter().chain([Role::Time]);
     let is_known = |cell: &String| {
-        unit_of_header(cell).is_some() || roles().any(|role| role.is_named_like(cell))
+        let name = Name::new(cell);
+        unit_of_header(cell).is_some() || roles().any(|role| role.is_of(&name))
     };
     cells_of(row).iter().filter(|cell| is_known(cell)).count()
 }

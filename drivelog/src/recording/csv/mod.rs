@@ -22,7 +22,7 @@ use comments::WithoutComments;
 use head::Head;
 use losses::Losses;
 use rows::{Csv, joined};
-use stamps::Stamps;
+use stamps::{Dates, Stamps};
 use std::collections::{HashSet, VecDeque};
 use std::io::{Cursor, Read};
 use std::rc::Rc;
@@ -194,6 +194,10 @@ impl Recording for Csv<'_> {
             )
         });
         self.losses.sentences(file).into_iter().chain(open).collect()
+    }
+
+    fn dates(&self, clock: usize) -> Option<Dates> {
+        self.stamps.get(clock)?.as_ref()?.dates()
     }
 
     fn hashes_bytes(&self) -> bool {

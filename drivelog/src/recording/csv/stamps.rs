@@ -1,5 +1,6 @@
 //! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, or the time of day alone; dates with
-//! slashes; seconds as MATLAB writes durations (`0.01 sec`).
+//! slashes, hyphens or points that end with the year; durations as MATLAB (`0.01 sec`), pandas (`0 days 00:00:00.01`) and
+//! stop watches (`1:02.5`) write them.
 
 use jiff::civil::{Date, Time};
 use jiff::fmt::temporal::DateTimeParser;
@@ -20,10 +21,12 @@ pub(in crate::recording) struct Stamps {
     shift: f64,
 }
 
-/// A date with slashes that ends with the year, and the time of its day, s.
+/// A date that ends with the year, and the time of its day, s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Slashed {
     numbers: [i8; 2],
+    /// With points, the day is first.
+    has_points: bool,
     year: i16,
     of_day: f64,
 }
@@ -42,10 +45,43 @@ enum Form {
     TimeOfDay,
     /// `0.01 sec`.
     Seconds,
+    /// `1:02.5`.
+    Minutes,
+    /// `0 days 00:00:01`.
+    Days,
     /// A date that ends with the year.
     Slashed,
     /// A time of day without colons.
     Digits,
+}
+
+/// Dates with slashes, as far as they show which number is the day.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dates {
+    first: Slashed,
+    order: Option<Order>,
+}
+
+impl Dates {
+    /// By how many seconds each file is to be shifted so that all count their dates alike: by the order that its own
+    /// dates show, or else those of the others; `None` where the first open one has either.
+    pub(crate) fn shifts(files: &[Self]) -> Result<Vec<f64>, [String; 2]> {
+        let mut known = files.iter().filter_map(|dates| dates.order);
+        let order = known.next().filter(|order| known.all(|other| other == *order));
+        let is_one_date = files.windows(2).all(|pair| pair[0].first.is_date_of(&pair[1].first));
+        let shift = |dates: &Self| {
+            let first = &dates.first;
+            let read = first.order().unwrap_or(Order::MonthFirst);
+            let shown = match dates.order.or(order) {
+                Some(order) => order,
+                None if is_one_date => read,
+                None => return Err([Order::MonthFirst, Order::DayFirst].map(|o| first.iso(o))),
+            };
+            let days = first.days(shown).zip(first.days(read)).map(|(a, b)| a - b);
+            Ok(days.unwrap_or_default() * DAY_S)
+        };
+        files.iter().map(shift).collect()
+    }
 }
 
 impl Stamps {
@@ -66,6 +102,11 @@ impl Stamps {
         self.form == Form::Digits
     }
 
+    /// Dates with slashes, as far as they were read.
+    pub(super) fn dates(&self) -> Option<Dates> {
+        (self.form == Form::Slashed).then_some(Dates { first: self.first, order: self.order })
+    }
+
     /// Whether the order of day and month is open, which changes no time between two rows.
     pub(super) fn has_open_order(&self) -> bool {
         self.form == Form::Slashed && self.order.is_none()
@@ -74,7 +115,7 @@ impl Stamps {
     /// Seconds since 1970 of a date with slashes; where day and month are open, the month is taken to be first until
     /// another date shows which is the day.
     fn of_slashed(&mut self, text: &str) -> Option<f64> {
-        let own = slashed(text)?;
+        let own = slashed(text).filter(|own| own.has_points == self.first.has_points)?;
         if self.order.is_none() {
             let [a, b] = self.first.numbers;
             self.order = own.order().or(match own.numbers {
@@ -126,28 +167,44 @@ impl Slashed {
     /// Which number is the day, where the other cannot be a month.
     fn order(&self) -> Option<Order> {
         match self.numbers {
+            _ if self.has_points => Some(Order::DayFirst),
             [a, _] if a > 12 => Some(Order::DayFirst),
             [_, b] if b > 12 => Some(Order::MonthFirst),
             _ => None,
         }
     }
 
-    /// Days since 1970.
-    fn days(&self, order: Order) -> Option<f64> {
-        let [month, day] = match (order, self.numbers) {
+    fn is_date_of(&self, other: &Self) -> bool {
+        (self.numbers, self.year) == (other.numbers, other.year)
+    }
+
+    /// Month and day.
+    fn date(&self, order: Order) -> [i8; 2] {
+        match (order, self.numbers) {
             (Order::MonthFirst, numbers) => numbers,
             (Order::DayFirst, [day, month]) => [month, day],
-        };
+        }
+    }
+
+    fn iso(&self, order: Order) -> String {
+        let [month, day] = self.date(order);
+        format!("{}-{month:02}-{day:02}", self.year)
+    }
+
+    /// Days since 1970.
+    fn days(&self, order: Order) -> Option<f64> {
+        let [month, day] = self.date(order);
         let date = Date::new(self.year, month, day).ok()?;
         let midnight = since_1970(date, Time::midnight(), Offset::UTC)?;
         Some(midnight / DAY_S)
     }
 }
 
-/// A text such as `02/29/2024 10:11:32.000` or `2/9/2024 1:00:00 PM`.
+/// A text such as `02/29/2024 10:11:32.000`, `2/9/2024 1:00:00 PM` or `29.02.2024 10:11:32`.
 fn slashed(text: &str) -> Option<Slashed> {
     let (date, time) = text.split_once([' ', 'T'])?;
-    let mut numbers = date.split('/');
+    let mark = date.chars().find(|c| !c.is_ascii_digit()).filter(|c| "/-.".contains(*c))?;
+    let mut numbers = date.split(mark);
     let mut next = |most: usize| {
         let number = numbers.next().filter(|n| (1..=most).contains(&n.len()))?;
         number.parse::<i16>().ok().filter(|n| *n > 0)
@@ -157,7 +214,7 @@ fn slashed(text: &str) -> Option<Slashed> {
         return None;
     }
     let numbers = [i8::try_from(a).ok()?, i8::try_from(b).ok()?];
-    Some(Slashed { numbers, year, of_day: time_of_day(time.trim())? })
+    Some(Slashed { numbers, has_points: mark == '.', year, of_day: time_of_day(time.trim())? })
 }
 
 /// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`.
@@ -202,6 +259,16 @@ fn read(text: &str) -> Option<(Form, f64)> {
     // Numbers are none, though 20240301 and 1000 are forms of ISO 8601.
     let bytes = text.as_bytes();
     let is_mark = |at: usize, mark: u8| bytes.get(at) == Some(&mark);
+    if let Some((days, time)) = text.split_once(" days ") {
+        let of_day = time_of_day(time.trim_start_matches('+'))?;
+        return Some((Form::Days, DAY_S * f64::from(days.parse::<i32>().ok()?) + of_day));
+    }
+    if let Some((minutes, seconds)) = text.split_once(':')
+        && seconds.get(2..3) == Some(".")
+    {
+        let of_minute = seconds.parse::<f64>().ok().filter(|s| (0.0..60.0).contains(s))?;
+        return Some((Form::Minutes, 60.0 * f64::from(minutes.parse::<u16>().ok()?) + of_minute));
+    }
     if is_mark(2, b':') || is_mark(1, b':') {
         return Some((Form::TimeOfDay, time_of_day(text)?));
     }
@@ -264,9 +331,20 @@ mod tests {
     fn dates_with_slashes_and_times_of_other_tools() {
         // `date -u -d '2024-02-29T10:11:32Z' +%s`
         let leap = 1_709_201_492.0;
-        for text in ["2024/02/29 10:11:32.000", "02/29/2024 10:11:32", "29/2/2024 10:11:32 AM"] {
+        for text in [
+            "2024/02/29 10:11:32.000",
+            "02/29/2024 10:11:32",
+            "29/2/2024 10:11:32 AM",
+            "29.02.2024 10:11:32,000",
+            "29-02-2024 10:11:32",
+        ] {
             assert_eq!(seconds(&[text])[0], Some(leap), "{text}");
         }
+        // With points the day is first, of a date with either order, too.
+        let fourth = ["03.04.2024 23:59:59", "04.04.2024 00:00:00"];
+        assert!(!Stamps::like(fourth[0]).unwrap().has_open_order());
+        assert_eq!(seconds(&fourth), [1_712_188_799.0, 1_712_188_800.0].map(Some));
+        assert_eq!(seconds(&["03.04.2024 10:00:00", "03/04/2024 10:00:00"])[1], None);
         assert_eq!(seconds(&["2/29/2024 10:11:32 PM"])[0], Some(leap + 0.5 * DAY_S));
         // 3 April or 4 March: open, and then the number that goes on is the day.
         for texts in [
@@ -285,12 +363,23 @@ mod tests {
             ("12:00:01 PM", 43_201.0),
             ("0.25 sec", 0.25),
             ("0 sec", 0.0),
+            ("1:02.5", 62.5),
+            ("00:02.500", 2.5),
+            ("0 days 00:00:01.250000", 1.25),
+            ("-1 days +23:59:59", -1.0),
         ] {
             assert_eq!(seconds(&[text])[0], Some(expected), "{text}");
         }
-        for none in
-            ["1:23", "1/2", "3/4/24 10:00:00", "x sec", "30/30/2024 10:00:00", "13:00:00 PM"]
-        {
+        for none in [
+            "1:23",
+            "1/2",
+            "3/4/24 10:00:00",
+            "x sec",
+            "30/30/2024 10:00:00",
+            "13:00:00 PM",
+            "1:72.5",
+            "x days 00:00:00",
+        ] {
             assert_eq!(Stamps::like(none).and_then(|mut s| s.seconds(none)), None, "{none}");
         }
     }

@@ -3,24 +3,26 @@
 //! Codecs are Snappy, LZ4, gzip, Brotli and Zstandard, all in Rust. Times and timestamps are read as seconds,
 //! timestamps as seconds since 1970, texts in ISO 8601 too. Null is a missing value; repeated columns are not read.
 
-mod arrow;
 mod columns;
 mod pages;
 
+use super::arrow::schema::Schema;
+use super::base64::base64;
 use super::bytes::{Head, LogFile};
-use super::csv::stamps::Stamps;
-use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, Wanted, contained};
+use super::scale::Scale;
+use super::{Columns, Group, Pieces, Recording, Request, Rows, Wanted, contained};
 use crate::Error;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};
-use columns::{Scale, first_text, is_time, read};
+use columns::{first_text, is_time, read, scale_of};
 use pages::{Source, reader};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::{ParquetError, Result as Outcome};
 use parquet::file::metadata::{ParquetMetaData, RowGroupMetaData};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::statistics::Statistics;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -44,11 +46,11 @@ pub(super) fn open<'a>(
     let source = Arc::new(source);
     let pairs = metadata.file_metadata().key_value_metadata().into_iter().flatten();
     let arrow = pairs.filter(|pair| pair.key == "ARROW:schema").find_map(|pair| pair.value.clone());
-    let durations = arrow::durations(&arrow.unwrap_or_default());
+    let durations = durations(&arrow.unwrap_or_default());
     let (mut channels, mut columns, mut losses) = (Vec::new(), Vec::new(), Vec::new());
     for (k, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         let column_name = column.path().string();
-        let Some(mut scale) = Scale::of(column) else {
+        let Some(mut scale) = scale_of(column) else {
             let is_list = column.max_rep_level() > 0;
             let what = if is_list { "lists" } else { "bytes that are no numbers" };
             losses.push(format!("{}: column `{column_name}` is not read: {what}", file.name));
@@ -56,17 +58,13 @@ pub(super) fn open<'a>(
         };
         let duration = durations.get(&column_name).filter(|_| scale == Scale::INTEGER);
         if let Some(duration) = duration {
-            scale = Scale::Divided(*duration);
+            scale = *duration;
         }
         if scale == Scale::Text(None) {
             let text = contained(|| first_text(&source, &metadata, k)).flatten();
-            scale = Scale::Text(text.and_then(|text| Stamps::like(text.trim())));
+            scale = Scale::of_text(text.as_deref());
         }
-        let seconds = duration.is_some() || matches!(scale, Scale::Divided(_)) && is_time(column);
-        let mut channel = Channel::new(&column_name, seconds.then_some("s"));
-        channel.has_stamps = seconds || matches!(scale, Scale::Int96 | Scale::Text(Some(_)));
-        channel.is_text = scale == Scale::Text(None);
-        channels.push(channel);
+        channels.push(scale.channel(&column_name, duration.is_some() || is_time(column)));
         columns.push((k, scale));
     }
     if channels.iter().all(|channel| channel.is_text) {
@@ -76,6 +74,16 @@ pub(super) fn open<'a>(
     group.rows = u64::try_from(metadata.file_metadata().num_rows()).ok();
     let name = file.name;
     Ok(Box::new(Table { name, source, metadata, groups: [group], columns, losses }))
+}
+
+/// The columns that are durations, which the schema of Arrow has beyond that of Parquet.
+fn durations(schema: &str) -> BTreeMap<String, Scale> {
+    let message = base64(schema);
+    // A mark and the length of the message stand before it; of older writers the length alone.
+    let start = if message.starts_with(&[0xFF; 4]) { 8 } else { 4 };
+    let schema = message.get(start..).and_then(Schema::of).unwrap_or_default();
+    let own = schema.columns.into_iter().filter(|column| column.is_duration);
+    own.map(|column| (column.name, column.scale)).collect()
 }
 
 /// The library takes for granted that the places of a footer are in the file.
