@@ -112,10 +112,11 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
 #[test]
 fn an_actuator_that_was_stated_is_before_the_model() {
     let folder = folder();
-    // With hardly a lag of its own.
-    let mut bicycle = read_json(&folder.join("bicycle.json"));
-    bicycle["vehicle"]["actuator_time_constant_s"] = 1e-4.into();
-    fs::write(folder.join("body.json"), bicycle.to_string()).unwrap();
+    // A vehicle with hardly a lag of its own.
+    let vehicle = fs::read_to_string(data().join("multibody/vehicle.toml")).unwrap();
+    let vehicle = vehicle.replace("time_constant_s = 0.05", "time_constant_s = 1e-4");
+    fs::write(folder.join("body.toml"), vehicle).unwrap();
+    done(folder, "bicycle body.toml -o body.json");
     let limits = "--robust off --max-rate 0.4rad/s";
     done(folder, &format!("design body.json -o pid-body.json {limits}"));
     for (model, other) in [("plant", "body"), ("body", "plant")] {

@@ -97,6 +97,8 @@ pub(crate) fn plant_behind(plant: &Plant, actuator: StatedActuator) -> Plant {
     }
     let mut gain: Vec<f64> = (0..d.k.rows()).map(|i| d.k.at(i, 0)).collect();
     gain.push(0.0);
+    // The steering of the actuator is straight ahead at the start, and no innovation moves it.
+    behind.discrete.x0.push(0.0);
     let into = &mut behind.discrete;
     [into.a, into.b, into.c] = documented(&discrete);
     into.d = Matrix::column(&[0.0]);
@@ -106,10 +108,11 @@ pub(crate) fn plant_behind(plant: &Plant, actuator: StatedActuator) -> Plant {
 
 /// The document of a bicycle behind an actuator: its own lag and delay grow by those.
 pub(crate) fn bicycle_behind(bicycle: &Bicycle, actuator: StatedActuator) -> Bicycle {
-    let mut behind = bicycle.clone();
-    behind.vehicle.actuator_time_constant_s += actuator.time_constant_s;
-    behind.vehicle.actuator_delay_s += actuator.delay_s;
-    behind
+    let mut vehicle = bicycle.vehicle.clone();
+    vehicle.actuator_time_constant_s += actuator.time_constant_s;
+    vehicle.actuator_delay_s += actuator.delay_s;
+    let Bicycle { coefficients, state_matrix, input_matrix, .. } = Bicycle::new(vehicle.clone());
+    Bicycle { vehicle, coefficients, state_matrix, input_matrix, ..bicycle.clone() }
 }
 
 /// State, input and output matrix as a document has them.
