@@ -42,8 +42,8 @@ def test_errors_have_hints() -> None:
     with pytest.raises(TypeError, match="no option `plots` of design"):
         steerwright.design(plant, plots="figures")  # type: ignore[call-arg]
     assert issubclass(steerwright.Error, ValueError)
-    with pytest.raises(steerwright.Error, match="`desing` is no subcommand"):
-        steerwright.options("desing")
+    with pytest.raises(steerwright.Error, match="`paht` is no subcommand"):
+        steerwright.options("paht")
 
 
 def test_a_share_above_1_is_refused_with_the_right_spelling(plant: steerwright.Plant) -> None:
