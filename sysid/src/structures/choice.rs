@@ -182,3 +182,57 @@ fn growth(measured: &[f64], of: &[f64], other: &[f64], sample_time_s: f64) -> (f
     let scatter: f64 = without.iter().map(|r| (r - middle) * (r - middle)).sum();
     (ratio(total), (scatter * (count - 1.0) / count).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steerwright_drivelog::{LogOptions, read_log};
+    use steerwright_formats::{Document, Model, Vehicle};
+
+    fn log() -> DriveLog {
+        let mut csv = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps,speed_mps\n");
+        for k in 0..2000 {
+            let t = 0.01 * f64::from(k);
+            csv += &format!("{t:.2},{:.6},{:.6},20\n", 0.05 * t.sin(), 0.3 * t.sin());
+        }
+        read_log(&[("log.csv".into(), csv.into_bytes())], &LogOptions::default()).unwrap()
+    }
+
+    /// A vehicle with a spin margin, whose yaw rate is by a share too large.
+    fn vehicle(log: &DriveLog, spin_margin: f64, share: f64) -> IdentifiedModel {
+        let text = include_str!("../../../examples/drives/multibody/vehicle.json");
+        let evidence = format!(
+            r#"{{"channels": [], "estimation_samples": 1, "validation_samples": 1, "sample_time_s": 0.01,
+            "speed": {{"min_mps": 20, "mean_mps": 20, "max_mps": 20, "standard_deviation_mps": 0}},
+            "lateral_acceleration_mps2": 6, "fitted": [], "estimation": {{"yaw_rate": 99, "worst_window_radps": 0}},
+            "parameters": [], "covariance": [], "directions": [], "largest_steering_rate_radps": 0.1,
+            "spin_margin": {spin_margin}, "warnings": []}}"#
+        );
+        let mut vehicle = Vehicle::from_json(text, "vehicle.json").unwrap();
+        vehicle.evidence = Some(serde_json::from_str(&evidence).unwrap());
+        let simulated = log.output.iter().map(|rate| (1.0 + share) * rate).collect();
+        let validation = [log.len() / 2..log.len()];
+        IdentifiedModel {
+            model: Model::SingleTrack(vehicle.into()),
+            traces: Some(Traces::new(log, simulated, &validation)),
+        }
+    }
+
+    /// Of two vehicles the better one is chosen, but not where it spins with hardly less friction.
+    #[test]
+    fn what_nearly_spins_is_not_chosen() {
+        let log = log();
+        let chosen = |margin: f64| {
+            let models = vec![
+                (Structure::Bicycle, Ok(vehicle(&log, 0.2, 0.05))),
+                (Structure::SingleTrack, Ok(vehicle(&log, margin, 0.01))),
+            ];
+            let found = choose(&log, models, None).unwrap();
+            let excluded: Vec<bool> = found.rows.iter().map(|row| row.excluded.is_some()).collect();
+            let Model::SingleTrack(vehicle) = &found.identified.model else { panic!() };
+            (vehicle.evidence.as_ref().unwrap().spin_margin, excluded)
+        };
+        assert_eq!(chosen(0.02), (0.02, vec![false, false]));
+        assert_eq!(chosen(0.015), (0.2, vec![false, true]));
+    }
+}
