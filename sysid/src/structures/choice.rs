@@ -211,10 +211,10 @@ mod tests {
         let mut vehicle = Vehicle::from_json(text, "vehicle.json").unwrap();
         vehicle.evidence = Some(serde_json::from_str(&evidence).unwrap());
         let simulated = log.output.iter().map(|rate| (1.0 + share) * rate).collect();
-        let validation = [log.len() / 2..log.len()];
+        let validation = log.len() / 2..log.len();
         IdentifiedModel {
             model: Model::SingleTrack(vehicle.into()),
-            traces: Some(Traces::new(log, simulated, &validation)),
+            traces: Some(Traces::new(log, simulated, std::slice::from_ref(&validation))),
         }
     }
 
