@@ -39,6 +39,9 @@ pub enum Error {
         "the file is damaged or was not written to its end: copy it again, or export the part that can be read"
     ))]
     Read { file: String, byte: u64, problem: String },
+    #[error("{file}: no column has numbers")]
+    #[diagnostic(help("export time, steering, yaw rate and speed as columns of numbers"))]
+    NoNumbers { file: String },
     #[error(
         "{file}: a file of this format is read at several places, and a stream cannot be sought"
     )]

@@ -6,7 +6,7 @@
 mod columns;
 mod pages;
 
-use super::arrow::schema::Schema;
+use super::arrow::columns::Columns as Schema;
 use super::base64::base64;
 use super::bytes::{Head, LogFile};
 use super::scale::Scale;
@@ -15,6 +15,7 @@ use crate::Error;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};
+use arrow_ipc::convert::try_schema_from_ipc_buffer;
 use columns::{first_text, is_time, read, scale_of};
 use pages::{Source, reader};
 use parquet::column::reader::ColumnReader;
@@ -68,7 +69,7 @@ pub(super) fn open<'a>(
         columns.push((k, scale));
     }
     if channels.iter().all(|channel| channel.is_text) {
-        return Err(failed(0, "no column has numbers".into()));
+        return Err(Error::NoNumbers { file: file.name });
     }
     let mut group = Group::new(&file.name, "", channels);
     group.rows = u64::try_from(metadata.file_metadata().num_rows()).ok();
@@ -78,11 +79,9 @@ pub(super) fn open<'a>(
 
 /// The columns that are durations, which the schema of Arrow has beyond that of Parquet.
 fn durations(schema: &str) -> BTreeMap<String, Scale> {
-    let message = base64(schema);
-    // A mark and the length of the message stand before it; of older writers the length alone.
-    let start = if message.starts_with(&[0xFF; 4]) { 8 } else { 4 };
-    let schema = message.get(start..).and_then(Schema::of).unwrap_or_default();
-    let own = schema.columns.into_iter().filter(|column| column.is_duration);
+    let schema = contained(|| try_schema_from_ipc_buffer(&base64(schema)).ok()).flatten();
+    let columns = schema.map(|schema| Schema::of(schema.fields())).unwrap_or_default();
+    let own = columns.read.into_iter().filter(|column| column.is_duration);
     own.map(|column| (column.name, column.scale)).collect()
 }
 
