@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::channel_units::{check_quantity, is_named, unit_of};
+use crate::error::shortened;
 use crate::expression::{Term, terms};
 use crate::options::LogOptions;
 use crate::recording::{Group, uncommented};
@@ -126,6 +127,20 @@ fn expression(
     Ok(group.map(|group| (group, found)))
 }
 
+/// The columns of numbers that are no speed by a word in their names.
+fn named_otherwise(group: &Group) -> impl Iterator<Item = String> {
+    let channels =
+        group.channels.iter().filter(|channel| channel.has_role_by_name && !channel.is_text);
+    channels.filter_map(|channel| {
+        let word = Role::Speed.excluded_by(&channel.name)?;
+        let (file, column) = (group.place(), shortened(&channel.name));
+        Some(format!(
+            "{file}: column `{column}` looks like a speed, but its name contains `{word}`: name it with \
+             --speed-channel if it is the speed"
+        ))
+    })
+}
+
 /// The one column whose name and unit fit the role.
 fn by_name(
     groups: &[Group],
@@ -167,6 +182,9 @@ fn by_name(
                 Err(error) => unfit.push(error),
             }
         }
+    }
+    if role == Role::Speed && found.is_empty() && unfit.is_empty() {
+        warnings.extend(groups.iter().flat_map(named_otherwise));
     }
     let is_required = options.response.roles().contains(&role);
     let is_unknown = |error: &Error| matches!(error, Error::UnknownUnit { .. });

@@ -144,8 +144,18 @@ impl Role {
     }
 
     /// The same of a name that several roles are compared with.
-    pub(crate) fn is_of(self, Name { header, plain: name }: &Name<'_>) -> bool {
-        let header = *header;
+    pub(crate) fn is_of(self, name: &Name<'_>) -> bool {
+        self.is_in(name) && self.exclusion(name).is_none()
+    }
+
+    /// The word of a name like that of the role by which it is something else, such as its limit.
+    pub(crate) fn excluded_by(self, header: &str) -> Option<&'static str> {
+        let name = Name::new(header);
+        self.exclusion(&name).filter(|_| self.is_in(&name))
+    }
+
+    /// Whether the name has that of the role in it.
+    fn is_in(self, Name { header, plain: name }: &Name<'_>) -> bool {
         let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
         let is = |names: &[&str]| names.contains(&name.as_str());
         let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
@@ -153,7 +163,7 @@ impl Role {
             Self::Steering => {
                 // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`), openpilot (`steeringAngleDeg`),
                 // VBOX.
-                let is_named = any(&[
+                any(&[
                     "steer",
                     "roadwheel",
                     "frontwheelangle",
@@ -164,67 +174,28 @@ impl Role {
                     "lenkwinkel",
                     "lenkradwinkel",
                     "radeinschlag",
-                ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]);
-                let is_other = |words: &[String]| {
-                    any(&[
-                        "speed", "velocity", "torque", "geschw", "status", "pressed", "override",
-                        "offset",
-                    ]) || ends_a_word(words, &["rate", "ratio", "force", "moment"])
-                        || ends_a_word(words, PARAMETERS)
-                        // `current_steering_angle` is the one of now.
-                        || ends_a_word(words.get(1..).unwrap_or_default(), &["current"])
-                };
-                is_named && !is_other(&words_of(header))
+                ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"])
             }
-            Self::YawRate => {
-                let is_other = |words: &[String]| {
-                    any(&["target", "desired", "soll"])
-                        || words.iter().any(|word| word.starts_with("ref"))
-                        || ends_a_word(words, &["ref", "reference", "referenz"])
-                        || ends_a_word(words, PARAMETERS)
-                };
-                has_rate(name) && !is_other(&words_of(header))
-            }
+            Self::YawRate => has_rate(name),
             Self::Speed => {
-                let is_named = starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
-                        || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
-                        || any(&["fahrzeuggeschw", "fzggeschw"])
-                        // openpilot, CarMaker.
-                        || is(&["vego", "carv", "vfzg"]);
-                let is_other = |words: &[String]| {
-                    any(&["target", "desired", "setpoint", "soll"])
-                        || ends_a_word(words, &["limit", "ref", "reference", "referenz"])
-                        || ends_a_word(words, PARAMETERS)
-                };
-                is_named && !is_other(&words_of(header))
+                starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
+                    || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
+                    || any(&["fahrzeuggeschw", "fzggeschw"])
+                    // openpilot, CarMaker.
+                    || is(&["vego", "carv", "vfzg"])
             }
             Self::LateralAcceleration => {
-                // openpilot's desired acceleration, and that of its steering angle.
-                let is_other = any(&["desired", "target", "soll", "steeringangle"]);
-                !is_other
-                    && (any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
-                        || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"]))
+                any(&["lateralacc", "latacc", "accellat", "acclat", "querbeschl"])
+                    || is(&["ay", "accy", "alat", "accelerationy", "linearaccelerationy"])
             }
             Self::LongitudinalAcceleration => {
-                let is_other = any(&["desired", "target", "soll"]);
-                !is_other
-                    && (any(&[
-                        "longitudinalacc",
-                        "longacc",
-                        "accellong",
-                        "acclong",
-                        "laengsbeschl",
-                    ]) || is(&["ax", "accx", "along", "accelerationx", "linearaccelerationx"]))
+                any(&["longitudinalacc", "longacc", "accellong", "acclong", "laengsbeschl"])
+                    || is(&["ax", "accx", "along", "accelerationx", "linearaccelerationx"])
             }
             Self::LateralVelocity => is(&["vy", "lateralvelocity", "velocityy"]),
-            Self::Sideslip => {
-                any(&["sideslip", "schwimmwinkel", "slipangle"]) && !any(&["tire", "tyre", "wheel"])
-            }
+            Self::Sideslip => any(&["sideslip", "schwimmwinkel", "slipangle"]),
             Self::SteeringTorque => {
-                let is_driver = any(&["driver", "hand", "fahrer"]);
-                !is_driver
-                    && (any(&["steertorque", "steeringtorque", "lenkmoment"])
-                        || is(&["steerfiltered"]))
+                any(&["steertorque", "steeringtorque", "lenkmoment"]) || is(&["steerfiltered"])
             }
             Self::Roll => is(&["roll", "rollangle", "roadroll", "wankwinkel"]),
             Self::Engaged => is(&["latactive", "lateralactive", "steeringengaged"]),
@@ -240,6 +211,36 @@ impl Role {
             Self::North => matches!(&*header.to_lowercase(), "y_m" | "y [m]" | "gnss_y_m"),
             Self::Latitude => header.to_lowercase().starts_with("latitude"),
             Self::Longitude => header.to_lowercase().starts_with("longitude"),
+        }
+    }
+
+    /// The word by which a name is that of something else.
+    fn exclusion(self, Name { header, plain: name }: &Name<'_>) -> Option<&'static str> {
+        let any = |parts: &[&'static str]| parts.iter().copied().find(|part| name.contains(part));
+        let words = words_of(header);
+        let quantity = || word_of(&words, PARAMETERS);
+        // A command is an input: it is taken for the steering.
+        let command = || any(&["target", "desired", "soll"]).or_else(|| word_of(&words, COMMANDS));
+        match self {
+            Self::Steering => {
+                any(&["speed", "velocity", "torque", "geschw", "status", "pressed", "override"])
+                    .or_else(|| word_of(&words, &["rate", "ratio", "force", "moment"]))
+                    .or_else(quantity)
+                    // `current_steering_angle` is the one of now.
+                    .or_else(|| word_of(words.get(1..).unwrap_or_default(), &["current"]))
+            }
+            Self::SteeringTorque => any(&["driver", "hand", "fahrer"]).or_else(quantity),
+            Self::YawRate => {
+                let is_reference = words.iter().any(|word| word.starts_with("ref"));
+                command().or_else(quantity).or_else(|| is_reference.then_some("ref"))
+            }
+            // Of openpilot's steering angle.
+            Self::LateralAcceleration => any(&["steeringangle"]).or_else(command).or_else(quantity),
+            Self::Sideslip => any(&["tire", "tyre", "wheel"]).or_else(command).or_else(quantity),
+            Self::Speed | Self::LongitudinalAcceleration | Self::LateralVelocity | Self::Roll => {
+                command().or_else(quantity)
+            }
+            _ => None,
         }
     }
 
@@ -347,8 +348,32 @@ fn has_rate(name: &str) -> bool {
 }
 
 /// What is stated about a quantity and is not the quantity.
-const PARAMETERS: &[&str] =
-    &["gain", "factor", "bias", "offset", "variance", "sigma", "quality", "valid", "validity"];
+const PARAMETERS: &[&str] = &[
+    "gain",
+    "factor",
+    "bias",
+    "offset",
+    "variance",
+    "sigma",
+    "std",
+    "stddev",
+    "accuracy",
+    "quality",
+    "valid",
+    "validity",
+    "status",
+    "limit",
+    "min",
+    "max",
+    "minimum",
+    "maximum",
+    "threshold",
+];
+/// What a quantity is to be.
+const COMMANDS: &[&str] = &["cmd", "command", "setpoint", "ref", "reference", "referenz"];
+/// Behind the name of an error: the quantity without it.
+const CORRECTED: [&str; 6] =
+    ["corrected", "compensated", "removed", "free", "adjusted", "korrigiert"];
 
 /// The words of a name in lower case, as `_`, punctuation, digits and the case set them off.
 fn words_of(header: &str) -> Vec<String> {
@@ -372,9 +397,9 @@ fn words_of(header: &str) -> Vec<String> {
     words
 }
 
-/// Whether one of the endings is a word, ends one, or follows within one on what it may be of; the `rate` in
-/// `calibrated` does not.
-fn ends_a_word(words: &[String], endings: &[&str]) -> bool {
+/// The ending that is a word, ends one, or follows within one on what it may be of; the `rate` in `calibrated` does not.
+/// An offset that is corrected is none.
+fn word_of(words: &[String], endings: &[&'static str]) -> Option<&'static str> {
     const OF: [&str; 6] = ["steer", "steering", "angle", "wheel", "winkel", "rate"];
     let is_compound = |word: &str, end: &str| {
         let follows = |of: &&str| {
@@ -382,7 +407,15 @@ fn ends_a_word(words: &[String], endings: &[&str]) -> bool {
         };
         word.ends_with(end) || OF.iter().any(follows)
     };
-    words.iter().any(|word| endings.iter().any(|end| is_compound(word, end)))
+    let is_corrected = |at: usize, end: &str| {
+        let next = words.get(at + 1).is_some_and(|word| CORRECTED.contains(&word.as_str()));
+        next && matches!(end, "offset" | "bias")
+    };
+    let of_word = |(at, word): (usize, &String)| {
+        let is = |end: &&&str| is_compound(word, end) && !is_corrected(at, end);
+        endings.iter().find(is).copied()
+    };
+    words.iter().enumerate().find_map(of_word)
 }
 
 #[cfg(test)]
@@ -452,6 +485,31 @@ mod tests {
         for name in ["speed_limit_kmh", "speed_target", "SpeedGain", "velocity_ref"] {
             assert!(!Role::Speed.is_named_like(name), "{name}");
         }
-        assert!(Role::Speed.is_named_like("speed_filtered_mps"));
+        for name in ["speed_filtered_mps", "vehicle_speed_offset_corrected_mps", "speed_validated"]
+        {
+            assert!(Role::Speed.is_named_like(name), "{name}");
+        }
+        assert!(Role::YawRate.is_named_like("yaw_rate_bias_compensated"));
+        assert_eq!(Role::Speed.excluded_by("vehicle_speed_offset_mps"), Some("offset"));
+        // One list of words for all that is measured; a command is an input.
+        let of_words = ["limit", "max", "min", "status", "std", "accuracy", "valid", "offset"];
+        let measured = [
+            (Role::YawRate, "yaw_rate"),
+            (Role::Speed, "speed"),
+            (Role::LateralAcceleration, "lateral_acceleration"),
+            (Role::LongitudinalAcceleration, "longitudinal_acceleration"),
+            (Role::Sideslip, "sideslip"),
+        ];
+        for (role, name) in measured {
+            for word in of_words.iter().chain(&["setpoint", "cmd", "target"]) {
+                assert!(!role.is_named_like(&format!("{name}_{word}")), "{name}_{word}");
+            }
+        }
+        for word in of_words {
+            assert!(!Role::Steering.is_named_like(&format!("steering_angle_{word}")), "{word}");
+        }
+        for name in ["steering_cmd_rad", "steering_angle_target_deg", "steer_setpoint"] {
+            assert!(Role::Steering.is_named_like(name), "{name}");
+        }
     }
 }

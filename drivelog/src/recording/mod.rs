@@ -26,7 +26,7 @@ pub use memory::in_memory;
 pub use read_at::ReadAt;
 
 use crate::Error;
-use crate::error::last_part;
+use crate::error::{last_part, shortened};
 use crate::options::LogOptions;
 use crate::role::{Name, Role};
 use crate::units::split_brackets;
@@ -284,7 +284,7 @@ impl Group {
     }
 
     pub(crate) fn names(&self) -> String {
-        let names: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
+        let names: Vec<String> = self.channels.iter().map(|c| shortened(&c.name)).collect();
         names.join(", ")
     }
 

@@ -30,10 +30,18 @@ fn zeros_at_the_end_are_left_out_with_a_warning() {
     let torn = with_end(&format!("10.00,0.0{zeros}"));
     is_read(torn.clone(), 1000, "1002: the row has 2 cells, the header has 4");
     is_read(torn, 1000, "5000 bytes of 0");
+    // `1` may have been `15.0`.
+    is_read(with_end(&format!("10.00,0.02,0.1,1{zeros}")), 1000, "zeros cut the row off");
     let within = with_end(&format!("{zeros}\n{}\n", good_row(1000)));
     assert!(matches!(refused(within, &LogOptions::default()), Error::NotText { line: 1002, .. }));
     let none = refused(vec![0; 5000], &LogOptions::default());
     assert!(matches!(none, Error::NotText { .. }), "{none:?}");
+}
+
+#[test]
+fn a_quote_that_is_open_in_the_header_is_an_error() {
+    let error = refused([b"\"".to_vec(), good()].concat(), &LogOptions::default());
+    assert!(matches!(error, Error::OpenQuote { line: 1, .. }), "{error:?}");
 }
 
 #[test]

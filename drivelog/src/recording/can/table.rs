@@ -79,7 +79,11 @@ impl Table {
             ),
             _ => return None,
         };
-        let length = find("len").filter(|_| kind == Data::Cells);
+        let length = match kind {
+            Data::Cells => find("len"),
+            Data::Base64 => find("dlc"),
+            Data::Hex => find("datalength"),
+        };
         if kind == Data::Cells && length.is_none() {
             return None;
         }
@@ -98,22 +102,26 @@ impl Table {
         })
     }
 
-    pub(super) fn line(&self, line: &str) -> Line {
+    /// A line; `is_cut` where the file ends within it.
+    pub(super) fn line(&self, line: &str, is_cut: bool) -> Line {
         if line.is_empty() || Self::of(line).is_some() {
             return Line::Other;
         }
-        self.frame(line).unwrap_or(Line::Fault)
+        self.frame(line, is_cut).unwrap_or(Line::Fault)
     }
 
-    fn frame(&self, line: &str) -> Option<Line> {
+    fn frame(&self, line: &str, is_cut: bool) -> Option<Line> {
         let cells: Vec<&str> =
             line.split(self.delimiter).map(|c| c.trim().trim_matches('"')).collect();
         let is_set =
-            |at: usize| cells.get(at).is_some_and(|cell| matches!(*cell, "1" | "true" | "True"));
+            |at: usize| cells.get(at).is_some_and(|c| *c == "1" || c.eq_ignore_ascii_case("true"));
         if self.others.iter().any(|at| is_set(*at)) {
             return Some(Line::Other);
         }
-        let time = cells.get(self.time)?.parse::<f64>().ok().filter(|time| time.is_finite())?;
+        let stamp = *cells.get(self.time)?;
+        let time = stamp.parse::<f64>().ok().filter(|time| time.is_finite())?;
+        // SavvyCAN has whole microseconds, or seconds with a fraction.
+        let second = if stamp.contains('.') { 1.0 } else { self.second };
         let id = *cells.get(self.id)?;
         let id = match id.strip_prefix("0x") {
             Some(hex) => u32::from_str_radix(hex, 16),
@@ -121,6 +129,7 @@ impl Table {
             None => id.parse(),
         };
         let id = id.ok()?;
+        let length = self.length.map(|at| cells.get(at)?.parse::<usize>().ok());
         let data = match self.kind {
             Data::Hex => {
                 let data = *cells.get(self.data)?;
@@ -128,15 +137,21 @@ impl Table {
             }
             Data::Base64 => base64(cells.get(self.data)?),
             Data::Cells => {
-                let count = cells.get(self.length?)?.parse::<usize>().ok()?;
-                let cells = cells.get(self.data..)?.get(..count)?;
+                let cells = cells.get(self.data..)?.get(..length??)?;
+                // The byte at which the file was cut off may lack a digit.
+                if is_cut && cells.last().is_some_and(|cell| cell.len() < 2) {
+                    return None;
+                }
                 cells.iter().map(|cell| u8::from_str_radix(cell, 16).ok()).collect::<Option<_>>()?
             }
         };
+        if length.is_some_and(|length| length != Some(data.len())) {
+            return None;
+        }
         // Where the table does not state it, an identifier beyond 11 bits is extended.
         let is_extended = self.is_extended.map_or(id > 0x7FF, is_set);
         let bus = self.bus.and_then(|at| cells.get(at)).map_or("1", |bus| bus).to_owned();
-        let time = time * self.second;
+        let time = time * second;
         Some(Line::Frame(Frame { time, bus, id, is_extended, data, is_request: false }))
     }
 }

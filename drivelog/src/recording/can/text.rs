@@ -118,7 +118,7 @@ impl<R: Read> Frames<R> {
                 (Ok(text), Form::Trc) => self.trc.line(text.trim()),
                 (Ok(text), Form::Busmaster) => self.busmaster.line(text.trim()),
                 (Ok(text), Form::Table) => match &self.table {
-                    Some(table) => table.line(text.trim()),
+                    Some(table) => table.line(text.trim(), !text.ends_with('\n')),
                     None => {
                         self.table = Table::of(text.trim());
                         Line::Other
@@ -296,6 +296,52 @@ mod tests {
         }
         for text in ["time,addr,speed\n1,2,3\n", "timestamp,id,speed\n", "Time Stamp,ID,D1\n"] {
             assert_eq!(Form::of(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn tables_of_other_tools_that_are_damaged_or_written_otherwise() {
+        let python = "timestamp,arbitration_id,extended,remote,error,dlc,data\n";
+        let edge =
+            "TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;ESI;RTR;DataBytes\n";
+        let savvy = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n";
+        for (head, row) in [
+            // Fewer bytes than stated.
+            (python, "1.5,0x25,0,0,0,3,AA\n"),
+            (python, "1.5,0x25,0,0,0,3,A*AA\n"),
+            (edge, "1.5;1;25;0;3;3;0;0;0;0;0;012C"),
+            // A byte of which a digit is missing.
+            (savvy, "300000,00000025,false,Rx,0,3,00,10,1"),
+        ] {
+            assert_eq!(all(&format!("{head}{row}")), (Vec::new(), 1), "{row}");
+        }
+        let extended = frame(1.5, "0", 0x25, true, &[0x49]);
+        for row in ["1500000,00000025,TRUE,Rx,0,1,49,", "1.500000,00000025,true,Rx,0,1,49"] {
+            assert_eq!(all(&format!("{savvy}{row}")), (vec![extended.clone()], 0), "{row}");
+        }
+    }
+
+    #[test]
+    fn sessions_of_busmaster_follow_each_other() {
+        let session = |date: &str, mode: &str, clock: &str| {
+            format!(
+                "***BUSMASTER Ver 3.2.2***\n***START DATE AND TIME {date}***\n***HEX***\n***{mode} MODE***\n\
+                 {clock} Rx 1 0x025 s 1 49\n***[STOP LOGGING SESSION]***\n"
+            )
+        };
+        let times = |mode: &str, clocks: [&str; 2]| {
+            let first = session("30:9:2013 14:00:0:0", mode, clocks[0]);
+            let second = session("1:10:2013 8:00:0:500", mode, clocks[1]);
+            let (read, faults) = all(&(first + &second));
+            assert_eq!(faults, 0);
+            read.into_iter().map(|frame| frame.time).collect::<Vec<f64>>()
+        };
+        let day = 86_400.0;
+        let of_day = times("SYSTEM", ["14:00:01:0000", "08:00:01:0000"]);
+        assert_eq!(of_day, [14.0 * 3600.0 + 1.0, day + 8.0 * 3600.0 + 1.0]);
+        for mode in ["ABSOLUTE", "RELATIVE"] {
+            let of_start = times(mode, ["00:00:01:0000", "00:00:01:0000"]);
+            assert_eq!(of_start, [1.0, 18.0 * 3600.0 + 1.5], "{mode}");
         }
     }
 

@@ -100,6 +100,10 @@ impl<'a> Csv<'a> {
                 csv.top.insert(joined(&record));
             }
         }
+        let is_long = csv.groups[0].channels.iter().any(|channel| channel.name.contains('\n'));
+        if is_long && csv.is_at_end() && csv.reader.get_ref().is_quoted() {
+            return Err(Error::OpenQuote { file: name, line: head.header_line });
+        }
         Ok(csv)
     }
 

@@ -58,7 +58,7 @@ impl Csv<'_> {
     }
 
     /// Whether no row follows.
-    fn is_at_end(&mut self) -> bool {
+    pub(super) fn is_at_end(&mut self) -> bool {
         self.look(1) == 0
     }
 
@@ -118,6 +118,18 @@ impl Csv<'_> {
                 return Err(Error::OpenQuote { file: self.groups[0].file.clone(), line });
             }
             let mut read = self.cells(record, line, wanted, values);
+            // The cell before zeros may lack digits.
+            if !self.reader.get_ref().ends_line()
+                && self.reader.get_ref().zeros() > 0
+                && read.is_ok()
+                && self.is_at_end()
+            {
+                values.iter_mut().for_each(|values| values.truncate(rows));
+                let byte = record.position().map_or(0, csv::Position::byte);
+                let (file, problem) = (self.groups[0].file.clone(), "zeros cut the row off".into());
+                self.losses.last = Some((Error::Read { file, byte, problem }, 1));
+                break;
+            }
             if !matches!(&read, Ok(faults) if faults.is_empty()) {
                 let is_marked = record[0].trim_ascii() == b"%" && self.is_of_texts(record);
                 let is_repeated = self.top.contains(&joined(record));
