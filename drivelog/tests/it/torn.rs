@@ -32,6 +32,7 @@ fn zeros_at_the_end_are_left_out_with_a_warning() {
     is_read(torn, 1000, "5000 bytes of 0");
     // `1` may have been `15.0`.
     is_read(with_end(&format!("10.00,0.02,0.1,1{zeros}")), 1000, "zeros cut the row off");
+    is_read(with_end(&format!("10.00,0.02,0.1,1{zeros}\n")), 1000, "zeros cut the row off");
     let within = with_end(&format!("{zeros}\n{}\n", good_row(1000)));
     assert!(matches!(refused(within, &LogOptions::default()), Error::NotText { line: 1002, .. }));
     let none = refused(vec![0; 5000], &LogOptions::default());

@@ -19,6 +19,8 @@ pub(super) struct WithoutComments<R> {
     length: usize,
     /// Zeros since the last other byte but ends of lines.
     zeros: u64,
+    /// Whether these zeros began within a line.
+    is_torn: bool,
     /// A `/` that may begin a comment.
     slash: bool,
     /// Blanks that delimit the last cell, where one follows.
@@ -65,6 +67,7 @@ impl<R: Read> WithoutComments<R> {
             is_open: false,
             length: 0,
             zeros: 0,
+            is_torn: false,
             slash: false,
             blank: false,
             mark,
@@ -88,6 +91,11 @@ impl<R: Read> WithoutComments<R> {
         self.zeros
     }
 
+    /// Whether there are zeros at the end, and they began within a line.
+    pub(super) fn is_torn(&self) -> bool {
+        self.zeros > 0 && self.is_torn
+    }
+
     /// Whether what was read ends within quotes.
     pub(super) fn is_quoted(&self) -> bool {
         self.is_open
@@ -95,6 +103,9 @@ impl<R: Read> WithoutComments<R> {
 
     fn take(&mut self, byte: u8) {
         if byte == 0 {
+            if self.zeros == 0 {
+                self.is_torn = !self.at_line_end;
+            }
             self.zeros += 1;
             return;
         }

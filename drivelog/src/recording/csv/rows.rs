@@ -119,11 +119,7 @@ impl Csv<'_> {
             }
             let mut read = self.cells(record, line, wanted, values);
             // The cell before zeros may lack digits.
-            if !self.reader.get_ref().ends_line()
-                && self.reader.get_ref().zeros() > 0
-                && read.is_ok()
-                && self.is_at_end()
-            {
+            if read.is_ok() && self.is_at_end() && self.reader.get_ref().is_torn() {
                 values.iter_mut().for_each(|values| values.truncate(rows));
                 let byte = record.position().map_or(0, csv::Position::byte);
                 let (file, problem) = (self.groups[0].file.clone(), "zeros cut the row off".into());
