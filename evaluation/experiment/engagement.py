@@ -60,7 +60,7 @@ def is_lost(case, path, pid, start, servo):
         x, off, yaw, speed = state[[vehicle.X, vehicle.Y, vehicle.YAW, vehicle.SPEED]]
         slip = math.atan2(state[vehicle.LATERAL_VELOCITY], speed)
         largest = AWAY_M if (count - k) * SAMPLE_TIME_S > BACK_S else BACK_M
-        command = steering.command(k, x, off, yaw, speed)
+        command = steering.command(k, (x, off, yaw, 0.0), speed)
         known = advance(state, command, case.speed, p, STEPS, servo)
         lost = abs(off) > largest or abs(slip) > SLIDES_RAD or not known
         if lost:

@@ -82,8 +82,8 @@ def follow(car, speeds, loop, reader, slip, length, latency_s):
     for k in range(round(LONGEST_S / SAMPLE_TIME_S)):
         evaluate.speed = speeds(distance)
         reading = reader.read(road.LEAD_IN + k, state)
-        x, y, yaw = estimator.pose(road.LEAD_IN + k, reading, state)
-        command = steering.command(k, x, y, yaw, reading.speed)
+        pose = estimator.pose(road.LEAD_IN + k, reading, state)
+        command = steering.command(k, pose, reading.speed)
         error, _, _, distance = evaluate(k, state)
         errors.append(error)
         arrived = distance >= length - road.END_M

@@ -59,7 +59,7 @@ class Estimator:
         self.unit.initialize()
         self.measure = self.unit.writer("gnss_x", "gnss_y", "yaw_rate", "speed")
         self.count = self.unit.writer("gnss_fix_count")
-        self.read = self.unit.reader("x", "y", "yaw")
+        self.read = self.unit.reader("x", "y", "yaw", "sideslip_per_yaw_rate_offset")
 
     def pose(self, k, reading, _state):
         self.measure(reading.gnss_x, reading.gnss_y, reading.gyro, reading.speed)
@@ -75,7 +75,7 @@ class Truth:
     """Instead of an estimator."""
 
     def pose(self, _k, _reading, state):
-        return state[vehicle.X], state[vehicle.Y], state[vehicle.YAW]
+        return state[vehicle.X], state[vehicle.Y], state[vehicle.YAW], 0.0
 
     def close(self):
         pass
@@ -101,16 +101,17 @@ class Steering:
         self.path, self.pid = guide(path, "path", speed, sideslip), Unit(pid, "LateralPid")
         self.pid.set(speed=speed)
         self.pid.initialize()
-        self.locate = self.path.writer("x", "y", "yaw", "speed")
+        self.locate = self.path.writer("x", "y", "yaw", "sideslip_per_yaw_rate_offset", "speed")
         self.ask = self.path.reader("yaw_reference", "steering_feedforward")
         self.refer = self.pid.writer("yaw_reference", "yaw", "steering_feedforward", "speed")
         self.steer = self.pid.reader("steering_angle")
 
-    def command(self, k, x, y, yaw, speed):
-        self.locate(x, y, yaw, speed)
+    def command(self, k, pose, speed):
+        """The command for the pose of an estimator."""
+        self.locate(*pose, speed)
         tick(self.path, k)
         reference, feedforward = self.ask()
-        self.refer(reference, yaw, feedforward, speed)
+        self.refer(reference, pose[2], feedforward, speed)
         tick(self.pid, k)
         return self.steer()[0]
 
@@ -138,8 +139,9 @@ def follow(car, speed, loop, sensors, sideslip, length, servo=vehicle.SERVO_RATE
     rows, finished = [], False
     for k in range(round((length / speed + MARGIN_S) / SAMPLE_TIME_S)):
         reading = sensors.read(LEAD_IN + k, state)
-        x, y, yaw = estimator.pose(LEAD_IN + k, reading, state)
-        command = steering.command(k, x, y, yaw, reading.speed)
+        pose = estimator.pose(LEAD_IN + k, reading, state)
+        x, y, yaw, _ = pose
+        command = steering.command(k, pose, reading.speed)
 
         off = (yaw - state[vehicle.YAW], x - state[vehicle.X], y - state[vehicle.Y])
         cross_track, course, curvature, distance = evaluate(k, state)

@@ -28,6 +28,12 @@ const TERMINALS: &[Terminal] = &[
         members: &["x", "y", "yaw"],
     },
     Terminal {
+        name: "sideslip",
+        matching: "plug",
+        description: "what was learnt of the vehicle's sideslip",
+        members: &["sideslip_per_yaw_rate_offset"],
+    },
+    Terminal {
         name: "guidance",
         matching: "plug",
         description: "yaw reference, and the steering angle for the road's curvature",

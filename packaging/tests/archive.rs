@@ -212,6 +212,11 @@ fn terminals_close_the_steering_loop() {
         }
     }
     assert_eq!(path["pose"].1.len(), 3);
+    let estimator = terminals(Fmu::PoseEstimator);
+    for (name, members) in [("pose", 3), ("sideslip", 1)] {
+        let (outputs, inputs) = (&estimator[name].1, &path[name].1);
+        assert!(outputs.keys().eq(inputs.keys()) && inputs.len() == members, "{name}");
+    }
 }
 
 #[test]

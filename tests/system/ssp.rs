@@ -298,6 +298,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         "PoseEstimator.x -> ReferencePath.x",
         "PoseEstimator.y -> ReferencePath.y",
         "PoseEstimator.yaw -> ReferencePath.yaw",
+        "PoseEstimator.sideslip_per_yaw_rate_offset -> ReferencePath.sideslip_per_yaw_rate_offset",
         "ReferencePath.yaw_reference -> LateralPid.yaw_reference",
         "PoseEstimator.yaw -> LateralPid.yaw",
         "ReferencePath.steering_feedforward -> LateralPid.steering_feedforward",
@@ -352,7 +353,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
     let output = done(folder, &format!("simulate {fmus} --stop 2s --input fixes.csv --json"));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let wired = printed["connections"].as_array().unwrap();
-    assert!(wired.len() == 8 && wired.iter().all(|c| !c.to_string().contains("gnss")), "{wired:?}");
+    assert!(wired.len() == 9 && wired.iter().all(|c| !c.to_string().contains("gnss")), "{wired:?}");
     assert_eq!(printed["last"]["PoseEstimator.gnss_y"], 4.0);
 }
 

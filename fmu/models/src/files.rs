@@ -155,7 +155,11 @@ pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
 /// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.
 #[must_use]
 pub fn guidance_parameters(guidance: &Guidance, speed: f64) -> GuidanceParameters {
-    GuidanceParameters { guidance: *guidance, reference_speed: speed }
+    GuidanceParameters {
+        guidance: *guidance,
+        reference_speed: speed,
+        ..GuidanceParameters::default()
+    }
 }
 
 /// The guidance law of `path.json` over speed; `None` where its parameters hold at every speed.

@@ -12,7 +12,8 @@
 //! ```
 //!
 //! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g; S, Q and C are those of
-//! the speed v ([`crate::sideslip`]), S with the correction ϑ. In a steady turn with an error of S the cross-track error is
+//! the speed v ([`crate::sideslip`]), S with the offset σ that an estimator has learnt and the correction ϑ. In a steady
+//! turn with an error of S the cross-track error is
 //! Δ·r times that error, which ϑ takes away in the stated time, slowly where r is below r₀ and not at all far off the
 //! path. The derivatives
 //! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
@@ -38,12 +39,14 @@ pub struct GuidanceParameters {
     pub guidance: Guidance,
     /// v₀, the speed at which the sideslip is stated, m/s.
     pub reference_speed: f64,
+    /// σ, what the sideslip per yaw rate is beyond the stated one at present, s.
+    pub sideslip_per_yaw_rate_offset: f64,
 }
 
 as_numbers!(GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min_m guidance.preview_time_s
     guidance.feedforward_gain_radm
     guidance.sideslip_per_yaw_rate_s guidance.sideslip_growth_s5pm2 guidance.sideslip_per_yaw_acceleration_s2
-    reference_speed guidance.distance_rear_m
+    reference_speed sideslip_per_yaw_rate_offset guidance.distance_rear_m
     guidance.yaw_acceleration_gain_s2 guidance.yaw_jerk_gain_s3 guidance.sideslip_correction_time_s
     guidance.cross_track_integral_gain_per_s);
 
@@ -92,7 +95,7 @@ fn line_of_sight(aside: f64, ahead: f64) -> f64 {
 const LEAST_YAW_RATE: f64 = 0.1;
 /// e₀, m: a vehicle further off the path is there for other reasons.
 const NEAR: f64 = 1.0;
-/// Largest correction of the sideslip per yaw rate, s: that of a rear axle of half or twice the stiffness at 30 m/s.
+/// Largest correction and offset of the sideslip per yaw rate, s: that of a rear axle of half or twice the stiffness at 30 m/s.
 const LARGEST_CORRECTION: f64 = 0.15;
 
 /// How many laps of a closed path a saved progress may be.
@@ -136,7 +139,8 @@ impl GuidanceParameters {
     /// it changes; with a correction of the sideslip per yaw rate, s.
     fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, correction: f64) -> [f64; 2] {
         let mut sideslip = self.sideslip().at(speed);
-        sideslip.per_yaw_rate += correction;
+        let offset = self.sideslip_per_yaw_rate_offset;
+        sideslip.per_yaw_rate += offset.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION) + correction;
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
         let mut direction = path.direction(middle);

@@ -128,24 +128,22 @@ fn what_is_known_of_the_sideslip_leaves_little_error() {
     }
 }
 
-/// In a circle the yaw is the path's heading less (S + Q·a²)·κ·v; C has no part in it. Beyond g no
-/// tyre follows: the yaw goes on from there in proportion.
+/// In a circle the yaw is the path's heading less (S + σ + Q·a²)·κ·v; C has no part in it. Beyond g no
+/// tyre follows: the yaw goes on from there in proportion. σ counts up to 0.15 s.
 #[test]
 fn a_steady_turn_asks_for_the_steady_sideslip() {
     let (s, q, c) = (0.04, -0.001, 0.003);
-    for (speed, curvature) in [(15.0, 0.0178), (15.0, -0.0178), (5.0, 0.1), (20.0, 0.1)] {
+    let turns = [(15.0, 0.0178), (15.0, -0.0178), (5.0, 0.1), (20.0, 0.1)];
+    for ((speed, curvature), offset) in turns.into_iter().zip([0.0, 0.02, -0.03, -2.0]) {
         let path = PathGeometry::new(&road(60.0, 0.5, |_| curvature), false).unwrap();
         let point = path.at(30.0);
         let follower = PathFollower::new(Arc::new(path));
-        let out = follower.evaluate(
-            &guided(knowing(s, q, c)),
-            point.x_m,
-            point.y_m,
-            point.heading_rad,
-            speed,
-        );
+        let law =
+            GuidanceParameters { sideslip_per_yaw_rate_offset: offset, ..guided(knowing(s, q, c)) };
+        let out = follower.evaluate(&law, point.x_m, point.y_m, point.heading_rad, speed);
         let acceleration = (speed * speed * curvature).clamp(-9.81, 9.81);
-        let sideslip = (s + q * acceleration * acceleration) * curvature * speed;
+        let per_yaw_rate = s + offset.max(-0.15) + q * acceleration * acceleration;
+        let sideslip = per_yaw_rate * curvature * speed;
         let off = out.yaw_reference - (point.heading_rad - sideslip);
         assert!(off.abs() < 1e-9, "{speed} m/s, {curvature} 1/m: {off}");
     }
@@ -414,8 +412,11 @@ fn guidance_takes_the_law_at_its_speed() {
                     distance_rear_m: sideslip.distance_rear,
                     ..Guidance::default()
                 };
-                let guided =
-                    GuidanceParameters { guidance, reference_speed: sideslip.reference_speed };
+                let guided = GuidanceParameters {
+                    guidance,
+                    reference_speed: sideslip.reference_speed,
+                    ..Default::default()
+                };
                 follower.evaluate(&guided, p.x_m, p.y_m, p.heading_rad, speed).yaw_reference
             };
             let here = Sideslip { distance_rear: 0.0, ..law.at(speed) };

@@ -40,6 +40,9 @@ variables! {
     PositionStd = 14, real "position_std", Output, Continuous,
         .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
         .description("standard deviation of the position in the direction in which it is largest");
+    SideslipPerYawRateOffset = 15, real "sideslip_per_yaw_rate_offset", Output, Continuous,
+        .unit("s").nominal(0.01).depends_on(Nothing).initial_depends_on(Nothing)
+        .description("what the sideslip angle per yaw rate is beyond that of the parameters, as learnt from the fixes");
     GnssLatency = 20, real "gnss_latency", Parameter, Fixed, at estimator.parameters.gnss.latency_s,
         .unit("s").display_unit("ms").min(0.0).max(10.0).description("age of a fix when it arrives");
     AntennaX = 21, real "antenna_x", Parameter, Fixed, at estimator.parameters.gnss.antenna_x_m,
@@ -132,6 +135,7 @@ impl Slave for PoseEstimator {
             V::Yaw => self.settled().yaw(),
             V::Course => self.settled().course(),
             V::PositionStd => self.settled().position_std(),
+            V::SideslipPerYawRateOffset => self.settled().sideslip_per_yaw_rate_offset(),
             other => other.place(self).map_or(0.0, |value| *value),
         })
     }

@@ -22,6 +22,8 @@ variables! {
         .unit("rad").display_unit("deg").description("yaw of the vehicle, positive to the left");
     Speed = 3, real "speed", Input, Continuous, at inputs.speed,
         .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed of the vehicle");
+    SideslipPerYawRateOffset = 4, real "sideslip_per_yaw_rate_offset", Input, Continuous, at parameters.sideslip_per_yaw_rate_offset,
+        .unit("s").nominal(0.01).description("what the sideslip angle per yaw rate is beyond that of the parameters, as an estimator has learnt");
     YawReference = 10, real "yaw_reference", Output, Continuous,
         .unit("rad").display_unit("deg").depends_on(Nothing).description("yaw to steer for, not wrapped");
     SteeringFeedforward = 11, real "steering_feedforward", Output, Continuous,

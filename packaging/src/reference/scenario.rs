@@ -112,6 +112,9 @@ impl Scenario {
                     _ => place.heading_rad + 0.02 * (TAU * 0.2 * t).cos(),
                 }
             }
+            (Script::Drive { .. }, "sideslip_per_yaw_rate_offset") => {
+                from(2.0, 0.02 * (TAU * 0.1 * (t - 2.0)).sin())
+            }
             (Script::Locate { speed, latency }, _) => locate(name, time, *speed, *latency)?,
             _ => return None,
         };

@@ -127,10 +127,11 @@ fn set_position(
     let swing = Vector2::new(-arm.y, arm.x);
     let c = &mut filter.covariance;
     let yaw = c[(YAW, YAW)];
-    let both = swing * shared.transpose();
-    let position = nalgebra::Matrix2::identity() * variance + swing * swing.transpose() * yaw
-        - both
-        - both.transpose();
+    let half = swing * shared.transpose();
+    // In this order it is symmetric to the last bit.
+    let both = half + half.transpose();
+    let position =
+        nalgebra::Matrix2::identity() * variance + swing * swing.transpose() * yaw - both;
     c.fixed_view_mut::<2, 2>(0, 0).copy_from(&position);
     for i in 0..2 {
         let with_yaw = shared[i] - swing[i] * yaw;

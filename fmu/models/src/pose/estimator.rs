@@ -226,6 +226,12 @@ impl PoseEstimator {
         self.yaw() + ((stated + self.present.mean[SIDESLIP]) * rate).atan()
     }
 
+    /// What the sideslip per yaw rate is beyond the stated one, s.
+    #[must_use]
+    pub fn sideslip_per_yaw_rate_offset(&self) -> f64 {
+        self.present.mean[SIDESLIP]
+    }
+
     /// Standard deviation of the position in the direction in which it is largest, m.
     #[must_use]
     pub fn position_std(&self) -> f64 {

@@ -93,7 +93,7 @@ impl Filter {
         f[(YAW, BIAS)] = -t;
         let noise = process_noise(p, t, &d, self.mean[YAW] + 0.5 * turn, slip, v * rate);
         self.covariance = f * self.covariance * f.transpose() + noise;
-        self.make_symmetric();
+        self.bound_covariance();
         self.mean[0] += d.x;
         self.mean[1] += d.y;
         self.mean[YAW] += turn;
@@ -130,7 +130,7 @@ impl Filter {
         let kept = Matrix5::identity() - gain * h;
         self.covariance =
             kept * self.covariance * kept.transpose() + gain * gain.transpose() * *variance;
-        self.make_symmetric();
+        self.bound_covariance();
     }
 
     /// Standard deviation of the position in the direction in which it is largest, m.
@@ -147,8 +147,21 @@ impl Filter {
         self.mean.iter().chain(self.covariance.iter()).all(|value| value.is_finite())
     }
 
-    fn make_symmetric(&mut self) {
-        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
+    /// Makes a covariance of what rounding has left of one: symmetric, no variance below zero, and no covariance
+    /// beyond Schwarz's bound. Of numbers of very different sizes rounding is more than the small ones.
+    fn bound_covariance(&mut self) {
+        let c = &mut self.covariance;
+        *c = (*c + c.transpose()) * 0.5;
+        for i in 0..STATES {
+            c[(i, i)] = c[(i, i)].max(0.0);
+            for j in 0..i {
+                let (value, most) = (c[(i, j)], c[(i, i)] * c[(j, j)]);
+                if value * value > most {
+                    let bound = most.sqrt().copysign(value);
+                    (c[(i, j)], c[(j, i)]) = (bound, bound);
+                }
+            }
+        }
     }
 }
 

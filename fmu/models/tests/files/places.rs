@@ -210,7 +210,7 @@ fn the_path_and_its_guidance() {
         sideslip_correction_time_s: 13.0,
     };
     let law = guidance_parameters(&guidance, 12.0);
-    assert_eq!(law, GuidanceParameters { guidance, reference_speed: 12.0 });
+    assert_eq!(law, GuidanceParameters { guidance, reference_speed: 12.0, ..Default::default() });
     let sideslip = Sideslip {
         per_yaw_rate: 5.0,
         growth: 8.0,
