@@ -12,8 +12,8 @@
 //! ```
 //!
 //! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g; S, Q and C are those of
-//! the speed v ([`crate::sideslip`]), S with the offset σ that an estimator has learnt and the correction ϑ. In a steady
-//! turn with an error of S the cross-track error is
+//! the speed v ([`crate::sideslip`]), S with the correction ϑ and with the offset σ that an estimator has learnt, which
+//! is followed with the time constant Δ/v. In a steady turn with an error of S the cross-track error is
 //! Δ·r times that error, which ϑ takes away in the stated time, slowly where r is below r₀ and not at all far off the
 //! path. The derivatives
 //! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
@@ -39,7 +39,7 @@ pub struct GuidanceParameters {
     pub guidance: Guidance,
     /// v₀, the speed at which the sideslip is stated, m/s.
     pub reference_speed: f64,
-    /// σ, what the sideslip per yaw rate is beyond the stated one at present, s.
+    /// σ, what the sideslip per yaw rate is beyond the stated one by an estimator, s.
     pub sideslip_per_yaw_rate_offset: f64,
 }
 
@@ -109,11 +109,20 @@ const MOST_LAPS: f64 = 1e9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathFollower {
     geometry: Arc<PathGeometry>,
-    progress: Option<f64>,
-    /// z, m.
-    integral: f64,
-    /// ϑ, s.
-    sideslip_correction: f64,
+    state: GuidanceState,
+}
+
+/// What a [`PathFollower`] has kept of its steps.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct GuidanceState {
+    /// The distance along the path that was committed last, m; none before.
+    pub progress: Option<f64>,
+    /// z, the integral of the cross-track error, m.
+    pub integral: f64,
+    /// ϑ, the correction of the sideslip per yaw rate by the cross-track error, s.
+    pub sideslip_correction: f64,
+    /// σ, the offset of the sideslip per yaw rate, as far as it is followed, s.
+    pub sideslip_offset: f64,
 }
 
 impl GuidanceParameters {
@@ -136,11 +145,10 @@ impl GuidanceParameters {
     }
 
     /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
-    /// it changes; with a correction of the sideslip per yaw rate, s.
-    fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, correction: f64) -> [f64; 2] {
+    /// it changes; with what is added to the sideslip per yaw rate, s.
+    fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, added: f64) -> [f64; 2] {
         let mut sideslip = self.sideslip().at(speed);
-        let offset = self.sideslip_per_yaw_rate_offset;
-        sideslip.per_yaw_rate += offset.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION) + correction;
+        sideslip.per_yaw_rate += added;
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
         let mut direction = path.direction(middle);
@@ -184,7 +192,7 @@ impl PathFollower {
     /// A vehicle somewhere near a path.
     #[must_use]
     pub fn new(geometry: Arc<PathGeometry>) -> Self {
-        Self { geometry, progress: None, integral: 0.0, sideslip_correction: 0.0 }
+        Self { geometry, state: GuidanceState::default() }
     }
 
     /// The path.
@@ -203,7 +211,8 @@ impl PathFollower {
         yaw: f64,
         speed: f64,
     ) -> PathOutput {
-        let projection = match self.progress {
+        let state = &self.state;
+        let projection = match state.progress {
             Some(from) => self.geometry.project(x, y, from),
             None => self.geometry.locate(x, y, yaw),
         };
@@ -211,9 +220,9 @@ impl PathFollower {
         let error = projection.cross_track_error;
         let previewed = foot.distance_m + speed * p.guidance.preview_time_s;
         let lookahead = p.lookahead(speed);
-        let aimed = error + self.integral;
-        let [prescribed, curvature] =
-            p.yaw(&self.geometry, previewed, speed, self.sideslip_correction);
+        let aimed = error + state.integral;
+        let added = state.sideslip_correction + state.sideslip_offset;
+        let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed, added);
         PathOutput {
             yaw_reference: prescribed + line_of_sight(-aimed, lookahead),
             steering_feedforward: p.guidance.feedforward_gain_radm * curvature,
@@ -225,66 +234,56 @@ impl PathFollower {
         }
     }
 
-    /// The distance along the path that was committed last.
+    /// What was kept.
     #[must_use]
-    pub fn progress(&self) -> Option<f64> {
-        self.progress
+    pub fn state(&self) -> &GuidanceState {
+        &self.state
     }
 
-    /// The integral of the cross-track error z, m.
-    #[must_use]
-    pub fn integral(&self) -> f64 {
-        self.integral
-    }
-
-    /// The correction of the sideslip per yaw rate ϑ, s.
-    #[must_use]
-    pub fn sideslip_correction(&self) -> f64 {
-        self.sideslip_correction
-    }
-
-    /// Lets integral and correction grow over a step (s) at whose end the outputs were evaluated. Neither at a
-    /// standstill nor far off the path.
+    /// Lets integral and correction grow over a step (s) at whose end the outputs were evaluated, and follows the offset
+    /// of the sideslip: each fix changes it, and a steering that has no rate to spare would follow the noise. Nothing at
+    /// a standstill, and the first two not far off the path.
     pub fn integrate(&mut self, p: &GuidanceParameters, out: &PathOutput, speed: f64, step: f64) {
         if speed <= 0.0 {
             return;
         }
         let lookahead = p.lookahead(speed);
+        let state = &mut self.state;
+        let offset = p.sideslip_per_yaw_rate_offset.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION);
+        let share = (step * speed / lookahead).min(1.0);
+        state.sideslip_offset += share * (offset - state.sideslip_offset);
         let time = p.guidance.sideslip_correction_time_s;
         if time > 0.0 {
             let (error, yaw_rate) = (out.cross_track_error, speed * out.curvature);
             let missed = error / lookahead / (1.0 + (error / NEAR).powi(2));
             let share = yaw_rate / (yaw_rate * yaw_rate + LEAST_YAW_RATE * LEAST_YAW_RATE);
-            let corrected = self.sideslip_correction + step / time * missed * share;
+            let corrected = state.sideslip_correction + step / time * missed * share;
             if corrected.is_finite() {
-                self.sideslip_correction = corrected.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION);
+                state.sideslip_correction =
+                    corrected.clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION);
             }
         }
         let gain = p.guidance.cross_track_integral_gain_per_s;
         if gain == 0.0 {
             return;
         }
-        let (error, aimed) = (out.cross_track_error, out.cross_track_error + self.integral);
+        let (error, aimed) = (out.cross_track_error, out.cross_track_error + state.integral);
         let share = 1.0 / (1.0 + (aimed / lookahead).powi(2));
-        let grown = self.integral + step * gain * error * share;
+        let grown = state.integral + step * gain * error * share;
         if grown.is_finite() {
-            self.integral = grown.clamp(-lookahead, lookahead);
+            state.integral = grown.clamp(-lookahead, lookahead);
         }
     }
 
-    /// Goes on from a saved progress, integral and correction of the sideslip.
+    /// Goes on from what was kept.
     ///
     /// # Errors
-    /// Where one is not finite, or more laps of a closed path than anybody drives.
-    pub fn restore(
-        &mut self,
-        progress: Option<f64>,
-        integral: f64,
-        sideslip_correction: f64,
-    ) -> Result<(), Error> {
-        finite("the integral of the cross-track error", &[integral])?;
-        finite("the correction of the sideslip", &[sideslip_correction])?;
-        if let Some(value) = progress {
+    /// Where a number is not finite, or more laps of a closed path than anybody drives.
+    pub fn restore(&mut self, state: GuidanceState) -> Result<(), Error> {
+        finite("the integral of the cross-track error", &[state.integral])?;
+        finite("the correction of the sideslip", &[state.sideslip_correction])?;
+        finite("the offset of the sideslip", &[state.sideslip_offset])?;
+        if let Some(value) = state.progress {
             let name = "the distance along the path";
             finite(name, &[value])?;
             let (start, end) = (self.geometry.start(), self.geometry.end());
@@ -295,14 +294,12 @@ impl PathFollower {
                 return Err(Error::SavedState { name, value, expected });
             }
         }
-        self.progress = progress;
-        self.integral = integral;
-        self.sideslip_correction = sideslip_correction;
+        self.state = state;
         Ok(())
     }
 
     /// Goes on from what was evaluated.
     pub fn commit(&mut self, output: &PathOutput) {
-        self.progress = Some(output.distance);
+        self.state.progress = Some(output.distance);
     }
 }

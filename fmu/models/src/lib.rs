@@ -51,7 +51,7 @@ pub use angle::wrap_angle;
 pub use bicycle::{BicycleParameters, bicycle_body_frame};
 pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
-pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
+pub use guidance::{GuidanceParameters, GuidanceState, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};

@@ -8,7 +8,9 @@ use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 use steerwright_formats::{Guidance, PathPoint};
-use steerwright_models::{Error, GuidanceParameters, PathFollower, PathGeometry, wrap_angle};
+use steerwright_models::{
+    Error, GuidanceParameters, GuidanceState, PathFollower, PathGeometry, wrap_angle,
+};
 
 fn winding(s: f64) -> f64 {
     0.04 * (s / 17.0).sin()
@@ -166,9 +168,9 @@ fn the_integral_takes_the_place_of_a_lasting_error() {
     let g = guided(Guidance { cross_track_integral_gain_per_s: 1.0, ..Guidance::default() });
     let out = follower.evaluate(&g, 1.0, 2.0, 0.0, 0.0);
     follower.integrate(&g, &out, 0.0, 1e3);
-    assert_eq!(follower.integral(), 0.0);
+    assert_eq!(follower.state().integral, 0.0);
     follower.integrate(&g, &out, 1.0, 1e9);
-    assert!(follower.integral().abs() <= g.guidance.lookahead_min_m);
+    assert!(follower.state().integral.abs() <= g.guidance.lookahead_min_m);
 }
 
 /// A vehicle with a sideslip of 0 is steered perfectly round the eight by a follower with another one: the largest error on
@@ -193,7 +195,7 @@ fn with_a_wrong_sideslip(time: f64, wrong: f64) -> ([f64; 2], f64) {
         match (out.distance / length) as usize {
             0 => largest[0] = largest[0].max(out.cross_track_error.abs()),
             2 => largest[1] = largest[1].max(out.cross_track_error.abs()),
-            3 => return (largest, follower.sideslip_correction()),
+            3 => return (largest, follower.state().sideslip_correction),
             _ => {}
         }
     }
@@ -214,15 +216,47 @@ fn the_cross_track_error_of_turns_corrects_the_sideslip() {
     let g = guided(Guidance { sideslip_correction_time_s: 4.0, ..Guidance::default() });
     let off = follower.evaluate(&g, 1.0, -9.0, 0.0, 6.0);
     follower.integrate(&g, &off, 6.0, 1.0);
-    assert!(follower.sideslip_correction().abs() < 0.02, "{}", follower.sideslip_correction());
-    let before = follower.sideslip_correction();
+    assert!(
+        follower.state().sideslip_correction.abs() < 0.02,
+        "{}",
+        follower.state().sideslip_correction
+    );
+    let before = follower.state().sideslip_correction;
     follower.integrate(&g, &off, 0.0, 1e3);
-    assert_eq!(follower.sideslip_correction(), before);
+    assert_eq!(follower.state().sideslip_correction, before);
     follower.integrate(&g, &off, 6.0, 1e9);
-    assert_eq!(follower.sideslip_correction().abs(), 0.15);
+    assert_eq!(follower.state().sideslip_correction.abs(), 0.15);
     for wrong in [f64::NAN, f64::INFINITY] {
-        assert!(follower.restore(None, 0.0, wrong).is_err());
+        for state in [
+            GuidanceState { sideslip_correction: wrong, ..*follower.state() },
+            GuidanceState { sideslip_offset: wrong, ..*follower.state() },
+            GuidanceState { integral: wrong, ..*follower.state() },
+            GuidanceState { progress: Some(wrong), ..*follower.state() },
+        ] {
+            assert!(follower.restore(state).is_err(), "{state:?}");
+        }
     }
+}
+
+/// An offset of the sideslip is taken over with the time constant Δ/v, whatever the step, and not at a standstill.
+#[test]
+fn an_offset_of_the_sideslip_is_followed() {
+    let law = GuidanceParameters {
+        sideslip_per_yaw_rate_offset: 0.02,
+        ..guided(Guidance { lookahead_time_s: 1.2, lookahead_min_m: 3.0, ..Guidance::default() })
+    };
+    let after = |speed: f64, steps: i32, step: f64| {
+        let mut follower = PathFollower::new(eight());
+        let out = follower.evaluate(&law, 1.0, 2.0, 0.0, speed);
+        (0..steps).for_each(|_| follower.integrate(&law, &out, speed, step));
+        follower.state().sideslip_offset
+    };
+    for step in [0.01, 0.001] {
+        let offset = after(10.0, (1.2 / step) as i32, step);
+        assert!((offset / 0.02 - (1.0 - (-1.0_f64).exp())).abs() < 0.005, "{step}: {offset}");
+    }
+    assert!((after(10.0, 1000, 0.1) - 0.02).abs() < 1e-12 && after(0.0, 10, 1.0) == 0.0);
+    assert_eq!(after(10.0, 1, 1e6), 0.02);
 }
 
 /// Round the eight for five laps, also right through the crossing, with an error to the side.

@@ -137,9 +137,10 @@ fn a_steady_turn_asks_for_the_steady_sideslip() {
     for ((speed, curvature), offset) in turns.into_iter().zip([0.0, 0.02, -0.03, -2.0]) {
         let path = PathGeometry::new(&road(60.0, 0.5, |_| curvature), false).unwrap();
         let point = path.at(30.0);
-        let follower = PathFollower::new(Arc::new(path));
+        let mut follower = PathFollower::new(Arc::new(path));
         let law =
             GuidanceParameters { sideslip_per_yaw_rate_offset: offset, ..guided(knowing(s, q, c)) };
+        follower.integrate(&law, &PathOutput::default(), speed, 1e3);
         let out = follower.evaluate(&law, point.x_m, point.y_m, point.heading_rad, speed);
         let acceleration = (speed * speed * curvature).clamp(-9.81, 9.81);
         let per_yaw_rate = s + offset.max(-0.15) + q * acceleration * acceleration;
@@ -257,7 +258,7 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
     for k in 0..1_000 {
         let p = path.at(0.15 * f64::from(k));
         let mut follower = PathFollower::new(path.clone());
-        follower.restore(Some(p.distance_m), 0.0, 0.0).unwrap();
+        follower.commit(&PathOutput { distance: p.distance_m, ..PathOutput::default() });
         let law = guided(Guidance { preview_time_s: 0.2, ..knowing(s, 0.0, 0.0) });
         let out = follower.evaluate(&law, p.x_m, p.y_m, p.heading_rad, speed);
         let behind = path.at(out.distance + speed * 0.2 - speed * s).heading_rad;
@@ -403,7 +404,7 @@ fn guidance_takes_the_law_at_its_speed() {
         for k in 0..200 {
             let p = path.at(0.04 * speed * f64::from(k));
             let mut follower = PathFollower::new(path.clone());
-            follower.restore(Some(p.distance_m), 0.0, 0.0).unwrap();
+            follower.commit(&PathOutput { distance: p.distance_m, ..PathOutput::default() });
             let yaw = |sideslip: Sideslip| {
                 let guidance = Guidance {
                     sideslip_per_yaw_rate_s: sideslip.per_yaw_rate,

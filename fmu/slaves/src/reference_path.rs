@@ -8,7 +8,9 @@ use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use steerwright_models::{GuidanceParameters, GuidanceSchedule, PathFollower, PathOutput};
+use steerwright_models::{
+    GuidanceParameters, GuidanceSchedule, GuidanceState, PathFollower, PathOutput,
+};
 
 variables! {
     /// Variables of the path follower. Its outputs are evaluated in a step, from the inputs set
@@ -104,9 +106,7 @@ enum Phase {
 struct Saved {
     parameters: GuidanceParameters,
     inputs: Inputs,
-    progress: Option<f64>,
-    integral: f64,
-    sideslip_correction: f64,
+    followed: GuidanceState,
     phase: Phase,
 }
 
@@ -181,7 +181,7 @@ impl Slave for ReferencePath {
             V::HeadingError => self.output().heading_error,
             V::Curvature => self.output().curvature,
             V::Distance => self.output().distance,
-            V::SideslipCorrection => self.follower.sideslip_correction(),
+            V::SideslipCorrection => self.follower.state().sideslip_correction,
             V::Finished => return Value::Boolean(self.output().finished),
             other => other.place(self).map_or(0.0, |value| *value),
         })
@@ -222,9 +222,7 @@ impl Slave for ReferencePath {
         encode(&Saved {
             parameters: self.parameters,
             inputs: self.inputs,
-            progress: self.follower.progress(),
-            integral: self.follower.integral(),
-            sideslip_correction: self.follower.sideslip_correction(),
+            followed: *self.follower.state(),
             phase: self.phase.clone(),
         })
     }
@@ -232,8 +230,7 @@ impl Slave for ReferencePath {
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let saved: Saved = decode(bytes)?;
         let mut loaded = self.clone();
-        let Saved { progress, integral, sideslip_correction, .. } = saved;
-        loaded.follower.restore(progress, integral, sideslip_correction).map_err(|e| refuse(&e))?;
+        loaded.follower.restore(saved.followed).map_err(|e| refuse(&e))?;
         match &saved.phase {
             Phase::BeforeFirstStep { last_read: Inputs { x, y, yaw, speed } } => {
                 if [x, y, yaw, speed].iter().any(|value| !value.is_finite()) {

@@ -34,7 +34,7 @@ fn a_changed_layout_has_another_version() {
         ("BicyclePlant", (8, 293, 0x5921_6ad3_0845_b9bb)),
         ("NonlinearVehicle", (8, 550, 0x6b1c_cd55_a6ec_7888)),
         ("LateralPid", (8, 345, 0xae0e_fc53_d021_007d)),
-        ("ReferencePath", (8, 195, 0xab1c_8e3a_c48d_8486)),
+        ("ReferencePath", (8, 203, 0x454b_0963_695b_c746)),
         ("PoseEstimator", (8, 720, 0xebb2_b0ed_b5d8_1740)),
     ];
     assert_eq!(
