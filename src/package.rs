@@ -7,6 +7,8 @@ use crate::progress::Progress;
 use crate::{Global, console, files, quantity};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use steerwright_comparison::BehindActuator;
+use steerwright_formats::StatedActuator;
 use steerwright_packaging::Fmu;
 
 /// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file, without
@@ -27,7 +29,8 @@ pub(crate) struct Arguments {
     /// into the folder. With a path file they start on its first point, at its speed. With an estimator
     /// file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver
     /// without latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m
-    /// (0.02 m). A path or estimator without a sideslip uses that of the plant. The variant SpeedInput of the
+    /// (0.02 m). A path or estimator without a sideslip uses that of the plant. A plant of a measured angle is packed behind
+    /// the actuator that the controller was designed for. The variant SpeedInput of the
     /// package has one input, speed, for all FMUs
     #[arg(long, value_name = "NAME.ssp")]
     ssp: Option<PathBuf>,
@@ -45,6 +48,9 @@ struct Written {
     #[serde(skip_serializing_if = "Option::is_none")]
     guid: Option<String>,
     bytes: usize,
+    /// What stands before the model in this archive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    actuator: Option<StatedActuator>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     platforms: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -81,8 +87,22 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => None,
         Some(file) => Some((ssp_name(file)?, outputs.file(arguments.out.join(file), Kind::Ssp)?)),
     };
-    let named: Vec<(&str, String)> =
-        documents.iter().map(|(file, text)| (text.as_str(), file.display().to_string())).collect();
+    let names: Vec<String> = documents.iter().map(|(file, _)| file.display().to_string()).collect();
+    let mut named: Vec<(&str, &str)> = documents
+        .iter()
+        .zip(&names)
+        .map(|((_, text), name)| (text.as_str(), name.as_str()))
+        .collect();
+    let behind = steerwright_comparison::behind_stated_actuator(&named)?;
+    if let Some(behind) = &behind {
+        report_actuator(behind, ssp.is_some());
+    }
+    let behind = behind.filter(|_| ssp.is_some());
+    for (text, file) in &mut named {
+        if let Some(behind) = behind.as_ref().filter(|behind| behind.file == *file) {
+            *text = behind.document.as_str();
+        }
+    }
     let progress = Progress::start("packing");
     let (packed, package) = match &ssp {
         None => {
@@ -92,7 +112,6 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             (each.collect::<Result<Vec<_>, _>>()?, None)
         }
         Some((name, out)) => {
-            let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
             let packed = steerwright_comparison::pack_loop(name, &named, arguments.step)?;
             (packed.fmus, Some((out, packed.connections, packed.bytes)))
         }
@@ -107,6 +126,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
+            actuator: behind.as_ref().filter(|_| archive.fmu.is_plant()).map(|b| b.actuator),
             platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
             ..Written::default()
         });
@@ -134,6 +154,22 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     console::result(&format!("{}{wired}", console::table(&table)), &written)?;
     Ok(Outcome::Done)
+}
+
+/// Says whether the archive of a model has the actuator that the controller was designed for.
+fn report_actuator(behind: &BehindActuator, is_in_loop: bool) {
+    let [lag, delay] = [behind.actuator.time_constant_s, behind.actuator.delay_s].map(|s| 1e3 * s);
+    let actuator = format!(
+        "the controller's actuator, with a lag of {lag:.0} ms and a delay of {delay:.0} ms"
+    );
+    let file = &behind.file;
+    if is_in_loop {
+        console::note(format_args!("{file} is packed behind {actuator}"));
+    } else {
+        console::warning(format_args!(
+            "{file} is packed without {actuator}; --ssp packs it behind the actuator"
+        ));
+    }
 }
 
 /// The name of a package's system: that of its file.

@@ -32,7 +32,9 @@ pub use error::Error;
 pub use json::{Overview, json};
 pub use models::{ComparedModel, Controller, ControllerFile, models};
 pub use outcome::Outcome;
-pub use packed::{Named, PackedLoop, fmu_of, pack, pack_loop};
+pub use packed::{
+    BehindActuator, Named, PackedLoop, behind_stated_actuator, fmu_of, pack, pack_loop,
+};
 pub use page::{OutputFile, PAGE, files};
 pub use plants::Plant;
 pub use runs::{Effort, Run};

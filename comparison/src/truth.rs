@@ -5,7 +5,6 @@ use std::path::Path;
 use steerwright_control::DesignOptions;
 use steerwright_formats::{Document, SourceFile, Vehicle};
 use steerwright_host::{Archive, Causality, Kind, Value};
-use steerwright_packaging::Fmu;
 
 /// The parameters that a data sheet lacks for a vehicle at its limits.
 const REST: &str = include_str!("../../examples/drives/multibody/vehicle.json");
@@ -56,7 +55,7 @@ impl Truth {
     ) -> Result<Self, Error> {
         let name = path.display().to_string();
         let packed = packed::pack(document, &name, None)?;
-        if !matches!(packed.fmu, Fmu::NonlinearVehicle | Fmu::IdentifiedPlant | Fmu::BicyclePlant) {
+        if !packed.fmu.is_plant() {
             return Err(Error::NoVehicle { file: name, fmu: packed.fmu.name() });
         }
         let source = SourceFile::of(path, text.as_bytes());

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::OnceLock;
+use steerwright_host::{Archive, Instance};
 
 /// The chain's folder with a controller for the bicycle too, and a NonlinearVehicle.
 fn folder() -> &'static Path {
@@ -139,6 +140,29 @@ fn an_actuator_that_was_stated_is_before_the_model() {
         }
         let margin = number(&document["evidence"]["margins"]["modulus_margin"]);
         assert!((number(&run["modulus_margin"]) - margin).abs() < 1e-6, "{model}: {run}");
+    }
+    // In a package the plant is behind it, too; alone it is the model, and that is said.
+    let files = "package body.json with.json path.json --json";
+    let fmu_of = |output: &Output| -> Value {
+        let printed: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
+        printed.into_iter().find(|fmu| fmu["fmu"] == "BicyclePlant").unwrap()
+    };
+    support::run(
+        folder,
+        &format!("design body.json -o with.json {limits} --actuator-lag 80ms --force"),
+    );
+    let alone = done(folder, &format!("{files} --out alone"));
+    assert!(text_of(&alone).contains("body.json is packed without the controller's actuator"));
+    let inside = done(folder, &format!("{files} --out inside --ssp Loop.ssp"));
+    assert!(fmu_of(&alone)["actuator"].is_null());
+    assert_eq!(fmu_of(&inside)["actuator"]["time_constant_s"], 0.08);
+    for (place, lag) in [("alone", 1e-4), ("inside", 0.0801)] {
+        let archive = Archive::open(folder.join(place).join("BicyclePlant.fmu")).unwrap();
+        let mut unit = Instance::new(&archive, place).unwrap();
+        unit.setup_experiment(0.0, None, None).unwrap();
+        unit.enter_initialization_mode().unwrap();
+        let start = unit.real("actuator_time_constant").unwrap();
+        assert!((start - lag).abs() < 1e-12, "{place}: {start}");
     }
 }
 

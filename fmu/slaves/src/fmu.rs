@@ -102,4 +102,10 @@ impl Fmu {
     pub fn name(self) -> &'static str {
         self.table().model_name
     }
+
+    /// Whether it is a vehicle that is steered.
+    #[must_use]
+    pub fn is_plant(self) -> bool {
+        matches!(self, Self::IdentifiedPlant | Self::BicyclePlant | Self::NonlinearVehicle)
+    }
 }
