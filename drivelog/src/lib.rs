@@ -43,6 +43,7 @@ mod intersample;
 mod log;
 mod mapping;
 mod mapping_file;
+mod names;
 mod noise;
 mod options;
 mod read;

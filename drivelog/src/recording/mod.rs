@@ -27,8 +27,9 @@ pub use read_at::ReadAt;
 
 use crate::Error;
 use crate::error::{last_part, shortened};
+use crate::names::Name;
 use crate::options::LogOptions;
-use crate::role::{Name, Role};
+use crate::role::Role;
 use crate::units::split_brackets;
 use bytes::Head;
 use std::rc::Rc;

@@ -28,7 +28,7 @@ pub(in crate::recording) struct Columns {
 }
 
 impl Columns {
-    pub(in crate::recording) fn of(fields: &Fields) -> Self {
+    pub(in crate::recording) fn from_fields(fields: &Fields) -> Self {
         let mut all = Self::default();
         all.add(fields, "", &[]);
         all
@@ -98,7 +98,11 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Of a batch that has the columns of the schema at these places.
-    pub(super) fn of(batch: &RecordBatch, places: &[usize], column: &Column) -> Option<Self> {
+    pub(super) fn from_batch(
+        batch: &RecordBatch,
+        places: &[usize],
+        column: &Column,
+    ) -> Option<Self> {
         let (top, below) = column.path.split_first()?;
         let place = places.iter().position(|place| place == top)?;
         let mut cells = Self { array: batch.columns().get(place)?.clone(), parents: Vec::new() };

@@ -34,11 +34,11 @@ pub(super) fn open<'a>(
 ) -> Result<Box<dyn Recording + 'a>, Error> {
     let bytes = file.sought()?;
     let name = file.name;
-    let contents = contained(|| Contents::of(&bytes)).unwrap_or_else(damaged);
+    let contents = contained(|| Contents::open(&bytes)).unwrap_or_else(damaged);
     let contents =
         contents.map_err(|problem| Error::Read { file: name.clone(), byte: 0, problem })?;
     let columns::Columns { read: mut columns, unread } =
-        columns::Columns::of(contents.schema.fields());
+        columns::Columns::from_fields(contents.schema.fields());
     let of_texts = |column: &&mut Column| column.scale == Scale::Text(None);
     let places = places(columns.iter().filter(|column| column.scale == Scale::Text(None)));
     let filled = |(part, _): &(&Part, _)| part.rows > Some(0);
@@ -46,7 +46,8 @@ pub(super) fn open<'a>(
         && let Some((_, Ok(batch))) = Batches::new(&contents, &places).find(filled)
     {
         for column in columns.iter_mut().filter(of_texts) {
-            let text = Cells::of(&batch, &places, column).and_then(|cells| cells.first_text());
+            let text =
+                Cells::from_batch(&batch, &places, column).and_then(|cells| cells.first_text());
             column.scale = Scale::of_text(text.as_deref());
         }
     }
@@ -97,7 +98,8 @@ impl Recording for Ipc {
                 let Some((part, cells, done)) = &mut current else {
                     let (part, batch) = batches.next()?;
                     let cells = batch.and_then(|batch| {
-                        let cells = own.iter().map(|column| Cells::of(&batch, &places, column));
+                        let cells =
+                            own.iter().map(|column| Cells::from_batch(&batch, &places, column));
                         cells
                             .collect::<Option<Vec<Cells>>>()
                             .ok_or_else(|| "a column is missing".into())

@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use text::{Form, Frames};
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
-    Form::of(head.start).is_some()
+    Form::recognise(head.start).is_some()
 }
 
 /// Opens a bus log; reads through it once for the kinds of frames.
@@ -30,7 +30,7 @@ pub(super) fn open<'a>(
     file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    let mut form = Form::of(&file.head()?).unwrap_or(Form::Candump);
+    let mut form = Form::recognise(&file.head()?).unwrap_or(Form::Candump);
     if form == Form::NoTime {
         return Err(Error::FramesWithoutTime { file: file.name });
     }

@@ -42,7 +42,7 @@ impl<'a> Csv<'a> {
         let name = file.name.clone();
         let mut reader = file.into_reader()?;
         let (start, whole_lines) = header::start(&name, reader.as_mut(), options.header_line)?;
-        let mut head = Head::of(&name, &start[..whole_lines], options.header_line)?;
+        let mut head = Head::read(&name, &start[..whole_lines], options.header_line)?;
         // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
         let bytes = WithoutComments::new(bytes, head.delimiter);

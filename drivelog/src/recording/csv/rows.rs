@@ -189,7 +189,18 @@ impl Csv<'_> {
             let file = self.groups[0].file.clone();
             return Err(Error::RaggedRow { file, line, got, expected, blanks });
         }
-        self.numbers(record, line, wanted, values)
+        // Cells that are not there are missing.
+        let mut faults = Vec::new();
+        for (values, &j) in values.iter_mut().zip(wanted) {
+            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
+                Err(error) if self.is_tolerant && self.clock != Some(j) => {
+                    faults.push((j, error));
+                    f64::NAN
+                }
+                number => number?,
+            });
+        }
+        Ok(faults)
     }
 
     /// Whether the row has as many texts as numbers, or more, in the columns of numbers.
@@ -213,27 +224,6 @@ impl Csv<'_> {
             && (self.is_of_texts(record)
                 || !self.reader.get_ref().ends_line()
                     && record.iter().next_back().is_some_and(is_cut))
-    }
-
-    /// The numbers of a row, and its bad cells; cells that are not there are missing.
-    fn numbers(
-        &mut self,
-        record: &csv::ByteRecord,
-        line: u64,
-        wanted: &[usize],
-        values: &mut [Vec<f64>],
-    ) -> Result<Vec<(usize, Error)>, Error> {
-        let mut faults = Vec::new();
-        for (values, &j) in values.iter_mut().zip(wanted) {
-            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
-                Err(error) if self.is_tolerant && self.clock != Some(j) => {
-                    faults.push((j, error));
-                    f64::NAN
-                }
-                number => number?,
-            });
-        }
-        Ok(faults)
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {

@@ -219,10 +219,8 @@ fn slashed(text: &str) -> Option<Slashed> {
 
 /// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`.
 fn time_of_day(text: &str) -> Option<f64> {
-    let is_half = |half: &str| {
-        text.get(text.len().checked_sub(2)?..)?.eq_ignore_ascii_case(half).then_some(())
-    };
-    let (is_am, is_pm) = (is_half("am").is_some(), is_half("pm").is_some());
+    let end = text.len().checked_sub(2).and_then(|at| text.get(at..)).unwrap_or_default();
+    let (is_am, is_pm) = (end.eq_ignore_ascii_case("am"), end.eq_ignore_ascii_case("pm"));
     let text = if is_am || is_pm { text[..text.len() - 2].trim_end() } else { text };
     let colons = text.bytes().filter(|b| *b == b':').count();
     let mut text = if text.as_bytes().get(1) == Some(&b':') && colons >= 2 {

@@ -51,7 +51,7 @@ pub(super) fn open<'a>(
             if own.is_vlsd() {
                 continue;
             }
-            if Fields::of(own).is_some() {
+            if Fields::from_group(own).is_some() {
                 buses.push((d, c));
                 continue;
             }

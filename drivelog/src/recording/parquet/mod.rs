@@ -80,7 +80,7 @@ pub(super) fn open<'a>(
 /// The columns that are durations, which the schema of Arrow has beyond that of Parquet.
 fn durations(schema: &str) -> BTreeMap<String, Scale> {
     let schema = contained(|| try_schema_from_ipc_buffer(&base64(schema)).ok()).flatten();
-    let columns = schema.map(|schema| Schema::of(schema.fields())).unwrap_or_default();
+    let columns = schema.map(|schema| Schema::from_fields(schema.fields())).unwrap_or_default();
     let own = columns.read.into_iter().filter(|column| column.is_duration);
     own.map(|column| (column.name, column.scale)).collect()
 }
