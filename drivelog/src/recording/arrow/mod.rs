@@ -9,6 +9,7 @@ use super::bytes::{Head, LogFile};
 use super::scale::Scale;
 use super::{Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::Error;
+use crate::error::shortened;
 use crate::options::LogOptions;
 use columns::{Cells, Column};
 use parts::{Batches, Contents, MAGIC, MARK, Outcome, Part};
@@ -46,9 +47,9 @@ pub(super) fn open<'a>(
         && let Some((_, Ok(batch))) = Batches::new(&contents, &places).find(filled)
     {
         for column in columns.iter_mut().filter(of_texts) {
-            let text =
-                Cells::from_batch(&batch, &places, column).and_then(|cells| cells.first_text());
-            column.scale = Scale::of_text(text.as_deref());
+            if let Some(cells) = Cells::from_batch(&batch, &places, column) {
+                column.scale = cells.scale_of_texts();
+            }
         }
     }
     let channels = columns.iter().map(|own| own.scale.channel(&own.name, own.is_time));
@@ -59,8 +60,9 @@ pub(super) fn open<'a>(
     let mut rows = contents.parts.iter().filter_map(|part| part.rows);
     group.rows = rows.try_fold(0_u64, u64::checked_add);
     let damages = contents.damages.iter().map(|(at, what)| format!("{name}: byte {at}: {what}"));
-    let unread =
-        unread.iter().map(|(own, what)| format!("{name}: column `{own}` is not read: {what}"));
+    let unread = unread
+        .iter()
+        .map(|(own, what)| format!("{name}: column `{}` is not read: {what}", shortened(own)));
     let losses = damages.chain(unread).collect();
     Ok(Box::new(Ipc { contents, groups: [group], columns, losses }))
 }

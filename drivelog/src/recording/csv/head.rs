@@ -227,7 +227,7 @@ impl Score {
 }
 
 /// The cells of a line; delimiters in quotes are none, and a run of blanks is one.
-fn split(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
+pub(super) fn split(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
     let mut is_quoted = false;
     let is_blank = delimiter == b' ';
     let cells = line.split(|b| {

@@ -8,14 +8,14 @@ mod dialect;
 mod head;
 mod header;
 mod losses;
-mod missing;
+pub(super) mod missing;
 mod rows;
 pub(super) mod stamps;
 
 use super::bytes::LogFile;
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use crate::Error;
-use crate::error::counted;
+use crate::error::{counted, shortened};
 use crate::options::LogOptions;
 use cells::is_blank;
 use comments::WithoutComments;
@@ -85,7 +85,7 @@ impl<'a> Csv<'a> {
             optional: Vec::new(),
             is_tolerant: false,
             losses,
-            has_blanks: head.delimiter == b' ',
+            delimiter: head.delimiter,
             count: 0,
             reader,
             is_read: false,
@@ -194,7 +194,7 @@ impl Recording for Csv<'_> {
         let open = open.map(|(_, channel)| {
             format!(
                 "{file}: column `{}`: day and month are open and the month is taken to be first, which changes no time between rows",
-                channel.name
+                shortened(&channel.name)
             )
         });
         self.losses.sentences(file).into_iter().chain(open).collect()
