@@ -9,12 +9,16 @@ use crate::pipeline::{self, Job, Text};
 use crate::specification::SpecificationArguments;
 use crate::{Global, console, design_summary, files, identify, overview, quantity};
 use std::path::{Path, PathBuf};
+use steerwright_drivelog::LOG_FORMATS;
 
 /// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Logs: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc
-    #[arg(required_unless_present = "drives", value_name = "LOG")]
+    #[arg(
+        required_unless_present = "drives",
+        value_name = "LOG",
+        help = format!("Logs: {LOG_FORMATS} with --dbc")
+    )]
     logs: Vec<PathBuf>,
     /// Folder for all results
     #[arg(long, short, value_name = "DIR", default_value = "out")]

@@ -7,7 +7,9 @@ use crate::progress::Progress;
 use crate::{Global, console, files};
 use std::fmt::Write;
 use std::path::PathBuf;
-use steerwright_drivelog::{InspectedChannel, InspectedGroup, Inspection, LogOptions, inspect};
+use steerwright_drivelog::{
+    InspectedChannel, InspectedGroup, Inspection, LOG_FORMATS, LogOptions, inspect,
+};
 use steerwright_report::{
     Block, Figure, Panel, Section, Series, Style, Table, palette, report_html,
 };
@@ -19,8 +21,7 @@ const PANELS: usize = 24;
 /// speed, lateral acceleration or GNSS
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// The log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc
-    #[arg(value_name = "LOG")]
+    #[arg(value_name = "LOG", help = format!("The log: {LOG_FORMATS} with --dbc"))]
     log: PathBuf,
     /// List and draw this channel only, named as it is listed; may be repeated
     #[arg(long = "channel", value_name = "CHANNEL")]
@@ -64,9 +65,11 @@ fn nothing_read(found: &Inspection) -> Option<Failure> {
     }
     let what = if groups.iter().all(|group| group.rows == 0) { "row" } else { "numeric channel" };
     let hint = if found.losses.is_empty() {
-        "check that the log holds numbers: CSV with a header line and a row for each sample, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
+        format!(
+            "check that the log holds numbers: {LOG_FORMATS} with its database; a table has a header line and a row for each sample"
+        )
     } else {
-        "the warnings give the reasons; a table needs a header line and a row of numbers for each sample"
+        "the warnings give the reasons; a table needs a header line and a row of numbers for each sample".into()
     };
     Some(Failure::new(format!("{}: no {what} was read", found.file), hint))
 }

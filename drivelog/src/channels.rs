@@ -1,7 +1,7 @@
 //! The channels of a drive: SI values, missing samples dropped, impossible values rejected.
 
 use crate::Error;
-use crate::error::{Place, counted};
+use crate::error::{Place, counted, shortened};
 use crate::expression::Term;
 use crate::faults::{SpikeFilter, average};
 use crate::intersample::{self, Updates};
@@ -377,7 +377,8 @@ fn drop_missing(series: &mut Series, warnings: &mut Vec<String>) {
     if let Some(text) = runs.finish() {
         warnings.push(format!(
             "{}: column `{}`: {text} missing; short runs are bridged by straight lines",
-            series.file, series.column
+            series.file,
+            shortened(&series.column)
         ));
         series.leave_out_missing();
     }

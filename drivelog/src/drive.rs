@@ -6,13 +6,14 @@
 
 use crate::Error;
 use crate::channels::{self, Opened};
-use crate::error::{Place, last_part};
+use crate::error::{Place, last_part, shortened};
 use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
+use crate::names::Wheel;
 use crate::options::{LogOptions, Response};
 use crate::recording::Group;
-use crate::role::{Role, Wheel};
+use crate::role::Role;
 use crate::series::Series;
 use crate::signal::resolution;
 use crate::units::Quantity;
@@ -179,7 +180,7 @@ pub(crate) fn steering_ratio(
     if wheel.is_none() && steering.unit.quantity == Quantity::Angle {
         warnings.push(format!(
             "no steering ratio is stated: column `{}` is taken for the road-wheel angle (ratio 1)",
-            steering.column
+            shortened(&steering.column)
         ));
     }
     Ok(1.0)
@@ -195,7 +196,7 @@ fn normalised(
         if steering.unit.quantity == Quantity::Dimensionless {
             warnings.push(format!(
                 "column `{}` has no angle's unit: 1 of it is taken for 1 rad, so angles of the model and of its controller are in that unit; the steering full scale states the angle at 1",
-                steering.column
+                shortened(&steering.column)
             ));
         }
         return Ok(());
@@ -209,7 +210,7 @@ fn normalised(
     }
     warnings.push(format!(
         "column `{}` is a normalised command: 1 is {:.2}°, as stated",
-        steering.column,
+        shortened(&steering.column),
         angle.to_degrees()
     ));
     Ok(())

@@ -1,5 +1,6 @@
 //! The errors of the crate with their places and numbers, and a hint for each.
 
+use crate::recording::LOG_FORMATS;
 use crate::role::unit_in_place_of;
 use crate::units::known_units;
 use miette::Diagnostic;
@@ -32,7 +33,7 @@ impl std::fmt::Display for Place {
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     #[error("no log is named")]
-    #[diagnostic(help("name a CSV file with a header line"))]
+    #[diagnostic(help("{}", name_a_log()))]
     NoFiles,
     #[error("{file}: byte {byte}: {problem}")]
     #[diagnostic(help(
@@ -78,15 +79,13 @@ pub enum Error {
     ))]
     SeveralClocks { role: &'static str, expression: String },
     #[error("{file}: the file is empty")]
-    #[diagnostic(help("{}", LOG))]
+    #[diagnostic(help("{}", name_a_log()))]
     EmptyFile { file: String },
     #[error("{file}: this is a JSON document, not a log")]
-    #[diagnostic(help(
-        "name a log: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database"
-    ))]
+    #[diagnostic(help("{}", name_a_log()))]
     Json { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
-    #[diagnostic(help("{}", LOG))]
+    #[diagnostic(help("{}", name_a_log()))]
     NotText { file: String, line: u64 },
     #[error("{file}: the text is UTF-16, and UTF-8 is expected")]
     #[diagnostic(help("save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv"))]
@@ -102,16 +101,33 @@ pub enum Error {
     )]
     #[diagnostic(help("close the quote, or remove it"))]
     OpenQuote { file: String, line: u64 },
-    #[error("{file}:{line}: the header names the column `{column}` twice")]
+    #[error(
+        "{file}:{line}: a quote that begins in this line is closed in line {last} only; it takes in {}",
+        counted(*.rows, "row")
+    )]
+    #[diagnostic(help(
+        "remove the quotes of both lines; a quote that belongs to a text is written twice, within quotes"
+    ))]
+    LongQuote { file: String, line: u64, last: u64, rows: usize },
+    #[error(
+        "{file}:{line}: the header names the column `{name}` twice",
+        name = shortened(.column)
+    )]
     #[diagnostic(help("use a different name for each column"))]
     RepeatedColumn { file: String, line: u64, column: String },
-    #[error("no column `{column}` (for the {role}); there are: {available}")]
+    #[error(
+        "no column `{name}` (for the {role}); there are: {available}",
+        name = shortened(.column)
+    )]
     #[diagnostic(help("{}", CHANNEL))]
     MissingColumn { role: &'static str, column: String, available: String },
     #[error("which column is the {role}? {problem}; there are: {available}")]
     #[diagnostic(help("{}", CHANNEL))]
     RoleNotFound { role: &'static str, problem: String, available: String },
-    #[error("the column `{column}` (for the {role}) is in more than one file: {files}")]
+    #[error(
+        "the column `{name}` (for the {role}) is in more than one file: {files}",
+        name = shortened(.column)
+    )]
     #[diagnostic(help("{}", one_file(column, files)))]
     AmbiguousColumn { role: &'static str, column: String, files: String },
     #[error("{at}: `{text}` is not a number")]
@@ -145,7 +161,10 @@ pub enum Error {
     #[error("{at}: the unit is not stated")]
     #[diagnostic(help("{}", state_unit(&at.column)))]
     UnitNotStated { at: Box<Place> },
-    #[error("{file}: column `{column}`: `{unit}` is not a known unit")]
+    #[error(
+        "{file}: column `{name}`: `{own}` is not a known unit",
+        name = shortened(.column), own = shortened(.unit)
+    )]
     #[diagnostic(help("known units: {}", known_units()))]
     UnknownUnit { file: String, column: String, unit: String },
     #[error("{at}: the header has the unit {header}, the row under it {row}")]
@@ -156,11 +175,15 @@ pub enum Error {
         "state the unit % where 100 is the full scale, or the angle's unit; state no full scale where 1 is not the full scale"
     ))]
     BeyondFullScale { at: Box<Place>, value: f64 },
-    #[error("a unit is stated for `{column}`, which is not a column that is read")]
+    #[error(
+        "a unit is stated for `{name}`, which is not a column that is read",
+        name = shortened(.column)
+    )]
     #[diagnostic(help("spell the name as in the header, or leave its unit out"))]
     UnusedUnit { column: String },
     #[error(
-        "{file}: column `{column}` is in {unit}, which is no unit of the {role} (expected {expected})"
+        "{file}: column `{name}` is in {unit}, which is no unit of the {role} (expected {expected})",
+        name = shortened(.column)
     )]
     #[diagnostic(help("map another column, or state the unit where the name is misleading"))]
     WrongQuantity {
@@ -181,7 +204,8 @@ pub enum Error {
     ))]
     TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
     #[error(
-        "{file}: column `{column}`: {values} values share {instants} instants: the clock is too coarse"
+        "{file}: column `{name}`: {values} values share {instants} instants: the clock is too coarse",
+        name = shortened(.column)
     )]
     #[diagnostic(help(
         "export the time with more digits, or leave its column out and state the time between rows"
@@ -226,7 +250,10 @@ pub enum Error {
     #[error("a speed window needs a speed column, and {drive} has none")]
     #[diagnostic(help("name the channel of the speed, or leave the speed window out"))]
     NoSpeedForWindow { drive: String },
-    #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
+    #[error(
+        "{file}: column `{name}`: the {role} is {value} {unit} throughout",
+        name = shortened(.column)
+    )]
     #[diagnostic(help("{}", moving(role)))]
     Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
     #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
@@ -241,7 +268,8 @@ pub enum Error {
         alternatives: String,
     },
     #[error(
-        "{file}: column `{column}` is a steering wheel's angle, and no steering ratio is stated"
+        "{file}: column `{name}` is a steering wheel's angle, and no steering ratio is stated",
+        name = shortened(.column)
     )]
     #[diagnostic(help(
         "state the steering ratio, the steering angle over the road-wheel angle, such as 15; 1 where the column is the road wheel's"
@@ -261,12 +289,18 @@ pub enum Error {
         "models are of forward driving: use a log of it; where the vehicle did drive forward, the speed has the other sign: put a - before its column"
     ))]
     Reversing { at: Box<Place>, reversing_s: f64, forward_s: f64 },
-    #[error("{file}: column `{column}`: a speed of {mean_mps:.2} m/s on average is a standstill")]
+    #[error(
+        "{file}: column `{name}`: a speed of {mean_mps:.2} m/s on average is a standstill",
+        name = shortened(.column)
+    )]
     #[diagnostic(help(
         "map the channel of the speed, state its unit, or use the part that is driven; without any speed column the dynamics can be identified, but no position"
     ))]
     Standstill { file: String, column: String, mean_mps: f64 },
-    #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
+    #[error(
+        "{file}: column `{name}` has {got} values with a time, a log needs {need} or more",
+        name = shortened(.column)
+    )]
     #[diagnostic(help(
         "check that the file has rows with a time and a value in this column; a minute of driving or more is needed"
     ))]
@@ -327,8 +361,8 @@ pub enum Error {
     ))]
     NotADrive { file: String, role: &'static str },
     #[error(
-        "{file}:{line}: column `{column}`: the clock's period changes from {} s to {} s",
-        short(*.before_s), short(*.period_s)
+        "{file}:{line}: column `{name}`: the clock's period changes from {} s to {} s",
+        short(*.before_s), short(*.period_s), name = shortened(.column)
     )]
     #[diagnostic(help(
         "cut the file where its rate changes and accumulate the parts one by one, with one sample time"
@@ -347,17 +381,22 @@ impl Error {
     /// that is missing.
     #[must_use]
     pub fn suggested_unit(&self) -> Option<(&str, &'static str)> {
-        match self {
-            Self::UnitNotStated { at } => {
-                Some((at.column.as_str(), unit_in_place_of(&at.column).1))
-            }
-            Self::UnitsDiffer { at, row, .. } => Some((at.column.as_str(), *row)),
-            _ => None,
-        }
+        let (column, unit) = match self {
+            Self::UnitNotStated { at } => (at.column.as_str(), unit_in_place_of(&at.column).1),
+            Self::UnitsDiffer { at, row, .. } => (at.column.as_str(), *row),
+            _ => return None,
+        };
+        // Nobody types a longer name.
+        if shortened(column) == column { Some((column, unit)) } else { None }
     }
 }
 
-const LOG: &str = "name a log: CSV with a header line and a row for each sample, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with its database";
+fn name_a_log() -> String {
+    format!(
+        "name a log: {LOG_FORMATS} with its database; a table has a header line and a row for each sample"
+    )
+}
+
 const CHANNEL: &str =
     "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite";
 
@@ -380,6 +419,7 @@ fn numbers(text: &str) -> &'static str {
 
 fn state_unit(column: &str) -> String {
     let (suffix, unit) = unit_in_place_of(column);
+    let column = shortened(column);
     let normalised =
         if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
     format!(
@@ -398,7 +438,7 @@ fn moving(role: &str) -> &'static str {
 fn one_file(column: &str, files: &str) -> String {
     let mut files = files.split(", ");
     let first = files.next().unwrap_or_default();
-    let column = column.rsplit_once(':').map_or(column, |(_, column)| column);
+    let column = shortened(column.rsplit_once(':').map_or(column, |(_, column)| column));
     if files.next() == Some(first) {
         format!("name {first} once")
     } else {
@@ -416,7 +456,7 @@ pub(crate) fn short(x: f64) -> String {
     }
 }
 
-/// The start of a text of a file, in one line, as messages quote it.
+/// The start of a text of a file, such as a cell or a name, in one line, as messages quote it.
 pub(crate) fn shortened(text: &str) -> String {
     const MOST: usize = 80;
     let line = text.split(['\r', '\n']).next().unwrap_or_default();

@@ -4,6 +4,7 @@
 //! rows apart, at multiples of one number of rows; a quantised signal that moves changes from row to row.
 //! Of a command the rows are what acts, repetitions included (zero-order hold).
 
+use crate::error::shortened;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::series::Series;
@@ -129,7 +130,7 @@ pub(crate) fn held_steps_warning(series: &Series, rows: f64) -> String {
     format!(
         "{}: column `{}`: each value is repeated over {:.0} rows; it is read as updated at {:.1} Hz",
         series.file,
-        series.column,
+        shortened(&series.column),
         rows,
         1.0 / series.period
     )

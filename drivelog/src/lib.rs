@@ -5,8 +5,8 @@
 //! | CSV of any dialect, plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | its columns |
 //! | MDF 4 and 3 | its channels, and the signals of its CAN frames by DBC databases |
 //! | MCAP | the numbers in messages of ROS 2 or in JSON |
-//! | Parquet | its columns |
-//! | CAN logs as text (candump, Vector ASC), plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | the signals of their frames by DBC databases |
+//! | Parquet, Arrow (Feather) | its columns |
+//! | CAN logs as text (candump, Vector ASC, PEAK TRC, BUSMASTER, CSV of cabana, SavvyCAN, python-can and CANedge), plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | the signals of their frames by DBC databases |
 //!
 //! A format is recognised by the first bytes of the file and read as a [`Recording`]. [`read_log`] brings its
 //! channels onto one grid as a [`DriveLog`], in as many segments as drives, gaps and windows make of it; [`stream`]
@@ -43,6 +43,7 @@ mod intersample;
 mod log;
 mod mapping;
 mod mapping_file;
+mod names;
 mod noise;
 mod options;
 mod read;
@@ -63,8 +64,8 @@ pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions, Response, VehicleClass};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{
-    Channel, Columns, Dates, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted,
-    in_memory, open,
+    Channel, Columns, Dates, Group, LOG_FORMATS, LogFile, Pieces, ReadAt, Recording, Request, Rows,
+    Wanted, in_memory, open,
 };
 pub use role::Role;
 pub use steerwright_formats::Intersample;

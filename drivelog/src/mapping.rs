@@ -155,7 +155,7 @@ fn by_name(
             if !channel.may_be(role) {
                 if options.is_optional(role) && channel.is_named_like(role) {
                     let (file, name) = (group.place(), role.name());
-                    let column = &channel.name;
+                    let column = shortened(&channel.name);
                     warnings.push(format!(
                         "{file}: column `{column}` holds texts: not taken for the {name}"
                     ));
@@ -221,7 +221,7 @@ fn by_name(
                 "no column is named like one".into()
             } else {
                 let names: Vec<String> =
-                    several.iter().map(|s| groups[s.group].label(&s.name)).collect();
+                    several.iter().map(|s| groups[s.group].label(&shortened(&s.name))).collect();
                 format!("several could be ({})", names.join(", "))
             },
             available: available(groups, None),
@@ -325,7 +325,7 @@ fn available(groups: &[Group], wanted: Option<&str>) -> String {
                 let is_part =
                     !name.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
                 let distance = osa_distance(&wanted, &name);
-                found.push((!is_part, distance, group.label(&channel.name)));
+                found.push((!is_part, distance, group.label(&shortened(&channel.name))));
             }
         }
         found.sort();
@@ -334,8 +334,8 @@ fn available(groups: &[Group], wanted: Option<&str>) -> String {
     }
     let (mut left, mut texts) = (MOST, Vec::new());
     for group in groups {
-        let names = group.channels.iter().take(left).map(|c| c.name.as_str());
-        let names: Vec<&str> = names.collect();
+        let names = group.channels.iter().take(left).map(|c| shortened(&c.name));
+        let names: Vec<String> = names.collect();
         left -= names.len();
         if !names.is_empty() {
             texts.push(format!("{} in {}", names.join(", "), group.place()));

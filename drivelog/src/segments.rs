@@ -1,7 +1,7 @@
 //! Which times of a drive are used: where every channel is there, within the windows, without gaps.
 
 use crate::drive::Drive;
-use crate::error::{Place, counted, round_ms, short};
+use crate::error::{Place, counted, round_ms, short, shortened};
 use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
 use crate::role::Role;
@@ -45,10 +45,10 @@ pub(crate) fn covered(
     if from >= to {
         let (a, b) = (channels[last], channels[first]);
         return Err(Error::NoOverlap {
-            first: format!("{} ({})", a.column, a.file),
+            first: format!("{} ({})", shortened(&a.column), a.file),
             first_from: a.start(),
             first_to: a.end(),
-            second: format!("{} ({})", b.column, b.file),
+            second: format!("{} ({})", shortened(&b.column), b.file),
             second_from: b.start(),
             second_to: b.end(),
         });
@@ -114,7 +114,7 @@ pub(crate) fn leave_out_unusable(
         Some(format!(
             "{}: column `{}` has no value in {missing_s:.1} s of {all_s:.1} s, first from {} s to {} s",
             channel.file,
-            channel.column,
+            shortened(&channel.column),
             round_ms(from),
             short(to)
         ))

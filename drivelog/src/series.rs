@@ -1,7 +1,7 @@
 //! Samples of one channel on its own clock, in SI units.
 
 use crate::Error;
-use crate::error::{Place, counted};
+use crate::error::{Place, counted, shortened};
 use crate::resample::{Becomes, Grid, resample};
 use crate::role::Role;
 use crate::signal::resolution;
@@ -94,7 +94,8 @@ impl Series {
     pub(super) fn yaw_in_words(&self, file: &str) -> String {
         format!(
             "{file}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
-            self.column, self.unit.name
+            shortened(&self.column),
+            self.unit.name
         )
     }
 
@@ -213,7 +214,7 @@ impl Series {
         Some(format!(
             "{}: column `{}`: {} at {} (one to three samples that jump away and back), handled as missing samples",
             self.file,
-            self.column,
+            shortened(&self.column),
             counted(self.spikes.len(), "spike"),
             at.join(", ")
         ))
@@ -227,7 +228,7 @@ impl Series {
             format!(
                 "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
                 self.file,
-                self.column,
+                shortened(&self.column),
                 at.join(", ")
             )
         })
@@ -289,7 +290,7 @@ impl Series {
             warnings.push(format!(
                 "{}: column `{}`: {} bridged by straight lines, the longest {:.3} s before line {}",
                 self.file,
-                self.column,
+                shortened(&self.column),
                 counted(small.len(), "gap"),
                 gap(worst),
                 self.line_after(worst),

@@ -12,6 +12,7 @@ use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use std::path::PathBuf;
+use steerwright_drivelog::LOG_FORMATS;
 use steerwright_formats::Structure;
 
 pub(crate) use present::evidence_text;
@@ -20,10 +21,14 @@ pub(crate) use structure::{StructureArguments, Wanted};
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Logs: CSV, MDF, MCAP, Parquet, or a CAN bus (candump, ASC) with --dbc. One drive each if every file has
-    /// steering and yaw rate, otherwise the channels of one drive. Or R factors (.rfactor) written by
-    /// `accumulate`, which are merged
-    #[arg(required_unless_present = "drives", value_name = "LOG")]
+    #[arg(
+        required_unless_present = "drives",
+        value_name = "LOG",
+        help = format!(
+            "Logs: {LOG_FORMATS} with --dbc. One drive each if every file has steering and yaw rate, otherwise the \
+             channels of one drive. Or R factors (.rfactor) written by `accumulate`, which are merged"
+        )
+    )]
     logs: Vec<PathBuf>,
     /// Model file; by default plant.json, bicycle.json, vehicle.json or torque.json, by the structure of the model
     #[arg(long = "output", short = 'o', value_name = "FILE")]

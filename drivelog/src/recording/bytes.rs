@@ -62,7 +62,7 @@ impl<'a> LogFile<'a> {
         let mut reader = std::mem::replace(reader, Box::new(io::empty()));
         let start = first(reader.as_mut()).map_err(|e| self.failed(&e))?;
         let whole = Cursor::new(start.clone()).chain(reader);
-        let (start, reader): (Vec<u8>, Box<dyn Read + 'a>) = match Compression::of(&start) {
+        let (start, reader): (Vec<u8>, Box<dyn Read + 'a>) = match Compression::recognise(&start) {
             Some(compression) => {
                 let mut text = compression.decoder(whole);
                 let start = first(&mut text).map_err(|e| self.failed(&e))?;
@@ -112,7 +112,7 @@ impl<'a> LogFile<'a> {
         if start.starts_with(b"PK\x03\x04") {
             return Ok(single_member(bytes));
         }
-        let compression = Compression::of(&start);
+        let compression = Compression::recognise(&start);
         Ok(compression.map(|own| own.decoder(At::new(Arc::clone(bytes)))))
     }
 

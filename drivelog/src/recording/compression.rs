@@ -26,7 +26,7 @@ pub(super) enum Compression {
 
 impl Compression {
     /// By the first bytes; `None` where they are the log itself.
-    pub(super) fn of(start: &[u8]) -> Option<Self> {
+    pub(super) fn recognise(start: &[u8]) -> Option<Self> {
         let is_bzip2 = start.starts_with(b"BZh") && start.get(4..10) == Some(b"1AY&SY");
         match start {
             _ if start.starts_with(b"\x1F\x8B") => Some(Self::Gzip),

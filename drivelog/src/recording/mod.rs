@@ -27,8 +27,9 @@ pub use read_at::ReadAt;
 
 use crate::Error;
 use crate::error::{last_part, shortened};
+use crate::names::Name;
 use crate::options::LogOptions;
-use crate::role::{Name, Role};
+use crate::role::Role;
 use crate::units::split_brackets;
 use bytes::Head;
 use std::rc::Rc;
@@ -61,7 +62,7 @@ pub trait Recording {
         Vec::new()
     }
 
-    /// The dates of a clock of the first group whose order of day and month is not stated, after [`Self::rows`].
+    /// The dates of a clock of the first group, where they are texts, after [`Self::rows`].
     fn dates(&self, _clock: usize) -> Option<Dates> {
         None
     }
@@ -341,6 +342,9 @@ struct Format {
     recognises: fn(&Head<'_>) -> bool,
     open: for<'a> fn(LogFile<'a>, &LogOptions) -> Opened<'a>,
 }
+
+/// The formats of logs, as texts for users list them.
+pub const LOG_FORMATS: &str = "CSV, MDF, MCAP, Parquet, Arrow (Feather), or a CAN bus (candump, ASC, TRC, BUSMASTER, or CSV of cabana, SavvyCAN, python-can or CANedge)";
 
 /// The formats; a text that no other one recognises is CSV.
 const FORMATS: &[Format] = &[

@@ -1,6 +1,7 @@
 //! How the cells of a column of Parquet or Arrow are read as numbers.
 
 use super::Channel;
+use super::csv::missing::is_missing;
 use super::csv::stamps::Stamps;
 use super::half::half;
 use crate::error::shortened;
@@ -36,8 +37,12 @@ impl Scale {
             }
             Self::Text(Some(stamps)) => {
                 let text = String::from_utf8_lossy(cell);
-                let seconds = stamps.seconds(text.trim());
-                seconds.ok_or_else(|| format!("`{}` is no time", shortened(&text)))?
+                let text = text.trim();
+                match stamps.seconds(text) {
+                    Some(seconds) => seconds,
+                    None if is_missing(text) => f64::NAN,
+                    None => return Err(format!("`{}` is no time", shortened(text))),
+                }
             }
             _ => f64::NAN,
         })
@@ -52,9 +57,11 @@ impl Scale {
         }
     }
 
-    /// Of texts whose first is this one.
-    pub(super) fn of_text(first: Option<&str>) -> Self {
-        Self::Text(first.and_then(|text| Stamps::like(text.trim())))
+    /// Of texts that begin with these, of which the first that is not missing decides.
+    pub(super) fn of_texts(texts: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        let mut texts = texts.into_iter();
+        let first = texts.find(|text| !is_missing(text.as_ref().trim()));
+        Self::Text(first.and_then(|text| Stamps::like(text.as_ref().trim())))
     }
 
     /// The channel of a column of that name; `is_time` where its type is a time.

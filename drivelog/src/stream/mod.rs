@@ -15,7 +15,7 @@ mod tests;
 use crate::channel_units::check_units_are_used;
 use crate::channels::{Selected, check_clock, count_from, first_instant, source_file};
 use crate::drive::{Drive, brings, sources, steering_ratio};
-use crate::error::{counted, last_part, stem};
+use crate::error::{counted, last_part, shortened, stem};
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::Source;
 use crate::options::{LogOptions, Response};
@@ -161,7 +161,7 @@ fn in_chunks<E: From<Error>>(
             warnings.push(format!(
                 "{}: column `{}`: {} missing; short runs are bridged by straight lines",
                 last_part(&name),
-                series.column,
+                shortened(&series.column),
                 counted(channel.missing, "sample")
             ));
         }

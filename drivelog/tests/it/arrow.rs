@@ -104,6 +104,20 @@ fn dictionaries_of_numbers_and_times_in_a_stream_of_an_older_writer() {
 }
 
 #[test]
+fn a_blank_in_a_column_of_times_is_a_missing_value() {
+    let arrow: &[u8] = include_bytes!("fixtures/blanks.arrow");
+    let parquet: &[u8] = include_bytes!("fixtures/blanks.parquet");
+    for (name, bytes) in [("a.arrow", arrow), ("a.parquet", parquet)] {
+        let found = read(name, bytes);
+        let group = &found.groups[0];
+        assert_eq!((group.rows, group.clock.as_deref()), (30, Some("stamp")), "{name}");
+        assert!(found.losses.is_empty(), "{:?}", found.losses);
+        let values: Vec<usize> = group.channels.iter().map(|channel| channel.values).collect();
+        assert_eq!(values, [27, 30], "{name}");
+    }
+}
+
+#[test]
 fn a_file_of_texts_is_not_damaged() {
     let texts = include_bytes!("fixtures/texts.arrow");
     let error = inspect(LogFile::of_bytes("a.arrow", texts), &LogOptions::default()).unwrap_err();

@@ -160,6 +160,28 @@ fn times_between_frames_are_added_up_also_in_bursts() {
 }
 
 #[test]
+fn short_recordings_that_follow_each_other_have_instants() {
+    let dbc = "BO_ 37 STEER: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };
+    let losses = |times: &dyn Fn(u32) -> f64| {
+        let line = |k| format!("({:010.6}) can0 025#05\n", times(k));
+        let text: String = (0..600).map(line).collect();
+        open(LogFile::of_bytes("a.log", text.as_bytes()), &options).unwrap().losses()
+    };
+    for frames in [20, 50, 150] {
+        for first in [0.0, 3.5] {
+            let instants = losses(&|k| first + 0.01 * f64::from(k % frames));
+            assert_eq!(instants, Vec::<String>::new(), "{frames} frames");
+        }
+        // The pause before each of them is long.
+        let steps = losses(&|k| if k.is_multiple_of(frames) { 5.0 } else { 0.01 });
+        assert!(steps[0].contains("candump -t d"), "{steps:?}");
+    }
+    let steps = losses(&|k| 0.01 + 1e-4 * f64::from(k * 7919 % 31));
+    assert!(steps[0].contains("candump -t d"), "{steps:?}");
+}
+
+#[test]
 fn a_truncated_archive_and_bad_lines_lose_only_themselves() {
     let whole = data("can/raw_can.log.gz");
     let mut cut = bus(&whole[..whole.len() / 2]);

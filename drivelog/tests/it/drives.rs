@@ -22,6 +22,26 @@ fn other_drive() -> Vec<u8> {
 }
 
 #[test]
+fn dates_of_another_file_decide_which_number_is_the_day() {
+    let two = |date: &str, other: &str| {
+        let stamp = |k: usize| format!("10:00:{:02}.{:02}", k / 100, k % 100);
+        let angles = csv("time,steer_rad,yaw_rate_radps", 1000, |k| {
+            let t = k as f64 * 0.01;
+            format!("{date} {},{:.9},{:.9}", stamp(k), steer(t), rate(t))
+        });
+        let speeds =
+            csv("time,speed_mps", 1000, |k| format!("{other}T{},{}", stamp(k), 15 + k % 2));
+        read_log(&[file("a.csv", &angles), file("b.csv", &speeds)], &LogOptions::default())
+    };
+    for iso in ["2024-03-04", "2024-04-03"] {
+        assert!(two("03/04/2024", iso).unwrap().len() > 900, "{iso}");
+    }
+    assert!(matches!(two("03/04/2024", "2024-07-01"), Err(Error::NoOverlap { .. })));
+    // The number that cannot be a month decides before another file does.
+    assert!(matches!(two("03/14/2024", "2024-07-01"), Err(Error::NoOverlap { .. })));
+}
+
+#[test]
 fn files_that_bring_everything_are_drives_of_their_own() {
     let o = LogOptions::default();
     let log = read_log(&[file("one/a.csv", &good()), file("b.csv", &other_drive())], &o).unwrap();

@@ -37,6 +37,15 @@ fn durations_stamps_halves_decimals_and_what_is_not_read() {
     assert!(found.losses[0].contains("list"), "{:?}", found.losses);
 }
 
+#[test]
+fn texts_that_take_much_more_memory_than_the_file_are_not_read() {
+    let bytes = include_bytes!("fixtures/expanding.parquet");
+    let found = inspect(LogFile::of_bytes("a.parquet", bytes), &LogOptions::default()).unwrap();
+    assert_eq!((found.groups[0].rows, found.losses.len()), (80, 1), "{:?}", found.losses);
+    let is_named = found.losses[0].starts_with("a.parquet: column `note` is not read: 80");
+    assert!(is_named && found.losses[0].contains("that are compressed"), "{:?}", found.losses);
+}
+
 /// Bytes that count how many are read.
 struct Counted(Vec<u8>, Arc<AtomicU64>);
 

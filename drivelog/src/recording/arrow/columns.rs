@@ -28,7 +28,7 @@ pub(in crate::recording) struct Columns {
 }
 
 impl Columns {
-    pub(in crate::recording) fn of(fields: &Fields) -> Self {
+    pub(in crate::recording) fn from_fields(fields: &Fields) -> Self {
         let mut all = Self::default();
         all.add(fields, "", &[]);
         all
@@ -98,7 +98,11 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Of a batch that has the columns of the schema at these places.
-    pub(super) fn of(batch: &RecordBatch, places: &[usize], column: &Column) -> Option<Self> {
+    pub(super) fn from_batch(
+        batch: &RecordBatch,
+        places: &[usize],
+        column: &Column,
+    ) -> Option<Self> {
         let (top, below) = column.path.split_first()?;
         let place = places.iter().position(|place| place == top)?;
         let mut cells = Self { array: batch.columns().get(place)?.clone(), parents: Vec::new() };
@@ -123,10 +127,10 @@ impl Cells {
         Ok(numbers)
     }
 
-    /// The first text, among the first rows.
-    pub(super) fn first_text(&self) -> Option<String> {
+    /// How texts are read, by those of the first rows.
+    pub(super) fn scale_of_texts(&self) -> Scale {
         let array = self.array.slice(0, self.array.len().min(1000));
-        texts(&array).into_iter().flatten().next().map(String::from)
+        Scale::of_texts(texts(&array).into_iter().flatten())
     }
 }
 
@@ -138,8 +142,9 @@ fn set_missing(numbers: &mut [f64], nulls: &NullBuffer) {
 fn numbers(array: &ArrayRef, scale: &mut Scale) -> Result<Vec<f64>, String> {
     let mut numbers = match array.as_any_dictionary_opt() {
         _ if matches!(scale, Scale::Text(_)) => {
-            let number = |text: Option<&str>| {
-                text.map_or(Ok(f64::NAN), |text| scale.of_bytes(text.as_bytes()))
+            let number = |text: Option<&str>| match text {
+                Some(text) => scale.of_bytes(text.as_bytes()),
+                None => Ok(f64::NAN),
             };
             texts(array).into_iter().map(number).collect::<Result<_, _>>()?
         }

@@ -9,6 +9,7 @@ use super::bytes::{Head, LogFile};
 use super::scale::Scale;
 use super::{Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::Error;
+use crate::error::shortened;
 use crate::options::LogOptions;
 use columns::{Cells, Column};
 use parts::{Batches, Contents, MAGIC, MARK, Outcome, Part};
@@ -34,11 +35,11 @@ pub(super) fn open<'a>(
 ) -> Result<Box<dyn Recording + 'a>, Error> {
     let bytes = file.sought()?;
     let name = file.name;
-    let contents = contained(|| Contents::of(&bytes)).unwrap_or_else(damaged);
+    let contents = contained(|| Contents::open(&bytes)).unwrap_or_else(damaged);
     let contents =
         contents.map_err(|problem| Error::Read { file: name.clone(), byte: 0, problem })?;
     let columns::Columns { read: mut columns, unread } =
-        columns::Columns::of(contents.schema.fields());
+        columns::Columns::from_fields(contents.schema.fields());
     let of_texts = |column: &&mut Column| column.scale == Scale::Text(None);
     let places = places(columns.iter().filter(|column| column.scale == Scale::Text(None)));
     let filled = |(part, _): &(&Part, _)| part.rows > Some(0);
@@ -46,8 +47,9 @@ pub(super) fn open<'a>(
         && let Some((_, Ok(batch))) = Batches::new(&contents, &places).find(filled)
     {
         for column in columns.iter_mut().filter(of_texts) {
-            let text = Cells::of(&batch, &places, column).and_then(|cells| cells.first_text());
-            column.scale = Scale::of_text(text.as_deref());
+            if let Some(cells) = Cells::from_batch(&batch, &places, column) {
+                column.scale = cells.scale_of_texts();
+            }
         }
     }
     let channels = columns.iter().map(|own| own.scale.channel(&own.name, own.is_time));
@@ -58,8 +60,9 @@ pub(super) fn open<'a>(
     let mut rows = contents.parts.iter().filter_map(|part| part.rows);
     group.rows = rows.try_fold(0_u64, u64::checked_add);
     let damages = contents.damages.iter().map(|(at, what)| format!("{name}: byte {at}: {what}"));
-    let unread =
-        unread.iter().map(|(own, what)| format!("{name}: column `{own}` is not read: {what}"));
+    let unread = unread
+        .iter()
+        .map(|(own, what)| format!("{name}: column `{}` is not read: {what}", shortened(own)));
     let losses = damages.chain(unread).collect();
     Ok(Box::new(Ipc { contents, groups: [group], columns, losses }))
 }
@@ -97,7 +100,8 @@ impl Recording for Ipc {
                 let Some((part, cells, done)) = &mut current else {
                     let (part, batch) = batches.next()?;
                     let cells = batch.and_then(|batch| {
-                        let cells = own.iter().map(|column| Cells::of(&batch, &places, column));
+                        let cells =
+                            own.iter().map(|column| Cells::from_batch(&batch, &places, column));
                         cells
                             .collect::<Option<Vec<Cells>>>()
                             .ok_or_else(|| "a column is missing".into())

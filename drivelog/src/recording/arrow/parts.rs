@@ -66,14 +66,14 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    pub(super) fn of(bytes: &Arc<dyn ReadAt>) -> Outcome<Self> {
+    pub(super) fn open(bytes: &Arc<dyn ReadAt>) -> Outcome<Self> {
         let size = bytes.size().map_err(in_words)?;
         let is_file = read(bytes, 0..size.min(6))? == MAGIC;
         if !is_file {
-            return Self::of_messages(bytes, 0, size);
+            return Self::from_messages(bytes, 0, size);
         }
-        Self::of_footer(bytes, size).or_else(|problem| {
-            let mut contents = Self::of_messages(bytes, 8, size).map_err(|_| problem.clone())?;
+        Self::from_footer(bytes, size).or_else(|problem| {
+            let mut contents = Self::from_messages(bytes, 8, size).map_err(|_| problem.clone())?;
             if contents.damages.is_empty() {
                 contents.damages.push((size, problem));
             }
@@ -82,13 +82,15 @@ impl Contents {
     }
 
     /// Of a whole file, by the list at its end.
-    fn of_footer(bytes: &Arc<dyn ReadAt>, size: u64) -> Outcome<Self> {
+    fn from_footer(bytes: &Arc<dyn ReadAt>, size: u64) -> Outcome<Self> {
         let tail = read(bytes, size.saturating_sub(10)..size)?;
-        let length = tail.strip_suffix(MAGIC).and_then(|length| length.try_into().ok());
-        let length = length.map(|length| u64::from(u32::from_le_bytes(length)));
-        let length = length.filter(|length| *length <= LONGEST);
-        let start = length.and_then(|length| size.checked_sub(10 + length));
-        let start = start.ok_or("the list at the end of the file is not there")?;
+        let none = "the list at the end of the file is not there";
+        let length = tail.strip_suffix(MAGIC).and_then(<[u8]>::first_chunk).ok_or(none)?;
+        let length = u64::from(u32::from_le_bytes(*length));
+        if length > LONGEST || size < 10 + length {
+            return Err(none.into());
+        }
+        let start = size - 10 - length;
         let footer = read(bytes, start..size - 10)?;
         let footer = root_as_footer(&footer).map_err(in_words)?;
         let schema = footer.schema().ok_or("the list at the end of the file has no schema")?;
@@ -117,7 +119,7 @@ impl Contents {
     }
 
     /// Of messages from there to the end.
-    fn of_messages(bytes: &Arc<dyn ReadAt>, from: u64, end: u64) -> Outcome<Self> {
+    fn from_messages(bytes: &Arc<dyn ReadAt>, from: u64, end: u64) -> Outcome<Self> {
         let first = message(bytes, from, end)?.ok_or("no schema of Arrow")?;
         let mut at = first.end();
         let first = first.parsed()?;
@@ -231,7 +233,10 @@ fn check(batch: RecordBatch<'_>, body: &[u8]) -> Outcome<()> {
         places.iter().zip([0].into_iter().chain(ends)).all(|(place, end)| place.start == end)
     };
     let is_whole = STEPS.iter().any(follow);
-    is_whole.then_some(()).ok_or_else(|| "the buffers do not follow one another".into())
+    if !is_whole {
+        return Err("the buffers do not follow one another".into());
+    }
+    Ok(())
 }
 
 /// Buffers of a column without those below it.
@@ -291,8 +296,11 @@ impl<'c> Iterator for Batches<'c> {
         loop {
             let part = self.parts.next()?;
             if part.rows.is_some() {
-                let fault = self.fault.clone();
-                return Some((part, fault.map_or_else(|| self.read(part), Err)));
+                let rows = match &self.fault {
+                    Some(fault) => Err(fault.clone()),
+                    None => self.read(part),
+                };
+                return Some((part, rows));
             }
             if self.has_dictionaries
                 && let Err(problem) = self.add(part)
@@ -343,7 +351,10 @@ fn message(bytes: &Arc<dyn ReadAt>, at: u64, end: u64) -> Outcome<Option<Own>> {
     let body = u64::try_from(body).map_err(|_| format!("a body of {body} bytes"))?;
     let is_within = (at + prefix + length).checked_add(body).is_some_and(|until| until <= end);
     let block = Block::new(at as i64, (prefix + length) as i32, body as i64);
-    is_within.then_some(Some(Own { metadata, prefix, block })).ok_or_else(cut)
+    if !is_within {
+        return Err(cut());
+    }
+    Ok(Some(Own { metadata, prefix, block }))
 }
 
 fn read(bytes: &Arc<dyn ReadAt>, range: Range<u64>) -> Outcome<Vec<u8>> {

@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use text::{Form, Frames};
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
-    Form::of(head.start).is_some()
+    Form::recognise(head.start).is_some()
 }
 
 /// Opens a bus log; reads through it once for the kinds of frames.
@@ -30,7 +30,7 @@ pub(super) fn open<'a>(
     file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    let mut form = Form::of(&file.head()?).unwrap_or(Form::Candump);
+    let mut form = Form::recognise(&file.head()?).unwrap_or(Form::Candump);
     if form == Form::NoTime {
         return Err(Error::FramesWithoutTime { file: file.name });
     }
@@ -67,7 +67,8 @@ struct Survey {
     requests: BTreeSet<Identifier>,
     losses: Vec<String>,
     frames: u64,
-    /// Frames before the one above them, and by how much, s.
+    /// Frames after the one above them, frames before it, and by how much, s.
+    rises: u64,
     falls: u64,
     fallen_s: f64,
     /// The first and the last instant in order of time, s.
@@ -104,7 +105,7 @@ impl Survey {
         let mut of_requests = BTreeMap::new();
         let mut frames = Frames::new(file.reader()?, form);
         let mut losses = Vec::new();
-        let (mut count, mut falls, mut fallen_s) = (0, 0, 0.0);
+        let (mut count, mut rises, mut falls, mut fallen_s) = (0, 0, 0, 0.0);
         let mut trend = Trend::default();
         let (mut last, mut span_s) = (f64::NEG_INFINITY, (f64::INFINITY, f64::NEG_INFINITY));
         loop {
@@ -117,6 +118,7 @@ impl Survey {
                         falls += 1;
                         fallen_s += last - time;
                     }
+                    rises += u64::from(time > last);
                     last = time;
                     span_s = (span_s.0.min(time), span_s.1.max(time));
                     let all = if frame.is_request { &mut of_requests } else { &mut seen };
@@ -152,18 +154,21 @@ impl Survey {
                 file.name
             ));
         }
-        Ok(Self { seen, requests, losses, frames: count, falls, fallen_s, span_s, trend })
+        Ok(Self { seen, requests, losses, frames: count, rises, falls, fallen_s, span_s, trend })
     }
 
     /// Whether the times are those between frames: they do not rise along the file, and fall by more in sum than all of
-    /// them span, also where most of many frames share an instant.
+    /// them span, also where most of many frames share an instant. Times between frames rise about as often as they fall;
+    /// those of recordings that follow each other rise through each of them and fall once.
     fn has_steps(&self) -> bool {
         const LARGEST_S: f64 = 1e6;
         const MOST_IN_ORDER: u64 = 200;
+        const MOST_RISES: u64 = 10;
         let span_s = self.span_s.1 - self.span_s.0;
         self.frames > 10
             && self.span_s.1 < LARGEST_S
             && self.falls * MOST_IN_ORDER > self.frames
+            && self.falls * MOST_RISES > self.rises
             && self.fallen_s > span_s
             && self.trend.rise_s().abs() < 0.2 * span_s
     }

@@ -35,7 +35,7 @@ pub(super) struct Table {
 
 impl Table {
     /// By the names of the columns; `None` of another table.
-    pub(super) fn of(header: &str) -> Option<Self> {
+    pub(super) fn from_header(header: &str) -> Option<Self> {
         let delimiter = if header.contains(';') { ';' } else { ',' };
         let plain =
             |cell: &str| cell.trim().trim_matches('"').replace([' ', '_'], "").to_lowercase();
@@ -104,7 +104,7 @@ impl Table {
 
     /// A line; `is_cut` where the file ends within it.
     pub(super) fn line(&self, line: &str, is_cut: bool) -> Line {
-        if line.is_empty() || Self::of(line).is_some() {
+        if line.is_empty() || Self::from_header(line).is_some() {
             return Line::Other;
         }
         self.frame(line, is_cut).unwrap_or(Line::Fault)

@@ -23,7 +23,7 @@ pub(super) enum Form {
 
 impl Form {
     /// The form of a text that starts like this.
-    pub(super) fn of(start: &[u8]) -> Option<Self> {
+    pub(super) fn recognise(start: &[u8]) -> Option<Self> {
         let start = String::from_utf8_lossy(start);
         if start.lines().take(30).any(|l| l.starts_with(trc::VERSION)) {
             return Some(Self::Trc);
@@ -42,7 +42,7 @@ impl Form {
         if first.starts_with(busmaster::MARK) {
             return Some(Self::Busmaster);
         }
-        if Table::of(first).is_some() {
+        if Table::from_header(first).is_some() {
             return Some(Self::Table);
         }
         // The first line may be cut, too.
@@ -120,7 +120,7 @@ impl<R: Read> Frames<R> {
                 (Ok(text), Form::Table) => match &self.table {
                     Some(table) => table.line(text.trim(), !text.ends_with('\n')),
                     None => {
-                        self.table = Table::of(text.trim());
+                        self.table = Table::from_header(text.trim());
                         Line::Other
                     }
                 },
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     fn all(text: &str) -> (Vec<Frame>, u64) {
-        let form = Form::of(text.as_bytes()).unwrap();
+        let form = Form::recognise(text.as_bytes()).unwrap();
         let mut frames = Frames::new(text.as_bytes(), form);
         let mut read = Vec::new();
         while let Some(frame) = frames.next().unwrap() {
@@ -204,7 +204,7 @@ mod tests {
         // `date -u -d '2024-02-01T10:00:00Z' +%s`
         let dated = frame(1_706_781_600.25, "can0", 0x25, false, &[1]);
         assert_eq!(first("(2024-02-01 10:00:00.250000)  can0  025   [1]  01"), dated);
-        let form = |text: &str| Form::of(text.as_bytes());
+        let form = |text: &str| Form::recognise(text.as_bytes());
         assert_eq!(form("  can0  025   [2]  41 20\n"), Some(Form::NoTime));
         let comment = "; written by a tool\ndate Thu Feb 1\nbase hex\n0.5 1 25 Rx d 1 49\n";
         for text in [comment, "0.5 1 25 Rx d 1 49 Length = 1\n", "0,5 1 25 Rx d 1 49\r\n"] {
@@ -295,7 +295,7 @@ mod tests {
             assert_eq!(all(text), (expected.to_vec(), 1), "{text}");
         }
         for text in ["time,addr,speed\n1,2,3\n", "timestamp,id,speed\n", "Time Stamp,ID,D1\n"] {
-            assert_eq!(Form::of(text.as_bytes()), None, "{text}");
+            assert_eq!(Form::recognise(text.as_bytes()), None, "{text}");
         }
     }
 

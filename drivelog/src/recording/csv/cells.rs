@@ -25,14 +25,22 @@ pub(super) fn is_comment_record(record: &csv::ByteRecord) -> bool {
 /// The number of a cell that is true or false.
 pub(super) fn switch(cell: &str) -> Option<f64> {
     let is = |word: &str| cell.eq_ignore_ascii_case(word);
-    if is("true") { Some(1.0) } else { is("false").then_some(0.0) }
+    match cell {
+        _ if is("true") => Some(1.0),
+        _ if is("false") => Some(0.0),
+        _ => None,
+    }
 }
 
 /// The text of a cell: UTF-8, else Latin 1, in which `°` and `ä` are a byte each.
 pub(super) fn text_of(bytes: &[u8]) -> String {
-    let text = std::str::from_utf8(bytes)
-        .map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), ToOwned::to_owned);
-    text.trim().to_owned()
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.trim().to_owned(),
+        Err(_) => {
+            let text: String = bytes.iter().map(|b| char::from(*b)).collect();
+            text.trim().to_owned()
+        }
+    }
 }
 
 /// A unit without the brackets that may enclose it.

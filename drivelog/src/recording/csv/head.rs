@@ -43,7 +43,7 @@ pub(super) struct Head {
 impl Head {
     /// Of a file that starts with these bytes, which end with a whole line.
     /// `stated` is the line of the header, where that is stated.
-    pub(super) fn of(file: &str, start: &[u8], stated: Option<u64>) -> Result<Self, Error> {
+    pub(super) fn read(file: &str, start: &[u8], stated: Option<u64>) -> Result<Self, Error> {
         check_encoding(file, start)?;
         let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
         let mut lines = text.split(|b| b"\r\n".contains(b)).map(<[u8]>::trim_ascii);
@@ -227,7 +227,7 @@ impl Score {
 }
 
 /// The cells of a line; delimiters in quotes are none, and a run of blanks is one.
-fn split(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
+pub(super) fn split(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
     let mut is_quoted = false;
     let is_blank = delimiter == b' ';
     let cells = line.split(|b| {

@@ -8,7 +8,8 @@ use super::cells::{
 };
 use super::missing::is_missing;
 use crate::Error;
-use crate::role::{Name, Role};
+use crate::names::Name;
+use crate::role::Role;
 use crate::units::{parse_unit, unit_of_header};
 use csv::ByteRecord;
 use std::cmp::Ordering;

@@ -12,7 +12,7 @@ const SPREADSHEET: [&str; 11] = [
 ];
 
 /// Whether the cell, without blanks around it, is a missing value.
-pub(super) fn is_missing(cell: &str) -> bool {
+pub(in crate::recording) fn is_missing(cell: &str) -> bool {
     // No other marker is longer, and most cells are numbers.
     if cell.is_empty() {
         return true;

@@ -8,14 +8,14 @@ mod dialect;
 mod head;
 mod header;
 mod losses;
-mod missing;
+pub(super) mod missing;
 mod rows;
 pub(super) mod stamps;
 
 use super::bytes::LogFile;
 use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
 use crate::Error;
-use crate::error::counted;
+use crate::error::{counted, shortened};
 use crate::options::LogOptions;
 use cells::is_blank;
 use comments::WithoutComments;
@@ -42,7 +42,7 @@ impl<'a> Csv<'a> {
         let name = file.name.clone();
         let mut reader = file.into_reader()?;
         let (start, whole_lines) = header::start(&name, reader.as_mut(), options.header_line)?;
-        let mut head = Head::of(&name, &start[..whole_lines], options.header_line)?;
+        let mut head = Head::read(&name, &start[..whole_lines], options.header_line)?;
         // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
         let bytes = WithoutComments::new(bytes, head.delimiter);
@@ -85,7 +85,7 @@ impl<'a> Csv<'a> {
             optional: Vec::new(),
             is_tolerant: false,
             losses,
-            has_blanks: head.delimiter == b' ',
+            delimiter: head.delimiter,
             count: 0,
             reader,
             is_read: false,
@@ -194,7 +194,7 @@ impl Recording for Csv<'_> {
         let open = open.map(|(_, channel)| {
             format!(
                 "{file}: column `{}`: day and month are open and the month is taken to be first, which changes no time between rows",
-                channel.name
+                shortened(&channel.name)
             )
         });
         self.losses.sentences(file).into_iter().chain(open).collect()

@@ -2,6 +2,7 @@
 
 use super::cells::{comma_number, is_blank, is_comment_record, is_number, line, switch, text_of};
 use super::comments::WithoutComments;
+use super::head::split;
 use super::losses::Losses;
 use super::missing::is_missing;
 use super::stamps::Stamps;
@@ -25,8 +26,7 @@ pub(super) struct Csv<'a> {
     pub(super) optional: Vec<usize>,
     pub(super) is_tolerant: bool,
     pub(super) losses: Losses,
-    /// Whether blanks delimit the cells.
-    pub(super) has_blanks: bool,
+    pub(super) delimiter: u8,
     pub(super) count: u64,
     pub(super) reader: csv::Reader<WithoutComments<Bytes<'a>>>,
     pub(super) is_read: bool,
@@ -67,7 +67,10 @@ impl Csv<'_> {
         let mut record = csv::ByteRecord::new();
         while self.held.len() < rows {
             match self.reader.read_byte_record(&mut record) {
-                Ok(true) if is_blank(&record) || is_comment_record(&record) => {}
+                // Lines within a comment in quotes may be rows.
+                Ok(true)
+                    if is_blank(&record)
+                        || is_comment_record(&record) && !record.as_slice().contains(&b'\n') => {}
                 Ok(true) if record.as_slice().contains(&0) => {
                     let file = self.groups[0].file.clone();
                     self.held.push_back(Err(Error::NotText { file, line: line(&record) }));
@@ -90,7 +93,10 @@ impl Csv<'_> {
         let held = std::mem::take(&mut self.held);
         let is_text = rows < MOST
             && held.iter().all(|row| match row {
-                Ok(row) => self.cells(row, line(row), wanted, &mut values).is_err(),
+                Ok(row) => {
+                    self.taken_in(row).is_none()
+                        && self.cells(row, line(row), wanted, &mut values).is_err()
+                }
                 Err(_) => false,
             });
         (self.held, self.stamps) = (held, stamps);
@@ -106,17 +112,12 @@ impl Csv<'_> {
     ) -> Result<Option<u64>, Error> {
         let rows = values.first().map_or(0, Vec::len);
         while self.next(record)? {
+            self.check_quotes(record)?;
             // A comment in quotes is one.
             if is_blank(record) || is_comment_record(record) {
                 continue;
             }
             let line = line(record);
-            if record.as_slice().contains(&b'\n')
-                && self.is_at_end()
-                && self.reader.get_ref().is_quoted()
-            {
-                return Err(Error::OpenQuote { file: self.groups[0].file.clone(), line });
-            }
             let mut read = self.cells(record, line, wanted, values);
             // The cell before zeros may lack digits.
             if read.is_ok() && self.is_at_end() && self.reader.get_ref().is_torn() {
@@ -169,6 +170,60 @@ impl Csv<'_> {
         Ok(None)
     }
 
+    /// Rejects a quote that takes in the rest of the file or rows of the table.
+    fn check_quotes(&mut self, record: &csv::ByteRecord) -> Result<(), Error> {
+        if !record.as_slice().contains(&b'\n') {
+            return Ok(());
+        }
+        let file = self.groups[0].file.clone();
+        if self.is_at_end() && self.reader.get_ref().is_quoted() {
+            return Err(Error::OpenQuote { file, line: line(record) });
+        }
+        match self.taken_in(record) {
+            Some((line, last, rows)) => Err(Error::LongQuote { file, line, last, rows }),
+            None => Ok(()),
+        }
+    }
+
+    /// First and last line of a cell in whose lines there are rows of the table, and how many.
+    fn taken_in(&self, record: &csv::ByteRecord) -> Option<(u64, u64, usize)> {
+        let mut last = line(record);
+        for (j, cell) in record.iter().enumerate() {
+            let first = last;
+            let mut rows = 0;
+            let mut lines = cell.split(|b| *b == b'\n').skip(1).peekable();
+            while let Some(text) = lines.next() {
+                last += 1;
+                let mut cells = split(text, self.delimiter);
+                // What follows the quote ends its last line.
+                if lines.peek().is_none() {
+                    cells.extend(record.iter().skip(j + 1));
+                }
+                rows += usize::from(self.is_row(&cells));
+            }
+            if rows > 0 {
+                return Some((first, last, rows));
+            }
+        }
+        None
+    }
+
+    /// Whether the cells are those of a row: as many as the header has, and more numbers than texts in the columns of
+    /// numbers.
+    fn is_row(&self, cells: &[&[u8]]) -> bool {
+        let channels = &self.groups[0].channels;
+        let (mut numbers, mut texts) = (0, 0);
+        for (cell, _) in cells.iter().zip(channels).filter(|(_, channel)| !channel.is_text) {
+            let cell = text_of(cell);
+            if is_number(&cell) {
+                numbers += 1;
+            } else if !is_missing(&cell) {
+                texts += 1;
+            }
+        }
+        cells.len() == channels.len() && cells.len() > 1 && numbers > texts
+    }
+
     /// The numbers of a row to the end of `values`, and its bad cells; an error where it is none of values.
     fn cells(
         &mut self,
@@ -184,12 +239,23 @@ impl Csv<'_> {
         let is_whole =
             got >= expected || got > 1 && (!self.is_at_end() || self.reader.get_ref().ends_line());
         // Between blanks an empty cell is not seen.
-        let blanks = self.has_blanks;
+        let blanks = self.delimiter == b' ';
         if is_longer || !is_whole || blanks && got < expected {
             let file = self.groups[0].file.clone();
             return Err(Error::RaggedRow { file, line, got, expected, blanks });
         }
-        self.numbers(record, line, wanted, values)
+        // Cells that are not there are missing.
+        let mut faults = Vec::new();
+        for (values, &j) in values.iter_mut().zip(wanted) {
+            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
+                Err(error) if self.is_tolerant && self.clock != Some(j) => {
+                    faults.push((j, error));
+                    f64::NAN
+                }
+                number => number?,
+            });
+        }
+        Ok(faults)
     }
 
     /// Whether the row has as many texts as numbers, or more, in the columns of numbers.
@@ -215,27 +281,6 @@ impl Csv<'_> {
                     && record.iter().next_back().is_some_and(is_cut))
     }
 
-    /// The numbers of a row, and its bad cells; cells that are not there are missing.
-    fn numbers(
-        &mut self,
-        record: &csv::ByteRecord,
-        line: u64,
-        wanted: &[usize],
-        values: &mut [Vec<f64>],
-    ) -> Result<Vec<(usize, Error)>, Error> {
-        let mut faults = Vec::new();
-        for (values, &j) in values.iter_mut().zip(wanted) {
-            values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
-                Err(error) if self.is_tolerant && self.clock != Some(j) => {
-                    faults.push((j, error));
-                    f64::NAN
-                }
-                number => number?,
-            });
-        }
-        Ok(faults)
-    }
-
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
         let text = std::str::from_utf8(cell).unwrap_or_default().trim();
         let with_comma = self.decimal == Some(DecimalMark::Comma);
@@ -247,7 +292,7 @@ impl Csv<'_> {
             return match x {
                 x if x.is_finite() => Ok(x),
                 _ if is_missing(text) => Ok(f64::NAN),
-                _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
+                _ => Err(Error::NotFinite { at: self.place(line, column), text: shortened(text) }),
             };
         }
         if let Some(x) = switch(text) {

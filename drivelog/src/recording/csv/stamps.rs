@@ -19,6 +19,8 @@ pub(in crate::recording) struct Stamps {
     order: Option<Order>,
     /// Days by which the first date was taken for another one.
     shift: f64,
+    /// Seconds since 1970 of the first date of ISO 8601.
+    first_iso: Option<f64>,
 }
 
 /// A date that ends with the year, and the time of its day, s.
@@ -55,24 +57,37 @@ enum Form {
     Digits,
 }
 
-/// Dates with slashes, as far as they show which number is the day.
+/// The dates of a clock, as far as they show which number is the day.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dates {
-    first: Slashed,
-    order: Option<Order>,
+pub struct Dates(FirstDate);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum FirstDate {
+    /// The first day since 1970, of dates that ISO 8601 writes.
+    Iso(f64),
+    /// The first date that ends with the year, and which of its numbers is the day, where that is known.
+    Slashed(Slashed, Option<Order>),
 }
 
 impl Dates {
     /// By how many seconds each file is to be shifted so that all count their dates alike: by the order that its own
-    /// dates show, or else those of the others; `None` where the first open one has either.
+    /// dates show, or else those of the others, or else the only one near a date of ISO 8601; an error with both dates
+    /// where the first open one has either.
     pub(crate) fn shifts(files: &[Self]) -> Result<Vec<f64>, [String; 2]> {
-        let mut known = files.iter().filter_map(|dates| dates.order);
+        let (mut days, mut slashed) = (Vec::new(), Vec::new());
+        for dates in files {
+            match &dates.0 {
+                FirstDate::Iso(day) => days.push(*day),
+                FirstDate::Slashed(first, order) => slashed.push((first, order)),
+            }
+        }
+        let mut known = slashed.iter().filter_map(|(_, order)| **order);
         let order = known.next().filter(|order| known.all(|other| other == *order));
-        let is_one_date = files.windows(2).all(|pair| pair[0].first.is_date_of(&pair[1].first));
+        let is_one_date = slashed.windows(2).all(|pair| pair[0].0.is_date_of(pair[1].0));
         let shift = |dates: &Self| {
-            let first = &dates.first;
+            let FirstDate::Slashed(first, own) = &dates.0 else { return Ok(0.0) };
             let read = first.order().unwrap_or(Order::MonthFirst);
-            let shown = match dates.order.or(order) {
+            let shown = match own.or(order).or_else(|| first.order_near(&days)) {
                 Some(order) => order,
                 None if is_one_date => read,
                 None => return Err([Order::MonthFirst, Order::DayFirst].map(|o| first.iso(o))),
@@ -89,22 +104,28 @@ impl Stamps {
         let slashed = slashed(text);
         let form = if slashed.is_some() { Form::Slashed } else { read(text)?.0 };
         let first = slashed.unwrap_or_default();
-        Some(Self { form, last: f64::NEG_INFINITY, first, order: first.order(), shift: 0.0 })
+        let order = first.order();
+        let last = f64::NEG_INFINITY;
+        Some(Self { form, last, first, order, shift: 0.0, first_iso: None })
     }
 
     /// Times of day without colons, such as `100059.99`, which are numbers elsewhere.
     pub(super) fn of_digits() -> Self {
         let first = Slashed::default();
-        Self { form: Form::Digits, last: f64::NEG_INFINITY, first, order: None, shift: 0.0 }
+        let (form, last) = (Form::Digits, f64::NEG_INFINITY);
+        Self { form, last, first, order: None, shift: 0.0, first_iso: None }
     }
 
     pub(super) fn are_digits(&self) -> bool {
         self.form == Form::Digits
     }
 
-    /// Dates with slashes, as far as they were read.
+    /// Its dates, as far as they were read.
     pub(super) fn dates(&self) -> Option<Dates> {
-        (self.form == Form::Slashed).then_some(Dates { first: self.first, order: self.order })
+        match self.form {
+            Form::Slashed => Some(Dates(FirstDate::Slashed(self.first, self.order))),
+            _ => Some(Dates(FirstDate::Iso((self.first_iso? / DAY_S).floor()))),
+        }
     }
 
     /// Whether the order of day and month is open, which changes no time between two rows.
@@ -159,6 +180,9 @@ impl Stamps {
             }
             self.last = seconds.max(self.last);
         }
+        if matches!(form, Form::Zoned | Form::Local) {
+            self.first_iso.get_or_insert(seconds);
+        }
         Some(seconds)
     }
 }
@@ -172,6 +196,16 @@ impl Slashed {
             [_, b] if b > 12 => Some(Order::MonthFirst),
             _ => None,
         }
+    }
+
+    /// The order by which the date, and by the other one it is not, is within a day of one of these days.
+    fn order_near(&self, days: &[f64]) -> Option<Order> {
+        let is_near = |order: &Order| {
+            self.days(*order).is_some_and(|own| days.iter().any(|day| (day - own).abs() <= 1.0))
+        };
+        let near: Vec<Order> =
+            [Order::MonthFirst, Order::DayFirst].into_iter().filter(is_near).collect();
+        if let [order] = near[..] { Some(order) } else { None }
     }
 
     fn is_date_of(&self, other: &Self) -> bool {
@@ -219,10 +253,8 @@ fn slashed(text: &str) -> Option<Slashed> {
 
 /// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`.
 fn time_of_day(text: &str) -> Option<f64> {
-    let is_half = |half: &str| {
-        text.get(text.len().checked_sub(2)?..)?.eq_ignore_ascii_case(half).then_some(())
-    };
-    let (is_am, is_pm) = (is_half("am").is_some(), is_half("pm").is_some());
+    let end = text.len().checked_sub(2).and_then(|at| text.get(at..)).unwrap_or_default();
+    let (is_am, is_pm) = (end.eq_ignore_ascii_case("am"), end.eq_ignore_ascii_case("pm"));
     let text = if is_am || is_pm { text[..text.len() - 2].trim_end() } else { text };
     let colons = text.bytes().filter(|b| *b == b':').count();
     let mut text = if text.as_bytes().get(1) == Some(&b':') && colons >= 2 {

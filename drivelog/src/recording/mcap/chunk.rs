@@ -24,7 +24,7 @@ impl Chunk {
         const MOST_START: u64 = 64;
         let size = view.size;
         let bytes = view.get(at, MOST_START, size)?;
-        let start = bytes.get(HEAD as usize..).and_then(ChunkStart::of);
+        let start = bytes.get(HEAD as usize..).and_then(ChunkStart::parse);
         Ok(head(bytes).zip(start).is_some_and(|((code, length), start)| {
             let content = start.compressed.checked_add(start.at as u64);
             code == op::CHUNK && content == Some(length) && length > size - at - HEAD
@@ -39,7 +39,7 @@ impl Chunk {
         }
         let whole = view.get(at, end - at, end)?;
         let content = whole.get(HEAD as usize..).unwrap_or_default();
-        let Some(start) = ChunkStart::of(content) else {
+        let Some(start) = ChunkStart::parse(content) else {
             return Ok(lost("the start of a chunk is damaged".into()));
         };
         let bytes = &content[start.at..];

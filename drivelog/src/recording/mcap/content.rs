@@ -58,7 +58,7 @@ pub(super) struct Content {
 impl Content {
     /// # Errors
     /// What the file system returns.
-    pub(super) fn of(view: &mut View) -> io::Result<Self> {
+    pub(super) fn open(view: &mut View) -> io::Result<Self> {
         if let Some(content) = Self::of_summary(view)? {
             return Ok(content);
         }
@@ -97,8 +97,8 @@ impl Content {
         for (code, record) in records(&summary) {
             let is_read = match code {
                 op::SCHEMA | op::CHANNEL => content.declare(code, record),
-                op::STATISTICS => Statistics::of(record).map(|own| statistics = own).is_some(),
-                op::CHUNK_INDEX => ChunkIndex::of(record).map(|own| chunks.push(own)).is_some(),
+                op::STATISTICS => Statistics::parse(record).map(|own| statistics = own).is_some(),
+                op::CHUNK_INDEX => ChunkIndex::parse(record).map(|own| chunks.push(own)).is_some(),
                 _ => true,
             };
             if !is_read {
@@ -143,11 +143,11 @@ impl Content {
 
     fn declare(&mut self, code: u8, record: &[u8]) -> bool {
         if code == op::SCHEMA {
-            Schema::of(record)
+            Schema::parse(record)
                 .map(|(id, schema)| self.schemas.entry(id).or_insert(schema))
                 .is_some()
         } else {
-            let channel = Channel::of(record);
+            let channel = Channel::parse(record);
             channel.map(|(id, channel)| self.channels.entry(id).or_insert(channel)).is_some()
         }
     }
@@ -180,14 +180,14 @@ impl Content {
                     // The time that a message begins with is in its first bytes.
                     let some = (Message::START as u64 + WITH_TIME).min(length);
                     let mut whole = view.get(at, HEAD + some, end)?;
-                    let message = Message::of(whole.get(HEAD as usize..).unwrap_or_default());
+                    let message = Message::parse(whole.get(HEAD as usize..).unwrap_or_default());
                     let is_looked_at =
                         |m: Message<'_>| self.is_json(m.channel) || m.data.starts_with(ZSTANDARD);
                     if length < MOST_LOOKED_AT && message.is_some_and(is_looked_at) {
                         whole = view.get(at, next - at, end)?;
                     }
                     let content = whole.get(HEAD as usize..).unwrap_or_default();
-                    if let Some(message) = Message::of(content) {
+                    if let Some(message) = Message::parse(content) {
                         let (id, time) = (message.channel, message.log_time);
                         self.note(&message);
                         let block = loose.get_or_insert_with(|| Block {
@@ -237,7 +237,7 @@ impl Content {
                     self.declare(code, content);
                 }
                 op::MESSAGE => {
-                    let Some(message) = Message::of(content) else { continue };
+                    let Some(message) = Message::parse(content) else { continue };
                     self.note(&message);
                     channels.insert(message.channel);
                     let time = message.log_time;

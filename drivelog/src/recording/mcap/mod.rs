@@ -38,7 +38,7 @@ pub(super) fn open<'a>(
         problem: error.to_string(),
     };
     let mut view = View::new(file.sought()?).map_err(failed)?;
-    let content = Content::of(&mut view).map_err(failed)?;
+    let content = Content::open(&mut view).map_err(failed)?;
     let (groups, topics) = topic::topics(&file.name, &content);
     if groups.is_empty() {
         let problem = content.losses.first().cloned();

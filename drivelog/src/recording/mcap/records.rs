@@ -76,7 +76,7 @@ pub(super) struct Schema {
 }
 
 impl Schema {
-    pub(super) fn of(content: &[u8]) -> Option<(u16, Self)> {
+    pub(super) fn parse(content: &[u8]) -> Option<(u16, Self)> {
         let mut fields = Fields(content);
         let id = fields.u16()?;
         let (name, encoding) = (fields.text()?.into(), fields.text()?.into());
@@ -93,7 +93,7 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    pub(super) fn of(content: &[u8]) -> Option<(u16, Self)> {
+    pub(super) fn parse(content: &[u8]) -> Option<(u16, Self)> {
         let mut fields = Fields(content);
         let (id, schema) = (fields.u16()?, fields.u16()?);
         Some((id, Self { schema, topic: fields.text()?.into(), encoding: fields.text()?.into() }))
@@ -114,7 +114,7 @@ impl<'b> Message<'b> {
     /// Bytes before the data.
     pub(super) const START: usize = 22;
 
-    pub(super) fn of(content: &'b [u8]) -> Option<Self> {
+    pub(super) fn parse(content: &'b [u8]) -> Option<Self> {
         let mut fields = Fields(content);
         let channel = fields.u16()?;
         fields.u32()?;
@@ -137,7 +137,7 @@ pub(super) struct ChunkStart {
 }
 
 impl ChunkStart {
-    pub(super) fn of(content: &[u8]) -> Option<Self> {
+    pub(super) fn parse(content: &[u8]) -> Option<Self> {
         let mut fields = Fields(content);
         // First and last time, which those of the messages replace.
         fields.u64()?;
@@ -164,7 +164,7 @@ pub(super) struct ChunkIndex {
 }
 
 impl ChunkIndex {
-    pub(super) fn of(content: &[u8]) -> Option<Self> {
+    pub(super) fn parse(content: &[u8]) -> Option<Self> {
         let mut fields = Fields(content);
         let times = (fields.u64()?, fields.u64()?);
         let (at, length) = (fields.u64()?, fields.u64()?);
@@ -188,7 +188,7 @@ pub(super) struct Statistics {
 }
 
 impl Statistics {
-    pub(super) fn of(content: &[u8]) -> Option<Self> {
+    pub(super) fn parse(content: &[u8]) -> Option<Self> {
         let mut fields = Fields(content);
         let messages = fields.u64()?;
         fields.u16()?;

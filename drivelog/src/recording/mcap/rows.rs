@@ -172,7 +172,7 @@ impl<'r> Reading<'r> {
         let bytes = self.mcap.content.records(&mut self.mcap.view, block)?;
         for (code, content) in records(&bytes) {
             if code == op::MESSAGE
-                && let Some(message) = Message::of(content)
+                && let Some(message) = Message::parse(content)
             {
                 self.take(&message, block.at);
             }
@@ -191,7 +191,7 @@ impl<'r> Reading<'r> {
             if code == op::MESSAGE {
                 let start = HEAD + length.min(Message::START as u64);
                 let whole = self.mcap.view.get(block.at, start, block.end)?;
-                let message = Message::of(whole.get(HEAD as usize..).unwrap_or_default());
+                let message = Message::parse(whole.get(HEAD as usize..).unwrap_or_default());
                 let Some((channel, time)) = message.map(|m| (m.channel, m.log_time)) else {
                     return Ok(());
                 };
@@ -199,7 +199,7 @@ impl<'r> Reading<'r> {
                 if self.is_wanted(channel, time) {
                     let whole = self.mcap.view.get(block.at, HEAD + length, block.end)?.to_vec();
                     let content = whole.get(HEAD as usize..).unwrap_or_default();
-                    if let Some(message) = Message::of(content) {
+                    if let Some(message) = Message::parse(content) {
                         self.take(&message, block.at);
                     }
                 }

@@ -104,8 +104,8 @@ fn messages(encoding: &str, schema: Option<&Schema>, mut json: Paths) -> Message
             unread(format!("no definition of {}: its fields are not read", schema.name))
         }
         ("cdr", Some(schema)) if schema.encoding == "ros2msg" => {
-            let layout =
-                ros::Schema::parse(&schema.name, &schema.text).and_then(|s| Layout::of(&s));
+            let layout = ros::Schema::parse(&schema.name, &schema.text)
+                .and_then(|s| Layout::from_schema(&s));
             layout.map_or_else(
                 |why| unread(format!("the definition of {} is not read: {why}", schema.name)),
                 Messages::Ros,

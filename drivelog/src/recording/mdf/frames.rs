@@ -21,7 +21,7 @@ pub(super) struct Fields {
 
 impl Fields {
     /// The parts of the frames of a group; `None` where it has none.
-    pub(super) fn of(group: &ChannelGroup) -> Option<Self> {
+    pub(super) fn from_group(group: &ChannelGroup) -> Option<Self> {
         let find = |name: &str| {
             let name = format!("CAN_DataFrame.{name}");
             group.channels.iter().position(|c| c.name == name)
@@ -89,7 +89,7 @@ pub(super) fn bus(
 ) -> Result<(Fields, SignalsChunks<'_>), Mf4Error> {
     let own = &mdf.data_groups()[data].channel_groups[group];
     let none = || Mf4Error::parse_error("no CAN frames");
-    let mut fields = Fields::of(own).ok_or_else(none)?;
+    let mut fields = Fields::from_group(own).ok_or_else(none)?;
     if !with_data {
         fields.names.pop();
         fields.data = None;

@@ -12,6 +12,7 @@ use super::bytes::{Head, LogFile};
 use super::can::Decoder;
 use super::{Batches, Channel, Columns, Group, Pieces, Recording, Request, Rows, contained};
 use crate::Error;
+use crate::error::shortened;
 use crate::options::LogOptions;
 use falcon_mdf::error::Mf4Error;
 use falcon_mdf::model::{Signal, ValueKind};
@@ -51,7 +52,7 @@ pub(super) fn open<'a>(
             if own.is_vlsd() {
                 continue;
             }
-            if Fields::of(own).is_some() {
+            if Fields::from_group(own).is_some() {
                 buses.push((d, c));
                 continue;
             }
@@ -151,7 +152,7 @@ fn unread(group: &Group, own: &ChannelGroup, read: &[usize]) -> Vec<String> {
             (None, Some(reason)) => reason.detail().to_owned(),
             (None, None) => "no number".into(),
         };
-        format!("{}: channel `{}` is not read: {why}", group.place(), channel.name)
+        format!("{}: channel `{}` is not read: {why}", group.place(), shortened(&channel.name))
     });
     lines.collect()
 }

@@ -124,17 +124,17 @@ pub(super) fn read(reader: &mut ColumnReader, scale: &mut Scale, most: usize) ->
     })
 }
 
-/// The first text of a column that is not null, among the first rows.
-pub(super) fn first_text(
+/// The texts of the first rows of a column that are not null.
+pub(super) fn first_texts(
     source: &Arc<Source>,
     metadata: &ParquetMetaData,
     column: usize,
-) -> Option<String> {
+) -> Option<Vec<String>> {
     const ROWS: usize = 1000;
     let filled = metadata.row_groups().iter().position(|group| group.num_rows() > 0)?;
     let opened = reader(source, metadata, filled, column).ok()?;
     let ColumnReader::ByteArrayColumnReader(mut texts) = opened else { return None };
     let mut values = Vec::new();
     texts.read_records(ROWS, Some(&mut Vec::new()), None, &mut values).ok()?;
-    Some(String::from_utf8_lossy(values.first()?.data()).into_owned())
+    Some(values.iter().map(|text| String::from_utf8_lossy(text.data()).into_owned()).collect())
 }

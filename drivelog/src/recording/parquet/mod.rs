@@ -12,11 +12,12 @@ use super::bytes::{Head, LogFile};
 use super::scale::Scale;
 use super::{Columns, Group, Pieces, Recording, Request, Rows, Wanted, contained};
 use crate::Error;
+use crate::error::shortened;
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::units::{Quantity, unit_of_header};
 use arrow_ipc::convert::try_schema_from_ipc_buffer;
-use columns::{first_text, is_time, read, scale_of};
+use columns::{first_texts, is_time, read, scale_of};
 use pages::{Source, reader};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::{ParquetError, Result as Outcome};
@@ -54,7 +55,8 @@ pub(super) fn open<'a>(
         let Some(mut scale) = scale_of(column) else {
             let is_list = column.max_rep_level() > 0;
             let what = if is_list { "lists" } else { "bytes that are no numbers" };
-            losses.push(format!("{}: column `{column_name}` is not read: {what}", file.name));
+            let own = shortened(&column_name);
+            losses.push(format!("{}: column `{own}` is not read: {what}", file.name));
             continue;
         };
         let duration = durations.get(&column_name).filter(|_| scale == Scale::INTEGER);
@@ -62,8 +64,16 @@ pub(super) fn open<'a>(
             scale = *duration;
         }
         if scale == Scale::Text(None) {
-            let text = contained(|| first_text(&source, &metadata, k)).flatten();
-            scale = Scale::of_text(text.as_deref());
+            match expanded(&metadata, k) {
+                Some(what) => {
+                    let own = shortened(&column_name);
+                    losses.push(format!("{}: column `{own}` is not read: {what}", file.name));
+                }
+                None => {
+                    let texts = contained(|| first_texts(&source, &metadata, k)).flatten();
+                    scale = Scale::of_texts(texts.unwrap_or_default());
+                }
+            }
         }
         channels.push(scale.channel(&column_name, duration.is_some() || is_time(column)));
         columns.push((k, scale));
@@ -80,9 +90,23 @@ pub(super) fn open<'a>(
 /// The columns that are durations, which the schema of Arrow has beyond that of Parquet.
 fn durations(schema: &str) -> BTreeMap<String, Scale> {
     let schema = contained(|| try_schema_from_ipc_buffer(&base64(schema)).ok()).flatten();
-    let columns = schema.map(|schema| Schema::of(schema.fields())).unwrap_or_default();
+    let columns = schema.map(|schema| Schema::from_fields(schema.fields())).unwrap_or_default();
     let own = columns.read.into_iter().filter(|column| column.is_duration);
     own.map(|column| (column.name, column.scale)).collect()
+}
+
+/// What a column of texts is that takes much more memory than its bytes in the file let expect: its dictionary is in
+/// memory as a whole.
+fn expanded(metadata: &ParquetMetaData, column: usize) -> Option<String> {
+    const LARGE: i64 = 1 << 26;
+    const MOST_TIMES: i64 = 1000;
+    let chunks = metadata.row_groups().iter().map(|group| group.column(column));
+    let sizes = chunks.map(|chunk| (chunk.uncompressed_size(), chunk.compressed_size()));
+    let (size, compressed) = sizes.max()?;
+    if size <= LARGE || size / MOST_TIMES <= compressed {
+        return None;
+    }
+    Some(format!("{size} bytes in {compressed} that are compressed"))
 }
 
 /// The library takes for granted that the places of a footer are in the file.
@@ -96,7 +120,10 @@ fn check(metadata: &ParquetMetaData, size: u64) -> Result<(), String> {
             let place = u64::try_from(from).ok().zip(u64::try_from(column.compressed_size()).ok());
             let end = place.and_then(|(from, length)| from.checked_add(length));
             if end.is_none_or(|end| end > size) || column.data_page_offset() < 0 {
-                return Err(format!("column `{}` is not within the file", column.column_path()));
+                return Err(format!(
+                    "column `{}` is not within the file",
+                    shortened(&column.column_path().string())
+                ));
             }
         }
     }

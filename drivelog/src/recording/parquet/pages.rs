@@ -32,7 +32,8 @@ pub(super) fn reader(
     let rows = usize::try_from(group.num_rows())?;
     let pages =
         SerializedPageReader::new(Arc::clone(source), plain.as_ref().unwrap_or(chunk), rows, None)?;
-    let pages = Pages { inner: Box::new(pages), is_zstd, has_dictionary: false };
+    let most = u64::try_from(chunk.uncompressed_size())?.min(LARGEST_PAGE);
+    let pages = Pages { inner: Box::new(pages), is_zstd, most, has_dictionary: false };
     Ok(get_column_reader(chunk.column_descr_ptr(), Box::new(pages)))
 }
 
@@ -40,6 +41,8 @@ pub(super) fn reader(
 struct Pages {
     inner: Box<dyn PageReader>,
     is_zstd: bool,
+    /// Most bytes of a page: those of the whole column by the footer.
+    most: u64,
     has_dictionary: bool,
 }
 
@@ -57,7 +60,7 @@ impl Pages {
         Ok(())
     }
 
-    fn decompressed(page: Page) -> Outcome<Page> {
+    fn decompressed(page: Page, most: u64) -> Outcome<Page> {
         let text = |buffer: &[u8], plain: usize| -> Outcome<Bytes> {
             let failed = |e: String| ParquetError::General(format!("Zstandard: {e}"));
             let plain =
@@ -67,8 +70,11 @@ impl Pages {
             if !rest.is_empty() {
                 let decoder = ruzstd::decoding::StreamingDecoder::new(rest);
                 let decoder = decoder.map_err(|e| failed(e.to_string()))?;
-                let read = decoder.take(LARGEST_PAGE).read_to_end(&mut all);
-                read.map_err(|e| failed(e.to_string()))?;
+                let read = decoder.take(most + 1).read_to_end(&mut all);
+                let length = read.map_err(|e| failed(e.to_string()))? as u64;
+                if length > most {
+                    return Err(failed(format!("a page of more than {most} bytes")));
+                }
             }
             Ok(all.into())
         };
@@ -132,7 +138,7 @@ impl PageReader for Pages {
     fn get_next_page(&mut self) -> Outcome<Option<Page>> {
         let Some(page) = self.inner.get_next_page()? else { return Ok(None) };
         self.check(&page)?;
-        Ok(Some(if self.is_zstd { Self::decompressed(page)? } else { page }))
+        Ok(Some(if self.is_zstd { Self::decompressed(page, self.most)? } else { page }))
     }
 
     fn peek_next_page(&mut self) -> Outcome<Option<PageMetadata>> {

@@ -26,7 +26,7 @@ impl Encapsulation {
     ///
     /// # Errors
     /// What it is, if it is not read.
-    pub(in crate::recording) fn of(message: &[u8]) -> Result<(Self, &[u8]), &'static str> {
+    pub(in crate::recording) fn split(message: &[u8]) -> Result<(Self, &[u8]), &'static str> {
         let [high, low, _, _, body @ ..] = message else {
             return Err("messages are shorter than their type");
         };
@@ -44,7 +44,7 @@ impl Encapsulation {
 
     /// The instant that a message begins with, ns.
     pub(in crate::recording) fn first_time(message: &[u8]) -> Option<i64> {
-        let (encapsulation, body) = Self::of(message).ok()?;
+        let (encapsulation, body) = Self::split(message).ok()?;
         Cursor { body, at: 0, encapsulation }.time().ok()
     }
 }
@@ -78,7 +78,7 @@ impl Layout {
     ///
     /// # Errors
     /// What of the definition is missing or beyond bounds.
-    pub(in crate::recording) fn of(schema: &Schema) -> Result<Self, String> {
+    pub(in crate::recording) fn from_schema(schema: &Schema) -> Result<Self, String> {
         let mut builder = Builder { schema, leaves: Vec::new(), count: 0, ends_at: None };
         let mut steps = Vec::new();
         builder.message(schema.root(), Some(""), 0, &mut steps)?;
@@ -100,7 +100,7 @@ impl Layout {
         places: &[usize],
         row: &mut [f64],
     ) -> Result<(), &'static str> {
-        let (encapsulation, body) = Encapsulation::of(message)?;
+        let (encapsulation, body) = Encapsulation::split(message)?;
         let mut cursor = Cursor { body, at: 0, encapsulation };
         let mut left = places.iter().filter(|place| **place < row.len()).count();
         for step in &self.steps {
@@ -355,7 +355,7 @@ mod tests {
         Inner[] many\nfloat32 last\n===\nMSG: p/Inner\nbool on\nint64 n\n";
 
     fn read(text: &str, message: &[u8]) -> Result<Vec<(String, f64)>, String> {
-        let layout = Layout::of(&Schema::parse("p/msg/T", text)?)?;
+        let layout = Layout::from_schema(&Schema::parse("p/msg/T", text)?)?;
         let mut row = vec![f64::NAN; layout.leaves.len()];
         let places: Vec<usize> = (0..row.len()).collect();
         layout.read(message, &places, &mut row)?;

@@ -22,7 +22,7 @@ pub(in crate::recording) enum Number {
 }
 
 impl Number {
-    fn of(name: &str) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "bool" => Self::Bool,
             "int8" => Self::I8,
@@ -150,7 +150,7 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
         "wstring" => Kind::WideText,
         "time" | "duration" => Kind::Time,
         "Header" => Kind::Message("std_msgs/Header".into()),
-        _ => match (Number::of(item), item.contains('/')) {
+        _ => match (Number::from_name(item), item.contains('/')) {
             (Some(number), _) => Kind::Number(number),
             (None, true) => Kind::Message(plain(item)),
             (None, false) => Kind::Message(format!("{package}/{item}")),
