@@ -1,6 +1,6 @@
 //! The errors of the crate with their places and numbers, and a hint for each.
 
-use crate::recording::LOG_FORMATS;
+use crate::formats::LOG_FORMATS;
 use crate::role::unit_in_place_of;
 use crate::units::known_units;
 use miette::Diagnostic;

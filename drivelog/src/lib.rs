@@ -37,6 +37,7 @@ mod drive;
 mod error;
 mod expression;
 mod faults;
+mod formats;
 mod gnss;
 mod inspect;
 mod intersample;
@@ -57,6 +58,7 @@ mod stream;
 mod units;
 
 pub use error::{Error, Place};
+pub use formats::LOG_FORMATS;
 pub use gnss::{Gnss, GnssDrive};
 pub use inspect::{InspectedChannel, InspectedGroup, Inspection, inspect};
 pub use log::{DriveLog, Segment, below_speed_in_words};
@@ -64,8 +66,8 @@ pub use mapping_file::Mapping;
 pub use options::{DecimalMark, LogOptions, Response, VehicleClass};
 pub use read::{read_drives, read_log, read_recordings};
 pub use recording::{
-    Channel, Columns, Dates, Group, LOG_FORMATS, LogFile, Pieces, ReadAt, Recording, Request, Rows,
-    Wanted, in_memory, open,
+    Channel, Columns, Dates, Group, LogFile, Pieces, ReadAt, Recording, Request, Rows, Wanted,
+    in_memory, open,
 };
 pub use role::Role;
 pub use steerwright_formats::Intersample;

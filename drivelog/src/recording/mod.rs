@@ -343,9 +343,6 @@ struct Format {
     open: for<'a> fn(LogFile<'a>, &LogOptions) -> Opened<'a>,
 }
 
-/// The formats of logs, as texts for users list them.
-pub const LOG_FORMATS: &str = "CSV, MDF, MCAP, Parquet, Arrow (Feather), or a CAN bus (candump, ASC, TRC, BUSMASTER, or CSV of cabana, SavvyCAN, python-can or CANedge)";
-
 /// The formats; a text that no other one recognises is CSV.
 const FORMATS: &[Format] = &[
     Format { is_sought: true, recognises: mdf::recognises, open: mdf::open },
