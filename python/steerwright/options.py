@@ -453,7 +453,8 @@ class PackageOptions(TypedDict, total=False):
     into the folder. With a path file they start on its first point, at its speed. With an estimator
     file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver without
     latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m (0.02 m). A path
-    or estimator without a sideslip uses that of the plant. The variant SpeedInput of the package has one
+    or estimator without a sideslip uses that of the plant. A plant of a measured angle is packed behind
+    the actuator that the controller was designed for. The variant SpeedInput of the package has one
     input, speed, for all FMUs."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
