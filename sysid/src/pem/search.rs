@@ -232,7 +232,7 @@ pub(crate) fn damped_step(
 pub(crate) struct Found {
     pub(crate) point: Point,
     pub(super) covariance: Mat<f64>,
-    pub(super) steps: usize,
+    pub(crate) steps: usize,
     /// The state there is `basis · x` of the start's state.
     pub(super) basis: Mat<f64>,
 }

@@ -106,12 +106,14 @@ impl<'a> InMemory<'a> {
         let mut turn = 0;
         loop {
             let data = self.whitened(of)?;
-            refine(&data, of, stop)?;
+            let steps = refine(&data, of, stop)?;
             let now = log_square(&of.initial_conditions.errors(&of.model, &data));
             let gain = of.log_square - now;
             of.log_square = now;
             turn += 1;
+            // The noise of the same model is the same.
             if self.noise_order == 0
+                || steps == 0
                 || turn == TURNS
                 || (turn > 1 && (gain.is_nan() || gain <= LEAST_GAIN))
             {
@@ -193,7 +195,8 @@ impl Estimator for InMemory<'_> {
     }
 
     fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<(), Error> {
-        refine(self.fitted, of, stop)
+        refine(self.fitted, of, stop)?;
+        Ok(())
     }
 
     fn mean_square(&self, of: &Candidate) -> Result<f64, Error> {

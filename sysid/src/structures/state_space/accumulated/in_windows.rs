@@ -146,7 +146,8 @@ impl Estimator for InWindows<'_> {
             of.model = self.predicting(of, stop)?.model;
             return Ok(());
         }
-        refine_within(&self.windows.data, self.samples, of, stop)
+        refine_within(&self.windows.data, self.samples, of, stop)?;
+        Ok(())
     }
 
     fn mean_square(&self, of: &Candidate) -> Result<f64, Error> {
