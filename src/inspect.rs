@@ -134,7 +134,7 @@ fn text(found: &Inspection) -> String {
             let shown = |x: Option<f64>| x.map_or_else(|| "–".into(), number);
             let is_clock = group.clock.as_ref() == Some(&channel.name);
             table = table.row([
-                channel.name.clone(),
+                shown_name(&channel.name),
                 channel.unit.clone().unwrap_or_else(|| "not stated".into()),
                 channel.values.to_string(),
                 shown(channel.min),
@@ -144,11 +144,21 @@ fn text(found: &Inspection) -> String {
         }
         // A name is copied from here: it is not broken, though the table is wider then.
         const OTHERS: usize = 60;
-        let names = group.channels.iter().flat_map(|channel| channel.name.split(' '));
-        let longest = names.map(|word| word.chars().count()).max().unwrap_or(0);
+        let words = group.channels.iter().flat_map(|channel| channel.name.split(' '));
+        let longest = words.map(|word| word.chars().count()).max().unwrap_or(0).min(LONGEST_NAME);
         let _ = writeln!(text, "{}", table.text(console::columns().max(longest + OTHERS)));
     }
     text
+}
+
+/// Characters of a name beyond which only its start is shown; `--json` has all of it.
+const LONGEST_NAME: usize = 200;
+
+fn shown_name(name: &str) -> String {
+    match name.char_indices().nth(LONGEST_NAME) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_owned(),
+    }
 }
 
 fn number(x: f64) -> String {

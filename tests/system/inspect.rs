@@ -148,3 +148,16 @@ fn the_folder_of_a_ros_2_bag_is_a_log() {
     std::fs::write(bag.join("a_2.db3"), "").unwrap();
     refused("a_2.db3: a ROS 2 bag in SQLite (.db3), which is not read here");
 }
+
+#[test]
+fn a_table_shows_the_start_of_a_very_long_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "abcde".repeat(40_000);
+    let rows: String = (0..50).map(|k| format!("{}.{:02},{k}\n", k / 100, k % 100)).collect();
+    std::fs::write(folder.path().join("log.csv"), format!("time_s,{name}\n{rows}")).unwrap();
+    let text = text_of(&run(folder.path(), "inspect log.csv"));
+    assert!(text.contains(&format!("{}…", &name[..200])) && text.len() < 10_000, "{}", text.len());
+    let output = done(folder.path(), "inspect log.csv --json");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["groups"][0]["channels"][1]["name"], name);
+}
