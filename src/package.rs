@@ -94,13 +94,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .map(|((_, text), name)| (text.as_str(), name.as_str()))
         .collect();
     let behind = steerwright_comparison::behind_stated_actuator(&named)?;
-    if let Some(behind) = &behind {
-        report_actuator(behind, ssp.is_some());
-    }
-    let behind = behind.filter(|_| ssp.is_some());
+    let behind_document = behind.as_ref().filter(|_| ssp.is_some());
+    let behind_document = behind_document.and_then(|b| Some((&b.file, b.document.as_deref()?)));
     for (text, file) in &mut named {
-        if let Some(behind) = behind.as_ref().filter(|behind| behind.file == *file) {
-            *text = behind.document.as_str();
+        if let Some((_, document)) = behind_document.filter(|(name, _)| *name == file) {
+            *text = document;
         }
     }
     let progress = Progress::start("packing");
@@ -126,7 +124,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
-            actuator: behind.as_ref().filter(|_| archive.fmu.is_plant()).map(|b| b.actuator),
+            actuator: behind
+                .as_ref()
+                .filter(|_| archive.fmu.is_plant() && behind_document.is_some())
+                .map(|behind| behind.actuator),
             platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
             ..Written::default()
         });
@@ -152,6 +153,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             w.guid.clone().unwrap_or_default(),
         ]);
     }
+    if let Some(behind) = &behind {
+        report_actuator(behind, ssp.is_some());
+    }
     console::result(&format!("{}{wired}", console::table(&table)), &written)?;
     Ok(Outcome::Done)
 }
@@ -160,15 +164,17 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 fn report_actuator(behind: &BehindActuator, is_in_loop: bool) {
     let [lag, delay] = [behind.actuator.time_constant_s, behind.actuator.delay_s].map(|s| 1e3 * s);
     let actuator = format!(
-        "the controller's actuator, with a lag of {lag:.0} ms and a delay of {delay:.0} ms"
+        "the controller's actuator, with a lag of {lag:.1} ms and a delay of {delay:.1} ms"
     );
     let file = &behind.file;
-    if is_in_loop {
-        console::note(format_args!("{file} is packed behind {actuator}"));
-    } else {
-        console::warning(format_args!(
+    match (&behind.document, is_in_loop) {
+        (Some(_), true) => console::note(format_args!("{file} is packed behind {actuator}")),
+        (Some(_), false) => console::warning(format_args!(
             "{file} is packed without {actuator}; --ssp packs it behind the actuator"
-        ));
+        )),
+        (None, _) => console::warning(format_args!(
+            "{file} is packed without {actuator}: it is not the model of the design, and has an actuator of its own"
+        )),
     }
 }
 

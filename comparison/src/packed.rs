@@ -54,33 +54,36 @@ fn pack_with_start(
     Ok(steerwright_packaging::package(document, file, &binaries, step, start)?)
 }
 
-/// A model's document behind the actuator that a controller was designed for.
+/// A model and the actuator that a controller was designed for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BehindActuator {
     /// Name of the model's file.
     pub file: String,
-    /// The document of the model behind the actuator.
-    pub document: String,
+    /// The document of the model behind the actuator; `None` of a model with an actuator of its own.
+    pub document: Option<String>,
     /// The actuator.
     pub actuator: StatedActuator,
 }
 
 /// The model among the documents of a loop, behind the actuator that the controller among them states: where the controller
-/// was designed on that model, or the model has no actuator. `None` where there is nothing to add.
+/// was designed on that model, or the model has no actuator. `None` where there is nothing to add: no controller that
+/// states an actuator with a lag or a delay.
 ///
 /// # Errors
 /// An invalid document of a controller or a model.
 pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindActuator>, Error> {
     let Some((text, file)) = of(documents, Fmu::LateralPid) else { return Ok(None) };
     let designed_for = Pid::from_json(text, file)?.designed_for;
-    let Some(actuator) = designed_for.actuator else { return Ok(None) };
+    let Some(actuator) = designed_for.actuator.filter(|a| a.time_constant_s + a.delay_s > 0.0)
+    else {
+        return Ok(None);
+    };
     for (text, file) in documents.iter().filter(|(text, _)| Model::is_in(text)) {
         let model = Model::from_json(text, file)?;
         let is_own = sha256_hex(text.as_bytes()) == designed_for.sha256;
-        if is_own || DesignPlant::from_model(&model)?.lacks_actuator() {
-            let document = model_behind(&model, Some(actuator)).to_json();
-            return Ok(Some(BehindActuator { file: (*file).into(), document, actuator }));
-        }
+        let is_behind = is_own || DesignPlant::from_model(&model)?.lacks_actuator();
+        let document = is_behind.then(|| model_behind(&model, Some(actuator)).to_json());
+        return Ok(Some(BehindActuator { file: (*file).into(), document, actuator }));
     }
     Ok(None)
 }

@@ -9,7 +9,8 @@ use super::stamps::Stamps;
 use crate::Error;
 use crate::error::{Place, shortened};
 use crate::options::DecimalMark;
-use crate::recording::Group;
+use crate::recording::{Channel, Group};
+use crate::role::Role;
 use std::collections::{HashSet, VecDeque};
 use std::io::{Cursor, Read};
 use steerwright_formats::HashingReader;
@@ -36,6 +37,11 @@ pub(super) struct Csv<'a> {
     pub(super) top: HashSet<Vec<u8>>,
     /// Whether a row of values was read.
     pub(super) has_rows: bool,
+}
+
+/// Whether a record goes over several lines.
+fn has_line_end(bytes: &[u8]) -> bool {
+    bytes.iter().any(|byte| matches!(byte, b'\n' | b'\r'))
 }
 
 impl Csv<'_> {
@@ -70,7 +76,7 @@ impl Csv<'_> {
                 // Lines within a comment in quotes may be rows.
                 Ok(true)
                     if is_blank(&record)
-                        || is_comment_record(&record) && !record.as_slice().contains(&b'\n') => {}
+                        || is_comment_record(&record) && !has_line_end(record.as_slice()) => {}
                 Ok(true) if record.as_slice().contains(&0) => {
                     let file = self.groups[0].file.clone();
                     self.held.push_back(Err(Error::NotText { file, line: line(&record) }));
@@ -91,14 +97,17 @@ impl Csv<'_> {
         let stamps = self.stamps.clone();
         let mut values = vec![Vec::new(); wanted.len()];
         let held = std::mem::take(&mut self.held);
-        let is_text = rows < MOST
-            && held.iter().all(|row| match row {
+        let mut is_text = rows < MOST;
+        for (place, row) in held.iter().enumerate() {
+            let next = held.get(place + 1).and_then(|next| next.as_ref().ok());
+            is_text &= match row {
                 Ok(row) => {
-                    self.taken_in(row).is_none()
+                    self.taken_in(row, next).is_none()
                         && self.cells(row, line(row), wanted, &mut values).is_err()
                 }
                 Err(_) => false,
-            });
+            };
+        }
         (self.held, self.stamps) = (held, stamps);
         is_text.then_some(rows)
     }
@@ -172,26 +181,35 @@ impl Csv<'_> {
 
     /// Rejects a quote that takes in the rest of the file or rows of the table.
     fn check_quotes(&mut self, record: &csv::ByteRecord) -> Result<(), Error> {
-        if !record.as_slice().contains(&b'\n') {
+        if !has_line_end(record.as_slice()) {
             return Ok(());
         }
         let file = self.groups[0].file.clone();
         if self.is_at_end() && self.reader.get_ref().is_quoted() {
             return Err(Error::OpenQuote { file, line: line(record) });
         }
-        match self.taken_in(record) {
+        let next = self.held.front().and_then(|next| next.as_ref().ok());
+        match self.taken_in(record, next) {
             Some((line, last, rows)) => Err(Error::LongQuote { file, line, last, rows }),
             None => Ok(()),
         }
     }
 
-    /// First and last line of a cell in whose lines there are rows of the table, and how many.
-    fn taken_in(&self, record: &csv::ByteRecord) -> Option<(u64, u64, usize)> {
+    /// First and last line of a cell in whose lines there are rows of the table, and how many: rows whose clock is
+    /// between that of the record and of the next one.
+    fn taken_in(
+        &self,
+        record: &csv::ByteRecord,
+        next: Option<&csv::ByteRecord>,
+    ) -> Option<(u64, u64, usize)> {
+        let clock = self.likely_clock()?;
+        let bounds = [Some(record), next].map(|of| of?.get(clock).map(text_of));
         let mut last = line(record);
         for (j, cell) in record.iter().enumerate() {
             let first = last;
             let mut rows = 0;
-            let mut lines = cell.split(|b| *b == b'\n').skip(1).peekable();
+            let end = if cell.contains(&b'\n') { b'\n' } else { b'\r' };
+            let mut lines = cell.split(|b| *b == end).skip(1).peekable();
             while let Some(text) = lines.next() {
                 last += 1;
                 let mut cells = split(text, self.delimiter);
@@ -199,7 +217,7 @@ impl Csv<'_> {
                 if lines.peek().is_none() {
                     cells.extend(record.iter().skip(j + 1));
                 }
-                rows += usize::from(self.is_row(&cells));
+                rows += usize::from(self.is_row(&cells) && self.is_between(&cells, &bounds));
             }
             if rows > 0 {
                 return Some((first, last, rows));
@@ -208,9 +226,36 @@ impl Csv<'_> {
         None
     }
 
-    /// Whether the cells are those of a row: as many as the header has, and more numbers than texts in the columns of
-    /// numbers.
+    /// The clock, or the column that looks like one.
+    fn likely_clock(&self) -> Option<usize> {
+        let is_clock =
+            |channel: &Channel| channel.has_stamps || Role::Time.is_named_like(&channel.name);
+        self.clock.or_else(|| self.groups[0].channels.iter().position(is_clock))
+    }
+
+    /// Whether the clock of the cells is after the first and before the second one, as far as they are there: by number,
+    /// and of texts, such as dates, by their order.
+    fn is_between(&self, cells: &[&[u8]], bounds: &[Option<String>; 2]) -> bool {
+        let Some(own) = self.likely_clock().and_then(|clock| cells.get(clock)) else {
+            return false;
+        };
+        let own = text_of(own);
+        let number = |text: &str| text.replace(',', ".").parse::<f64>();
+        let is_before = |a: &str, b: &str| match (number(a), number(b)) {
+            (Ok(a), Ok(b)) => a < b,
+            (Err(_), Err(_)) => a.len() == b.len() && a < b,
+            _ => false,
+        };
+        // The cell of a quote that begins with a row is no clock.
+        let first = bounds[0].as_ref().filter(|first| !has_line_end(first.as_bytes()));
+        first.is_none_or(|first| is_before(first, &own))
+            && bounds[1].as_ref().is_none_or(|second| is_before(&own, second))
+    }
+
+    /// Whether the cells are those of a row: no more than the header has but for empty ones, and more numbers than texts in
+    /// the columns of numbers.
     fn is_row(&self, cells: &[&[u8]]) -> bool {
+        let filled = cells.iter().rposition(|cell| !text_of(cell).is_empty()).map_or(0, |j| j + 1);
         let channels = &self.groups[0].channels;
         let (mut numbers, mut texts) = (0, 0);
         for (cell, _) in cells.iter().zip(channels).filter(|(_, channel)| !channel.is_text) {
@@ -221,7 +266,7 @@ impl Csv<'_> {
                 texts += 1;
             }
         }
-        cells.len() == channels.len() && cells.len() > 1 && numbers > texts
+        filled > 1 && filled <= channels.len() && numbers > texts
     }
 
     /// The numbers of a row to the end of `values`, and its bad cells; an error where it is none of values.

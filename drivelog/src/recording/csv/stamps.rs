@@ -78,6 +78,10 @@ impl Dates {
         for dates in files {
             match &dates.0 {
                 FirstDate::Iso(day) => days.push(*day),
+                // Its own form, which says nothing of that of others.
+                FirstDate::Slashed(first, _) if first.has_points => {
+                    days.extend(first.days(Order::DayFirst));
+                }
                 FirstDate::Slashed(first, order) => slashed.push((first, order)),
             }
         }

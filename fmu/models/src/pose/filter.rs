@@ -153,7 +153,10 @@ impl Filter {
         let c = &mut self.covariance;
         *c = (*c + c.transpose()) * 0.5;
         for i in 0..STATES {
-            c[(i, i)] = c[(i, i)].max(0.0);
+            // One that is no number stays so, and is refused.
+            if c[(i, i)] < 0.0 {
+                c[(i, i)] = 0.0;
+            }
             for j in 0..i {
                 let (value, most) = (c[(i, j)], c[(i, i)] * c[(j, j)]);
                 if value * value > most {
