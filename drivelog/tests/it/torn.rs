@@ -213,3 +213,30 @@ fn messages_quote_the_start_of_a_name() {
         log.warnings.iter().for_each(|warning| is_short(warning));
     }
 }
+
+/// Remarks of several lines may be in any column, and their lines may look like rows.
+#[test]
+fn remarks_of_several_lines_are_cells() {
+    for remark in ["lap 1\nbox", "lap 1\nok, box", "gains:\n1,2,3,4\n5,6,7,8\n9,10,11,12"] {
+        let first =
+            csv(&format!("note,{HEADER}"), 1000, |k| format!("\"{remark}\",{}", good_row(k)));
+        let last =
+            csv(&format!("{HEADER},note"), 1000, |k| format!("{},\"{remark}\"", good_row(k)));
+        for text in [first, last] {
+            let found = inspected(&text);
+            let read = (found.groups[0].rows, found.losses.len());
+            assert_eq!(read, (1000, 0), "{remark}: {:?}", found.losses);
+        }
+    }
+}
+
+#[test]
+fn a_quote_in_the_row_of_units_takes_in_no_row() {
+    let text = csv(HEADER, 1000, |k| if k == 300 { good_row(k) + "\"" } else { good_row(k) });
+    let text = String::from_utf8(text).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let units = header.split(',').map(|_| "-").collect::<Vec<_>>().join(",");
+    let error =
+        refused(format!("{header},wheel\n{units},\"\n{rows}").into_bytes(), &LogOptions::default());
+    assert!(matches!(error, Error::LongQuote { line: 2, .. }), "{error:?}");
+}

@@ -94,8 +94,10 @@ impl<'a> Csv<'a> {
             has_rows: false,
         };
         let mut record = csv::ByteRecord::new();
+        let mut is_short = Ok(());
         for _ in 0..head.records {
             csv.next(&mut record)?;
+            is_short = is_short.and(csv.check_header(&record));
             if !is_blank(&record) {
                 csv.top.insert(joined(&record));
             }
@@ -104,6 +106,7 @@ impl<'a> Csv<'a> {
         if is_long && csv.is_at_end() && csv.reader.get_ref().is_quoted() {
             return Err(Error::OpenQuote { file: name, line: head.header_line });
         }
+        is_short?;
         Ok(csv)
     }
 

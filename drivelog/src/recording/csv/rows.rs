@@ -179,6 +179,19 @@ impl Csv<'_> {
         Ok(None)
     }
 
+    /// Rejects a quote of names or units that takes in more lines than a name has.
+    pub(super) fn check_header(&self, record: &csv::ByteRecord) -> Result<(), Error> {
+        const MOST_LINES: usize = 8;
+        for cell in record {
+            let rows = cell.iter().filter(|byte| **byte == b'\n').count();
+            if rows > MOST_LINES {
+                let (file, line) = (self.groups[0].file.clone(), line(record));
+                return Err(Error::LongQuote { file, line, last: line + rows as u64, rows });
+            }
+        }
+        Ok(())
+    }
+
     /// Rejects a quote that takes in the rest of the file or rows of the table.
     fn check_quotes(&mut self, record: &csv::ByteRecord) -> Result<(), Error> {
         if !has_line_end(record.as_slice()) {
