@@ -25,7 +25,7 @@ use crate::data::DataSet;
 use crate::linalg::dense::spectral_radius;
 use crate::model::{Innovation, StateSpace, predictor};
 use crate::pem::rows::Drive;
-use crate::pem::search::{Point, criterion, error_covariance, search};
+use crate::pem::search::{Point, search};
 use faer::Mat;
 
 pub(crate) use crate::pem::coordinates::Coordinates;
@@ -103,25 +103,6 @@ pub fn refine_prediction(
             })
         }
     }
-}
-
-/// The criterion of the prediction errors of an innovation form with initial states for the segments: for one output their
-/// mean square.
-///
-/// # Errors
-/// [`Error::Numerical`] where they are not finite.
-pub(crate) fn prediction_errors(
-    of: &Innovation,
-    x0s: &[Vec<f64>],
-    data: &DataSet,
-) -> Result<f64, Error> {
-    let model = predictor(&of.model, of.gain.as_ref());
-    let point = Point { model, x0s: x0s.to_vec(), offsets: None };
-    let errors = criterion(&error_covariance(&point, Drive::InputsAndOutputs, data));
-    if !errors.is_finite() {
-        return Err(Error::Numerical { what: "errors of the prediction" });
-    }
-    Ok(errors)
 }
 
 /// Refines `model` and the initial states `x0` of the segments for the simulation of the data until

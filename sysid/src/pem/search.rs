@@ -232,7 +232,7 @@ pub(crate) fn damped_step(
 pub(crate) struct Found {
     pub(crate) point: Point,
     pub(super) covariance: Mat<f64>,
-    pub(crate) steps: usize,
+    pub(super) steps: usize,
     /// The state there is `basis · x` of the start's state.
     pub(super) basis: Mat<f64>,
 }

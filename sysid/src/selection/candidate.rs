@@ -13,8 +13,6 @@ use crate::subspace::{Factor, Realization};
 
 /// Enough to compare orders.
 pub(crate) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
-/// For a model that others are refined from.
-pub(crate) const START: Stop = Stop { steps: 8, least_gain: 1e-4 };
 /// For the chosen order.
 pub(crate) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
 
@@ -101,22 +99,18 @@ impl Candidate {
     }
 }
 
-/// Refines by the simulation errors of these data; returns how many steps were taken.
-pub(crate) fn refine(
-    data: &DataSet,
-    candidate: &mut Candidate,
-    stop: Stop,
-) -> Result<usize, Error> {
+/// Refines by the simulation errors of these data.
+pub(crate) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
     refine_within(data, data.samples(), candidate, stop)
 }
 
-/// The same with data that represent so many samples.
+/// Refines by the simulation errors of data that represent so many samples.
 pub(crate) fn refine_within(
     data: &DataSet,
     samples: usize,
     candidate: &mut Candidate,
     stop: Stop,
-) -> Result<usize, Error> {
+) -> Result<(), Error> {
     let model = &candidate.model;
     let radius = largest_radius(samples).max(model.spectral_radius());
     let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
@@ -131,7 +125,7 @@ pub(crate) fn refine_within(
     candidate.model = found.point.model;
     let (x0, offsets) = (found.point.x0s, found.point.offsets);
     candidate.initial_conditions = InitialConditions { x0, offsets };
-    Ok(found.steps)
+    Ok(())
 }
 
 /// The simulated output of a part of the data. Blocks of a drive are simulated in one run, from the state at the beginning

@@ -106,14 +106,12 @@ impl<'a> InMemory<'a> {
         let mut turn = 0;
         loop {
             let data = self.whitened(of)?;
-            let steps = refine(&data, of, stop)?;
+            refine(&data, of, stop)?;
             let now = log_square(&of.initial_conditions.errors(&of.model, &data));
             let gain = of.log_square - now;
             of.log_square = now;
             turn += 1;
-            // The noise of the same model is the same.
             if self.noise_order == 0
-                || steps == 0
                 || turn == TURNS
                 || (turn > 1 && (gain.is_nan() || gain <= LEAST_GAIN))
             {
@@ -195,8 +193,7 @@ impl Estimator for InMemory<'_> {
     }
 
     fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<(), Error> {
-        refine(self.fitted, of, stop)?;
-        Ok(())
+        refine(self.fitted, of, stop)
     }
 
     fn mean_square(&self, of: &Candidate) -> Result<f64, Error> {

@@ -6,8 +6,8 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::model::stability::largest_radius;
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
-use crate::pem::{Focus, prediction_errors, refine_prediction};
-use crate::selection::candidate::{Candidate, START, Stabilised};
+use crate::pem::{Focus, refine_prediction};
+use crate::selection::candidate::{Candidate, ROUGH, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::initial_estimates::{least_cost, refit_about};
 use crate::selection::options::IdentifyOptions;
@@ -77,8 +77,8 @@ impl Predicted {
         (self.factor, self.two_stage_input)
     }
 
-    /// The model of an order, as estimated or, of the method that predicts `data` best, refined by its prediction errors,
-    /// that simulates the two-stage input best.
+    /// The model of an order, as estimated or refined by prediction errors of `data`, that
+    /// simulates the two-stage input best.
     pub(crate) fn best(
         &self,
         data: &DataSet,
@@ -87,30 +87,9 @@ impl Predicted {
     ) -> Result<Candidate, Error> {
         let mut all = Vec::new();
         let radius = largest_radius(data.samples());
-        let mut predicted: Option<(f64, usize)> = None;
-        let mut starts = Vec::new();
-        for (place, (_, decomposition)) in self.decompositions.iter().enumerate() {
+        for (method, decomposition) in &self.decompositions {
             let found = decomposition.stable_model(order, radius);
-            let errors = match &found {
-                Ok(found) if self.refined => predictor_states(found, data)
-                    .and_then(|x0s| prediction_errors(found, &x0s, data))
-                    .ok(),
-                _ => None,
-            };
-            if let Some(errors) = errors
-                && predicted.is_none_or(|(least, _)| errors < least)
-            {
-                predicted = Some((errors, place));
-            }
-            starts.push(found);
-        }
-        for (place, found) in starts.into_iter().enumerate() {
-            let (method, decomposition) = &self.decompositions[place];
-            let is_best = predicted.is_some_and(|(_, best)| best == place);
-            let refined = match &found {
-                Ok(found) if is_best => Some(predicting(found, data, feedthrough)),
-                _ => None,
-            };
+            let refined = found.clone().and_then(|found| predicting(&found, data, feedthrough));
             let of = |found: Result<Innovation, Error>| {
                 let model = found?.model;
                 let values = &decomposition.singular_values;
@@ -122,8 +101,8 @@ impl Predicted {
                 }
                 Ok(start)
             };
-            all.push(of(found));
-            all.extend(refined.map(of));
+            let refined = self.refined.then(|| of(refined));
+            all.extend(std::iter::once(of(found)).chain(refined));
         }
         least_cost(all.into_iter(), Error::no_model("no method could be tried"))
     }
@@ -164,18 +143,15 @@ impl Predicted {
     }
 }
 
-/// The state of the predictor at the start of each segment.
-fn predictor_states(of: &Innovation, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
-    let predictor = predictor(&of.model, of.gain.as_ref());
-    let segments = data.segments().iter();
-    segments.map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref())).collect()
-}
-
 /// The innovation form refined by its prediction errors, where that leaves A stable.
 fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<Innovation, Error> {
-    let x0 = predictor_states(start, data)?;
+    let predictor = predictor(&start.model, start.gain.as_ref());
+    let segments = data.segments().iter();
+    let x0 = segments
+        .map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref()))
+        .collect::<Result<Vec<_>, _>>()?;
     let found =
-        refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, START, 1.0)?.innovation;
+        refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, ROUGH, 1.0)?.innovation;
     if found.model.spectral_radius() < 1.0 {
         Ok(found)
     } else {

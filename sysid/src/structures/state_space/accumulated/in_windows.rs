@@ -146,8 +146,7 @@ impl Estimator for InWindows<'_> {
             of.model = self.predicting(of, stop)?.model;
             return Ok(());
         }
-        refine_within(&self.windows.data, self.samples, of, stop)?;
-        Ok(())
+        refine_within(&self.windows.data, self.samples, of, stop)
     }
 
     fn mean_square(&self, of: &Candidate) -> Result<f64, Error> {
