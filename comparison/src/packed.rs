@@ -78,14 +78,14 @@ pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindAc
     else {
         return Ok(None);
     };
-    for (text, file) in documents.iter().filter(|(text, _)| Model::is_in(text)) {
-        let model = Model::from_json(text, file)?;
-        let is_own = sha256_hex(text.as_bytes()) == designed_for.sha256;
-        let is_behind = is_own || DesignPlant::from_model(&model)?.lacks_actuator();
-        let document = is_behind.then(|| model_behind(&model, Some(actuator)).to_json());
-        return Ok(Some(BehindActuator { file: (*file).into(), document, actuator }));
-    }
-    Ok(None)
+    let Some((text, file)) = documents.iter().find(|(text, _)| Model::is_in(text)) else {
+        return Ok(None);
+    };
+    let model = Model::from_json(text, file)?;
+    let is_own = sha256_hex(text.as_bytes()) == designed_for.sha256;
+    let is_behind = is_own || DesignPlant::from_model(&model)?.lacks_actuator();
+    let document = is_behind.then(|| model_behind(&model, Some(actuator)).to_json());
+    Ok(Some(BehindActuator { file: (*file).into(), document, actuator }))
 }
 
 /// A packed loop.
