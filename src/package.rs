@@ -94,11 +94,16 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .map(|((_, text), name)| (text.as_str(), name.as_str()))
         .collect();
     let behind = steerwright_comparison::behind_stated_actuator(&named)?;
-    let behind_document = behind.as_ref().filter(|_| ssp.is_some());
-    let behind_document = behind_document.and_then(|b| Some((&b.file, b.document.as_deref()?)));
-    for (text, file) in &mut named {
-        if let Some((_, document)) = behind_document.filter(|(name, _)| *name == file) {
-            *text = document;
+    // Of the plant in the loop; alone it is its document.
+    let mut actuator = None;
+    if let Some(BehindActuator { file, document: Some(document), actuator: stated }) = &behind
+        && ssp.is_some()
+    {
+        actuator = Some(*stated);
+        for (text, name) in &mut named {
+            if *name == file {
+                *text = document;
+            }
         }
     }
     let progress = Progress::start("packing");
@@ -124,10 +129,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
-            actuator: behind
-                .as_ref()
-                .filter(|_| archive.fmu.is_plant() && behind_document.is_some())
-                .map(|behind| behind.actuator),
+            actuator: if archive.fmu.is_plant() { actuator } else { None },
             platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
             ..Written::default()
         });

@@ -83,8 +83,11 @@ pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindAc
     };
     let model = Model::from_json(text, file)?;
     let is_own = sha256_hex(text.as_bytes()) == designed_for.sha256;
-    let is_behind = is_own || DesignPlant::from_model(&model)?.lacks_actuator();
-    let document = is_behind.then(|| model_behind(&model, Some(actuator)).to_json());
+    let document = if is_own || DesignPlant::from_model(&model)?.lacks_actuator() {
+        Some(model_behind(&model, Some(actuator)).to_json())
+    } else {
+        None
+    };
     Ok(Some(BehindActuator { file: (*file).into(), document, actuator }))
 }
 
