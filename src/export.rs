@@ -66,6 +66,15 @@ fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
             Lateral::of_bicycle(&steerwright_control::bicycle_of_vehicle(vehicle)?)
         }
         Model::Torque(torque) => return of_torque(arguments, torque),
+        Model::Longitudinal(_) => {
+            return Err(Failure::new(
+                format!(
+                    "{}: a longitudinal model has no parameters of a steering",
+                    arguments.model.display()
+                ),
+                "export a plant, a bicycle, a vehicle or a torque",
+            ));
+        }
     }
     .map_err(failed)?;
     let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);

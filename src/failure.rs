@@ -143,7 +143,9 @@ fn flag(option: &str) -> String {
 /// The option that names the channel of a role.
 fn channel(role: &str) -> &'static str {
     match role {
-        "steering" | "steering torque" => "--input-channel NAME",
+        "steering" | "steering torque" | "accelerator or acceleration command" => {
+            "--input-channel NAME"
+        }
         "yaw rate" | "lateral acceleration" => "--output-channel NAME",
         "speed" => "--speed-channel NAME",
         "time" => "--time-channel NAME",

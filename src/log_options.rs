@@ -54,20 +54,22 @@ pub(crate) struct SourceArguments {
 pub(crate) struct LogArguments {
     #[command(flatten)]
     pub(crate) source: SourceArguments,
-    /// Channel of the steering angle or, for the structure torque, of the torque; recognised by its name by default. For
+    /// Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the accelerator
+    /// or of the acceleration command; recognised by its name by default. For
     /// all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
     /// several topics or messages, "A + 0.1 * B" combines channels of one of these
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) input_channel: Option<String>,
     /// Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque, of the lateral
-    /// acceleration; recognised by its name by default
+    /// acceleration, for longitudinal of the speed; recognised by its name by default
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) output_channel: Option<String>,
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
     /// Further channel: for the structure torque steering (its angle), roll, engaged or override; for single-track
-    /// and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; may be repeated.
+    /// and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; for longitudinal brake,
+    /// grade, pitch (positive with the nose down), altitude or gear; may be repeated.
     /// Recognised by their names by default
     #[arg(long = "channel", value_name = "ROLE=CHANNEL", value_parser = channel)]
     pub(crate) channels: Vec<(String, String)>,

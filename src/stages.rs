@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
-    AccumulatedDrives, Bicycle, Document, Model, Path as PathFile, Pid, Plant, Provenance,
-    SourceFile, Torque, Vehicle, sha256_hex,
+    AccumulatedDrives, Bicycle, Document, Longitudinal, Model, Path as PathFile, Pid, Plant,
+    Provenance, SourceFile, Torque, Vehicle, sha256_hex,
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
@@ -118,8 +118,9 @@ const LOG: &str = "log";
 #[derive(Args)]
 struct ReadArguments {
     /// What responds: the yaw rate to the steering angle; for the structure single-track also accelerations and
-    /// sideslip (motion); or, for the structure torque, the lateral acceleration to a steering torque or its
-    /// normalised command
+    /// sideslip (motion); for the structure torque, the lateral acceleration to a steering torque or its
+    /// normalised command; or, for the structure longitudinal, the speed to accelerator and brake or to an
+    /// acceleration command
     #[arg(long, value_name = Response::WORDS, default_value = "yaw-rate")]
     response: Response,
     #[command(flatten)]
@@ -258,6 +259,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
         Kind::of::<Pid>(),
         Kind::of::<PathFile>(),
         Kind::of::<Torque>(),
+        Kind::of::<Longitudinal>(),
         Kind::of::<AccumulatedDrives>(),
         Kind::of::<Plant>(),
         Kind::of::<Bicycle>(),
@@ -267,7 +269,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
         |kind: &Kind| matches!(kind, Kind::Document(schema) if tag.schema.starts_with(schema));
     let place = kinds.iter().position(has).ok_or_else(unknown)?;
     // Models replace each other.
-    let kind = if place < 4 { kinds[place] } else { Kind::Model };
+    let kind = if place < 5 { kinds[place] } else { Kind::Model };
     let is_source = |bytes: &Vec<u8>| {
         let hash = sha256_hex(bytes);
         tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)

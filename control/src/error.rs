@@ -50,6 +50,11 @@ pub enum Error {
         "identify a model from the steering angle, or export this one: steerwright export"
     ))]
     SteeredByTorque,
+    #[error("a model of the speed has no steering to control")]
+    #[diagnostic(help(
+        "identify a model from the steering angle: steerwright identify --structure auto"
+    ))]
+    NoSteering,
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
     #[diagnostic(help(
         "design at a lower speed, or correct the vehicle data: an oversteering vehicle is unstable above its critical speed"

@@ -91,7 +91,10 @@ impl DriveLog {
             };
             for run in runs {
                 for (role, samples) in &mut self.others {
-                    let own = drive.channel(*role).map(|channel| channel.samples_on(&grid));
+                    let own = drive.channel(*role).map(|channel| match role {
+                        Role::Brake => channel.on(&grid),
+                        _ => channel.samples_on(&grid),
+                    });
                     samples.extend_from_slice(&own.unwrap_or_default()[run.clone()]);
                 }
                 self.push(&grid, run, input.as_deref(), &output, speed.as_deref());

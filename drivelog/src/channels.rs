@@ -337,12 +337,12 @@ fn finished(
         SpikeFilter::default().take(&mut series, true);
     }
     series.check_rows()?;
-    if role.is_switch() {
+    if role.is_state() {
         series.period = median_period(&series.time);
         return Ok(series);
     }
-    if role == Role::Steering {
-        series.intersample = intersample::of_steering(&series, options);
+    if role.is_held() {
+        series.intersample = intersample::of_input(&series, options);
     }
     let mut rows_per_update = None;
     if series.is_sensor()

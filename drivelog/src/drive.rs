@@ -99,7 +99,8 @@ impl Drive {
         let name = names.join(" + ");
         let groups: Vec<Group> = files.iter().flat_map(Opened::groups).cloned().collect();
         let response = options.response;
-        let roles = response.roles().into_iter().chain([Role::Speed]);
+        let speed = [Role::Speed].into_iter().filter(|role| !response.roles().contains(role));
+        let roles = response.roles().into_iter().chain(speed);
         let others = response.others().iter().copied();
         let of_yaw = response.is_of_yaw_rate();
         let places = Role::PLACES.into_iter().filter(|_| of_yaw);

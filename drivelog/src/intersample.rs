@@ -24,16 +24,25 @@ const IN_JUMPS: f64 = 0.5;
 const COMMAND_NAMES: [&str; 9] =
     ["command", "cmd", "target", "setpoint", "request", "desired", "demand", "reference", "_ref"];
 
-/// The behaviour of the steering between its samples: as stated, or as name, unit and values indicate.
-pub(crate) fn of_steering(series: &Series, options: &LogOptions) -> Intersample {
+/// The behaviour of an input between its samples: as stated, or as name, unit and values indicate.
+pub(crate) fn of_input(series: &Series, options: &LogOptions) -> Intersample {
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
         let is_command = COMMAND_NAMES.iter().any(|word| name.contains(word))
             || options.steering_full_scale_rad.is_some()
-            || series.unit.quantity != Quantity::Angle
+            || is_unit_of_command(series)
             || (rows_per_update(&series.value).is_none() && jumps(&series.value));
         if is_command { Intersample::Zoh } else { Intersample::Bl }
     })
+}
+
+/// A pedal, in 1 or %, is measured as an angle is.
+fn is_unit_of_command(series: &Series) -> bool {
+    match series.role {
+        Role::LongitudinalCommand => series.unit.quantity == Quantity::Acceleration,
+        Role::Brake => false,
+        _ => series.unit.quantity != Quantity::Angle,
+    }
 }
 
 /// Whether most of the movement is in jumps from one row to the next with rest before and after.
@@ -139,7 +148,7 @@ pub(crate) fn held_steps_warning(series: &Series, rows: f64) -> String {
 impl Series {
     /// Whether its samples are those of a sensor, whose repeated values are old.
     pub(super) fn is_sensor(&self) -> bool {
-        self.role != Role::Steering || self.intersample != Intersample::Zoh
+        !self.role.is_held() || self.intersample != Intersample::Zoh
     }
 }
 

@@ -24,9 +24,10 @@ pub struct DriveLog {
     pub response: Response,
     /// Steering angle, rad, in the log's coordinates, held over each sample: of an angle that moves on
     /// between its samples, the held one that does the same to a vehicle. Of the response of the lateral
-    /// acceleration, samples of the torque, Nm, or of its normalised command.
+    /// acceleration, samples of the torque, Nm, or of its normalised command; of the response of the speed, the
+    /// acceleration command, m/s², or the accelerator from 0 to 1, held over each sample.
     pub input: Vec<f64>,
-    /// Yaw rate, rad/s, or lateral acceleration, m/s².
+    /// Yaw rate, rad/s, lateral acceleration, m/s², or speed, m/s.
     pub output: Vec<f64>,
     /// Speed, m/s.
     pub speed: Option<Vec<f64>>,

@@ -248,7 +248,7 @@ fn unit_for(
     options: &LogOptions,
 ) -> Result<Unit, Error> {
     match unit_of(group, channel, options) {
-        Err(Error::UnitNotStated { .. }) if role.is_switch() => Ok(ONE),
+        Err(Error::UnitNotStated { .. }) if role.is_state() => Ok(ONE),
         unit => unit,
     }
 }

@@ -28,6 +28,8 @@ pub struct Mapping {
     pub yaw_rate: Option<String>,
     /// Steering torque, or its normalised command.
     pub steering_torque: Option<String>,
+    /// Accelerator pedal, or acceleration command.
+    pub longitudinal_command: Option<String>,
     /// Lateral acceleration.
     pub lateral_acceleration: Option<String>,
     /// Further channels, as [`LogOptions::channels`].
@@ -109,6 +111,7 @@ impl Mapping {
             steering: self.steering.or(other.steering),
             yaw_rate: self.yaw_rate.or(other.yaw_rate),
             steering_torque: self.steering_torque.or(other.steering_torque),
+            longitudinal_command: self.longitudinal_command.or(other.longitudinal_command),
             lateral_acceleration: self.lateral_acceleration.or(other.lateral_acceleration),
             channels,
             speed: self.speed.or(other.speed),
@@ -157,6 +160,7 @@ impl Mapping {
                 fill(&mut options.output, self.lateral_acceleration);
                 further.push((Role::Steering.key(), self.steering));
             }
+            Response::Speed => fill(&mut options.input, self.longitudinal_command),
         }
         for (role, channel) in further {
             let is_of_response = options.response.others().iter().any(|own| own.key() == role);

@@ -73,6 +73,35 @@ impl Role {
             Self::SteeringTorque => {
                 any(&["steertorque", "steeringtorque", "lenkmoment"]) || is(&["steerfiltered"])
             }
+            Self::LongitudinalCommand => {
+                let is_accelerator = any(&[
+                    "accelerator",
+                    "accelpedal",
+                    "accpedal",
+                    "gaspedal",
+                    "throttle",
+                    "fahrpedal",
+                ]) || is(&["gas", "pedalgas"]);
+                is_accelerator || is_acceleration_command(name)
+            }
+            Self::Brake => any(&["brake", "bremse", "bremspedal"]),
+            Self::Grade => {
+                any(&["roadgrade", "roadslope", "roadgradient", "roadinclination", "steigung"])
+                    || is(&["grade", "slope", "gradeangle", "slopeangle"])
+            }
+            Self::Pitch => is(&["pitch", "pitchangle", "vehiclepitch", "roadpitch", "nickwinkel"]),
+            Self::Altitude => is(&[
+                "altitude",
+                "alt",
+                "elevation",
+                "gpsaltitude",
+                "gnssaltitude",
+                "höhe",
+                "hoehe",
+            ]),
+            Self::Gear => {
+                is(&["gear", "currentgear", "actualgear", "gearactual", "gang", "istgang"])
+            }
             Self::Roll => is(&["roll", "rollangle", "roadroll", "wankwinkel"]),
             Self::Engaged => is(&["latactive", "lateralactive", "steeringengaged"]),
             Self::Override => is(&["steeringpressed", "steeroverride", "steeringoverride"]),
@@ -113,9 +142,26 @@ impl Role {
             // Of openpilot's steering angle.
             Self::LateralAcceleration => any(&["steeringangle"]).or_else(command).or_else(quantity),
             Self::Sideslip => any(&["tire", "tyre", "wheel"]).or_else(command).or_else(quantity),
-            Self::Speed | Self::LongitudinalAcceleration | Self::LateralVelocity | Self::Roll => {
-                command().or_else(quantity)
-            }
+            Self::LongitudinalCommand => any(&[
+                "lateral", "quer", "brake", "bremse", "pressed", "released", "switch", "override",
+                "torque", "temp",
+            ])
+            .or_else(|| word_of(&words, &["rate", "force"]))
+            .or_else(quantity),
+            Self::Brake => any(&[
+                "pressed", "released", "switch", "light", "lamp", "park", "hand", "temp", "torque",
+                "force", "pressure", "druck", "override", "hold",
+            ])
+            .or_else(|| word_of(&words, &["rate"]))
+            .or_else(quantity),
+            Self::Speed
+            | Self::LongitudinalAcceleration
+            | Self::LateralVelocity
+            | Self::Roll
+            | Self::Grade
+            | Self::Pitch
+            | Self::Altitude
+            | Self::Gear => command().or_else(quantity),
             _ => None,
         }
     }
@@ -147,6 +193,17 @@ impl<'h> Name<'h> {
     pub(crate) fn new(header: &'h str) -> Self {
         Self { header, plain: plain_name(header) }
     }
+}
+
+/// Whether a plain name is that of an acceleration that is commanded.
+fn is_acceleration_command(name: &str) -> bool {
+    let quantities = ["acceleration", "accel", "ax"];
+    let words = ["command", "cmd", "request", "setpoint", "demand", "target", "desired", "soll"];
+    let is_named = |quantity: &str, word: &str| {
+        name.ends_with(&format!("{quantity}{word}")) || name.ends_with(&format!("{word}{quantity}"))
+    };
+    quantities.iter().any(|quantity| words.iter().any(|word| is_named(quantity, word)))
+        || name.contains("sollbeschl")
 }
 
 /// Whether a plain name has a rate of yaw in it.

@@ -23,6 +23,8 @@ pub enum Response {
     YawRate,
     /// The lateral acceleration, to a steering torque or its normalised command.
     LateralAcceleration,
+    /// The speed, to an accelerator and a brake, or to an acceleration command.
+    Speed,
     /// The yaw rate and, where they are logged, accelerations and lateral velocity or sideslip, to the steering angle.
     Motion,
 }
@@ -30,6 +32,7 @@ pub enum Response {
 steerwright_formats::words!(Response {
     YawRate = "yaw-rate",
     LateralAcceleration = "lateral-acceleration",
+    Speed = "speed",
     Motion = "motion",
 });
 
@@ -40,6 +43,7 @@ impl Response {
         match self {
             Self::YawRate | Self::Motion => [Role::Steering, Role::YawRate],
             Self::LateralAcceleration => [Role::SteeringTorque, Role::LateralAcceleration],
+            Self::Speed => [Role::LongitudinalCommand, Role::Speed],
         }
     }
 
@@ -56,6 +60,7 @@ impl Response {
             Self::LateralAcceleration => {
                 &[Role::Steering, Role::Roll, Role::Engaged, Role::Override]
             }
+            Self::Speed => &[Role::Brake, Role::Grade, Role::Pitch, Role::Altitude, Role::Gear],
             Self::Motion => &[
                 Role::LateralAcceleration,
                 Role::LongitudinalAcceleration,
@@ -74,15 +79,16 @@ impl Response {
 pub struct LogOptions {
     /// What responds to what.
     pub response: Response,
-    /// Steering angle or torque. `None`: the one column with such a name.
+    /// Steering angle or torque, or accelerator or acceleration command. `None`: the one column with such a name.
     pub input: Option<String>,
-    /// Yaw rate, or yaw, which is then differenced; or lateral acceleration. `None`: the one column with such a
+    /// Yaw rate, or yaw, which is then differenced; or lateral acceleration, or speed. `None`: the one column with such a
     /// name.
     pub output: Option<String>,
     /// Further channels of the response by role: `steering`, `roll`, `engaged`, `override` of the lateral
     /// acceleration; `lateral_acceleration`, `longitudinal_acceleration`, `lateral_velocity`, `sideslip` of the
-    /// motion. A role that is not there: the one column with such a name, if there is one; of the motion, only
-    /// where it has values throughout the drive.
+    /// motion; `brake`, `grade`, `pitch`, `altitude`, `gear` of the speed. A role that is not there: the one column
+    /// with such a name, if there is one; of the motion, and of the speed but for the brake, only where it has values
+    /// throughout the drive.
     pub channels: BTreeMap<String, String>,
     /// Speed. `None`: the one column with such a name, if there is one.
     pub speed: Option<String>,
@@ -180,19 +186,27 @@ impl LogOptions {
     pub(crate) fn stated_channel(&self, role: Role) -> Option<&str> {
         let [input, output] = self.response.roles();
         match role {
+            // The output of one response.
+            Role::Speed => {
+                let stated = if output == Role::Speed { self.output.as_deref() } else { None };
+                stated.or(self.speed.as_deref())
+            }
             role if role == input => self.input.as_deref(),
             role if role == output => self.output.as_deref(),
-            Role::Speed => self.speed.as_deref(),
             Role::Time => self.time.as_deref(),
             other => self.channels.get(other.key()).map(String::as_str),
         }
     }
 
-    /// Whether a channel of that role is used only where nothing is lost by it: one of the motion that is not stated.
+    /// Whether a channel of that role is used only where nothing is lost by it: one of the motion, or of the speed but for
+    /// the brake, that is not stated.
     pub(crate) fn is_optional(&self, role: Role) -> bool {
-        let is_of_motion =
-            self.response == Response::Motion && Response::Motion.others().contains(&role);
-        is_of_motion && self.stated_channel(role).is_none()
+        let is_further = match self.response {
+            Response::Motion => self.response.others().contains(&role),
+            Response::Speed => self.response.others().contains(&role) && role != Role::Brake,
+            Response::YawRate | Response::LateralAcceleration => false,
+        };
+        is_further && self.stated_channel(role).is_none()
     }
 
     /// The options in force by name, for the provenance.

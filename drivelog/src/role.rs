@@ -23,6 +23,18 @@ pub enum Role {
     Sideslip,
     /// Roll of the vehicle on a banked road.
     Roll,
+    /// Accelerator pedal, or an acceleration command, which is negative to brake.
+    LongitudinalCommand,
+    /// Brake pedal.
+    Brake,
+    /// Grade of the road, positive uphill: an angle, or its tangent.
+    Grade,
+    /// Pitch of the vehicle by ISO 8855, positive with the nose down.
+    Pitch,
+    /// Altitude.
+    Altitude,
+    /// Number of the gear.
+    Gear,
     /// Whether the controller steers.
     Engaged,
     /// Whether the driver steers against the controller.
@@ -63,6 +75,17 @@ impl Role {
             Self::LateralVelocity => ["lateral velocity", "mps", "m/s", "m/s, km/h or mph"],
             Self::Sideslip => ["sideslip", "deg", "deg", "deg or rad"],
             Self::Roll => ["roll", "deg", "deg", "deg or rad"],
+            Self::LongitudinalCommand => [
+                "accelerator or acceleration command",
+                "mps2",
+                "m/s2",
+                "1 or % of an accelerator, or m/s2 or g of an acceleration command",
+            ],
+            Self::Brake => ["brake", "1", "1", "1 or %"],
+            Self::Grade => ["grade", "deg", "deg", "deg or rad, or % or 1 of its tangent"],
+            Self::Pitch => ["pitch", "deg", "deg", "deg or rad"],
+            Self::Altitude => ["altitude", "m", "m", "m"],
+            Self::Gear => ["gear", "1", "1", "1"],
             Self::Engaged => ["engagement", "1", "1", "1"],
             Self::Override => ["driver override", "1", "1", "1"],
             Self::Time => ["time", "s", "s", "s, ms, us or ns"],
@@ -86,6 +109,7 @@ impl Role {
             Self::LateralAcceleration => "lateral_acceleration",
             Self::LongitudinalAcceleration => "longitudinal_acceleration",
             Self::LateralVelocity => "lateral_velocity",
+            Self::LongitudinalCommand => "longitudinal_command",
             Self::Engaged => "engaged",
             Self::Override => "override",
             other => other.name(),
@@ -96,7 +120,7 @@ impl Role {
     pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
 
     /// The roles of channels.
-    pub(crate) const OF_CHANNELS: [Self; 15] = [
+    pub(crate) const OF_CHANNELS: [Self; 21] = [
         Self::Steering,
         Self::SteeringTorque,
         Self::YawRate,
@@ -106,6 +130,12 @@ impl Role {
         Self::LateralVelocity,
         Self::Sideslip,
         Self::Roll,
+        Self::LongitudinalCommand,
+        Self::Brake,
+        Self::Grade,
+        Self::Pitch,
+        Self::Altitude,
+        Self::Gear,
         Self::Engaged,
         Self::Override,
         Self::East,
@@ -129,6 +159,16 @@ impl Role {
         matches!(self, Self::Engaged | Self::Override)
     }
 
+    /// Whether its values are numbers of states, which are read on their rows and have no unit.
+    pub(crate) fn is_state(self) -> bool {
+        self.is_switch() || self == Self::Gear
+    }
+
+    /// Whether it is an input that is held over each sample of the merged log.
+    pub(crate) fn is_held(self) -> bool {
+        matches!(self, Self::Steering | Self::LongitudinalCommand | Self::Brake)
+    }
+
     pub(crate) fn takes(self, quantity: Quantity) -> bool {
         match self {
             Self::Steering => matches!(quantity, Quantity::Angle | Quantity::Dimensionless),
@@ -139,14 +179,20 @@ impl Role {
             Self::SteeringTorque => {
                 matches!(quantity, Quantity::Torque | Quantity::Dimensionless)
             }
-            Self::Engaged | Self::Override => quantity == Quantity::Dimensionless,
+            Self::LongitudinalCommand => {
+                matches!(quantity, Quantity::Acceleration | Quantity::Dimensionless)
+            }
+            Self::Grade => matches!(quantity, Quantity::Angle | Quantity::Dimensionless),
+            Self::Brake | Self::Gear | Self::Engaged | Self::Override => {
+                quantity == Quantity::Dimensionless
+            }
             Self::Speed | Self::LateralVelocity => quantity == Quantity::Speed,
             Self::LateralAcceleration | Self::LongitudinalAcceleration => {
                 quantity == Quantity::Acceleration
             }
             Self::Time => quantity == Quantity::Time,
-            Self::East | Self::North => quantity == Quantity::Length,
-            Self::Roll | Self::Sideslip | Self::Latitude | Self::Longitude => {
+            Self::East | Self::North | Self::Altitude => quantity == Quantity::Length,
+            Self::Roll | Self::Pitch | Self::Sideslip | Self::Latitude | Self::Longitude => {
                 quantity == Quantity::Angle
             }
         }
@@ -162,7 +208,16 @@ impl Role {
             // More than six turns of a steering wheel.
             (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
             (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
-            (Self::Roll | Self::Sideslip, Quantity::Angle) => Some((-1.6, 1.6, "rad")),
+            (Self::Roll | Self::Pitch | Self::Sideslip, Quantity::Angle) => {
+                Some((-1.6, 1.6, "rad"))
+            }
+            // Steeper than any road.
+            (Self::Grade, _) => Some((-0.7, 0.7, "rad")),
+            // Of a pedal, with a tenth for its calibration.
+            (Self::LongitudinalCommand | Self::Brake, Quantity::Dimensionless) => {
+                Some((-1.1, 1.1, "1"))
+            }
+            (Self::LongitudinalCommand, Quantity::Acceleration) => Some((-40.0, 40.0, "m/s2")),
             // What is backwards is left out of the drive.
             (Self::Speed, _) => Some((-150.0, 150.0, "m/s")),
             _ => None,
@@ -173,13 +228,17 @@ impl Role {
     pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
         let deg = std::f64::consts::PI / 180.0;
         let others: &[(&str, f64)] = match self {
-            Self::Steering | Self::Roll | Self::Sideslip => &[("deg", deg), ("rad", 1.0)],
+            Self::Steering | Self::Roll | Self::Pitch | Self::Sideslip => {
+                &[("deg", deg), ("rad", 1.0)]
+            }
             Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],
+            Self::LongitudinalCommand | Self::Brake => &[("%", 0.01), ("1", 1.0)],
             Self::Speed => &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("mph", 0.447_04)],
             _ => &[],
         };
         let si = self.limits(match self {
             Self::YawRate => Quantity::AngularRate,
+            Self::LongitudinalCommand | Self::Brake => Quantity::Dimensionless,
             _ => Quantity::Angle,
         });
         let fits: Vec<String> = others

@@ -151,10 +151,10 @@ impl Series {
         }
     }
 
-    /// The channel on a grid: the steering as it drives a model whose input is held.
+    /// The channel on a grid: an input as it drives a model whose input is held.
     pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
         let becomes = match self.role {
-            Role::Steering => Becomes::Held(self.intersample),
+            role if role.is_held() => Becomes::Held(self.intersample),
             _ => return self.samples_on(grid),
         };
         resample(&self.time, &self.value, self.period, grid, becomes)

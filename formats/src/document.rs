@@ -12,7 +12,7 @@ pub enum Error {
     #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
     Schema { file: String, found: String, expected: &'static str },
     #[error(
-        "{file}: at `schema`: `{schema}` stands here, which is no plant, bicycle, vehicle or torque"
+        "{file}: at `schema`: `{schema}` stands here, which is no plant, bicycle, vehicle, torque or longitudinal model"
     )]
     NoModel { file: String, schema: String },
     #[error("{file}: at `{path}`: {problem}")]

@@ -26,6 +26,7 @@ mod estimator;
 mod evidence;
 mod gains;
 pub mod interruption;
+mod longitudinal;
 mod loop_metrics;
 mod matrix;
 mod model;
@@ -63,6 +64,9 @@ pub use evidence::{
     ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
 };
 pub use gains::{GuidanceAdvice, PidGains};
+pub use longitudinal::{
+    Brake, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise, SpeedGain,
+};
 pub use loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 pub use matrix::Matrix;
 pub use model::{Model, Structure};

@@ -1,4 +1,4 @@
-//! A model of the lateral dynamics, whatever its structure.
+//! A model of the vehicle's dynamics, whatever its structure.
 //!
 //! A structure is a variant of [`Structure`] and of [`Model`]. What another crate does for each of them stands in one
 //! `match`, in the file `model.rs` of that crate.
@@ -7,6 +7,7 @@ use crate::Error;
 use crate::bicycle::Bicycle;
 use crate::document::{Document, schema_of};
 use crate::evidence::ChannelSummary;
+use crate::longitudinal::Longitudinal;
 use crate::plant::Plant;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -24,6 +25,8 @@ pub enum Structure {
     SingleTrack,
     /// The response to a steering torque.
     Torque,
+    /// The response of the speed to the pedals.
+    Longitudinal,
 }
 
 crate::words!(Structure {
@@ -31,6 +34,7 @@ crate::words!(Structure {
     Bicycle = "bicycle",
     SingleTrack = "single-track",
     Torque = "torque",
+    Longitudinal = "longitudinal",
 });
 
 impl Structure {
@@ -42,6 +46,7 @@ impl Structure {
             Self::Bicycle => "bicycle.json",
             Self::SingleTrack => "vehicle.json",
             Self::Torque => "torque.json",
+            Self::Longitudinal => "longitudinal.json",
         }
     }
 }
@@ -68,6 +73,8 @@ pub enum Model {
     SingleTrack(Box<Vehicle>),
     /// `torque.json`.
     Torque(Box<Torque>),
+    /// `longitudinal.json`.
+    Longitudinal(Box<Longitudinal>),
 }
 
 impl Model {
@@ -75,7 +82,7 @@ impl Model {
     #[must_use]
     pub fn is_in(text: &str) -> bool {
         let schema = schema_of(text).unwrap_or_default();
-        matches!(kind(&schema), Some("plant" | "bicycle" | "vehicle" | "torque"))
+        matches!(kind(&schema), Some("plant" | "bicycle" | "vehicle" | "torque" | "longitudinal"))
     }
 
     /// Reads a model; `file` is its name in errors.
@@ -89,6 +96,9 @@ impl Model {
             Some("bicycle") => Self::Bicycle(Box::new(Bicycle::from_json(text, file)?)),
             Some("vehicle") => Self::SingleTrack(Box::new(Vehicle::from_json(text, file)?)),
             Some("torque") => Self::Torque(Box::new(Torque::from_json(text, file)?)),
+            Some("longitudinal") => {
+                Self::Longitudinal(Box::new(Longitudinal::from_json(text, file)?))
+            }
             // Without a schema, it may be no JSON.
             Some("plant") | None => Self::StateSpace(Box::new(Plant::from_json(text, file)?)),
             Some(_) => return Err(Error::NoModel { file: file.into(), schema }),
@@ -103,6 +113,7 @@ impl Model {
             Self::Bicycle(bicycle) => bicycle.to_json(),
             Self::SingleTrack(vehicle) => vehicle.to_json(),
             Self::Torque(torque) => torque.to_json(),
+            Self::Longitudinal(model) => model.to_json(),
         }
     }
 
@@ -116,6 +127,7 @@ impl Model {
             Self::Bicycle(bicycle) => bicycle.checked(file),
             Self::SingleTrack(vehicle) => vehicle.checked(file),
             Self::Torque(torque) => torque.checked(file),
+            Self::Longitudinal(model) => model.checked(file),
         }
     }
 
@@ -127,6 +139,7 @@ impl Model {
             Self::Bicycle(_) => Structure::Bicycle,
             Self::SingleTrack(_) => Structure::SingleTrack,
             Self::Torque(_) => Structure::Torque,
+            Self::Longitudinal(_) => Structure::Longitudinal,
         }
     }
 
@@ -135,7 +148,9 @@ impl Model {
     pub fn plant(&self) -> Option<&Plant> {
         match self {
             Self::StateSpace(plant) => Some(plant),
-            Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) => None,
+            Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) | Self::Longitudinal(_) => {
+                None
+            }
         }
     }
 
@@ -147,6 +162,7 @@ impl Model {
             Self::Bicycle(bicycle) => &bicycle.vehicle.name,
             Self::SingleTrack(vehicle) => &vehicle.name,
             Self::Torque(torque) => &torque.name,
+            Self::Longitudinal(model) => &model.name,
         }
     }
 
@@ -158,6 +174,7 @@ impl Model {
             Self::Bicycle(bicycle) => &bicycle.quality,
             Self::SingleTrack(vehicle) => &vehicle.quality,
             Self::Torque(torque) => &torque.quality,
+            Self::Longitudinal(model) => &model.quality,
         }
     }
 
@@ -169,6 +186,7 @@ impl Model {
             Self::Bicycle(bicycle) => Some(&bicycle.provenance),
             Self::SingleTrack(vehicle) => vehicle.provenance.as_ref(),
             Self::Torque(torque) => Some(&torque.provenance),
+            Self::Longitudinal(model) => Some(&model.provenance),
         }
     }
 
@@ -180,6 +198,7 @@ impl Model {
             Self::Bicycle(bicycle) => bicycle.vehicle.speed_mps,
             Self::SingleTrack(vehicle) => vehicle.speed_mps,
             Self::Torque(torque) => torque.evidence.mean_speed_mps,
+            Self::Longitudinal(model) => model.evidence.speed_mps[1],
         };
         Some(speed).filter(|speed| *speed > 0.0)
     }
@@ -207,6 +226,10 @@ impl Model {
                 let e = &torque.evidence;
                 [Some(e.estimation_fit), validated(e.validation_fit, e.validation_samples)]
             }
+            Self::Longitudinal(model) => {
+                let e = &model.evidence;
+                [Some(e.estimation_fit), validated(e.validation_fit, e.validation_samples)]
+            }
         }
     }
 
@@ -218,6 +241,7 @@ impl Model {
             Self::Bicycle(bicycle) => bicycle.evidence.as_ref().map_or(&[], |e| &e.channels),
             Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.channels),
             Self::Torque(torque) => &torque.evidence.channels,
+            Self::Longitudinal(model) => &model.evidence.channels,
         }
     }
 
@@ -229,6 +253,7 @@ impl Model {
             Self::Bicycle(bicycle) => bicycle.evidence.as_ref().map_or(&[], |e| &e.warnings),
             Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.warnings),
             Self::Torque(torque) => &torque.evidence.warnings,
+            Self::Longitudinal(model) => &model.evidence.warnings,
         }
     }
 }
@@ -246,6 +271,7 @@ mod tests {
             ("bicycle", false),
             ("vehicle", false),
             ("torque", false),
+            ("longitudinal", false),
             ("pid", true),
         ] {
             let schema = format!("steerwright/{kind}/1");
@@ -267,6 +293,9 @@ mod tests {
             assert_eq!(structure.name().parse(), Ok(structure));
         }
         let unknown = "auto".parse::<Structure>().unwrap_err();
-        assert_eq!(unknown.expected(), "state-space, bicycle, single-track or torque");
+        assert_eq!(
+            unknown.expected(),
+            "state-space, bicycle, single-track, torque or longitudinal"
+        );
     }
 }

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle
-    from .plant import Bicycle, Plant, Torque, Vehicle
+    from .plant import Bicycle, Longitudinal, Plant, Torque, Vehicle
     from .reading import read
     from .simulation import Simulation, simulate
 
@@ -69,6 +69,7 @@ _MODULES = {
     "identify": "identification",
     "identify_bicycle": "identification",
     "Bicycle": "plant",
+    "Longitudinal": "plant",
     "Torque": "plant",
     "Vehicle": "plant",
     "Plant": "plant",
@@ -85,6 +86,7 @@ __all__ = [
     "Log",
     "Path",
     "Plant",
+    "Longitudinal",
     "Simulation",
     "Sweep",
     "Torque",

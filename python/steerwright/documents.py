@@ -179,6 +179,55 @@ class Torque(Record):
     """The sources of the file."""
 
 
+class Longitudinal(Record):
+    """`dv/dt = p + b − (c0 + c1·v + c2·v²) − ρ·g·sin(grade)`, with the speed v ≥ 0. The drive p follows
+    `G(v)·u(t − d)` with the lag τ, where u is the accelerator from 0 to 1 or the acceleration command; b
+    follows `−B·w(t − e)` with the lag σ, where w is the brake from 0 to 1."""
+
+    schema: str
+    """`steerwright/longitudinal/1`."""
+    name: str
+    """A name, such as the log's."""
+    command_unit: str
+    """Unit of the command u: `m/s2` of an acceleration command, or `1` of an accelerator."""
+    gains: tuple[SpeedGain, ...]
+    """G, table over the speed with increasing speeds, linear between them and constant beyond; one row
+    where it does not depend on the speed."""
+    gear_gains: Union[tuple[GearGain, ...], None]
+    """G by the number of the gear, in place of `gains`, which then holds the mean of all gears; empty where
+    the gear is not an input of the model."""
+    time_constant_s: Estimate
+    """τ, lag of the drive, s."""
+    delay_s: Estimate
+    """d, delay of the command, s."""
+    brake: Union[Brake, None]
+    """The brake; absent where the log has none, or none that is used."""
+    resistance_mps2: Estimate
+    """c0, rolling resistance and drag of the engine, m/s²."""
+    resistance_per_speed: Union[Estimate, None]
+    """c1, 1/s; absent where it is 0."""
+    drag_per_m: Estimate
+    """c2, drag, 1/m."""
+    grade_source: str
+    """Origin of the grade: `grade`, `pitch` or `altitude` of the log, or `none`, where the grade is part of
+    the disturbance."""
+    grade_coefficient: Union[Estimate, None]
+    """ρ, share of the gravity along the road that acts on the speed; absent where the log has no grade that
+    varies, and then 1."""
+    noise: LongitudinalNoise
+    """The errors of the model and of the log."""
+    parameters: tuple[str, ...]
+    """The names of the rows of `covariance`."""
+    covariance: Array
+    """Covariance of the parameters, in the units of these."""
+    evidence: LongitudinalEvidence
+    """The evidence."""
+    quality: Union[Quality, None]
+    """Whether the model may be used."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
 class Vehicle(Record):
     """A vehicle up to its limits."""
 
@@ -646,6 +695,85 @@ class TorqueEvidence(Record):
     """Fit on validation data, percent."""
     warnings: tuple[str, ...]
     """Warnings of the reader."""
+
+
+class SpeedGain(Record):
+    """The gain at a speed."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    gain: Estimate
+    """Acceleration per command, m/s² per unit of the command."""
+
+
+class GearGain(Record):
+    """The gain in a gear."""
+
+    gear: int
+    """Number of the gear, as the log has it."""
+    gain: Estimate
+    """Acceleration per command, m/s² per unit of the command."""
+
+
+class Brake(Record):
+    """The response to the brake."""
+
+    gain_mps2: Estimate
+    """B, deceleration at a brake of 1, m/s²."""
+    time_constant_s: Estimate
+    """σ, lag of the brake, s."""
+    delay_s: Estimate
+    """e, delay of the brake, s."""
+
+
+class LongitudinalNoise(Record):
+    """The errors of a longitudinal model: the speed in the log is that of the vehicle and white noise, and
+    the acceleration that of the model and a disturbance, such as an unknown grade and wind, that decays
+    exponentially."""
+
+    speed_mps: float
+    """Standard deviation of the noise of the speed, m/s."""
+    disturbance_mps2: float
+    """Standard deviation of the disturbance, m/s²."""
+    disturbance_time_constant_s: float
+    """Time constant of the disturbance, s."""
+
+
+class LongitudinalEvidence(Record):
+    """The data of a longitudinal model, and its errors."""
+
+    channels: tuple[ChannelSummary, ...]
+    """What was read from each column."""
+    estimation_samples: int
+    """Number of estimation samples."""
+    validation_samples: int
+    """Number of validation samples."""
+    sample_time_s: float
+    """Sample time, s."""
+    least_speed_mps: float
+    """Lowest speed of the samples, m/s."""
+    speed_mps: Array
+    """Smallest, mean and largest speed of the estimation samples, m/s."""
+    window_s: float
+    """Length of the windows that are simulated, each from an estimated initial speed, s."""
+    estimation_fit: float
+    """Fit of the simulated speed to the change of the speed in the windows of the estimation data, percent."""
+    validation_fit: float
+    """The same of the validation data, percent."""
+    validation_fit_standard_error: Union[float, None]
+    """Standard error of the fit on validation data, percent; absent below 8 windows."""
+    validation_windows: int
+    """Number of windows of the validation data."""
+    prediction_error_ratio: float
+    """Standard deviation of the one-step prediction errors on the validation data over that which the noise
+    model states: 1 where they agree."""
+    residual_correlation: Array
+    """Largest autocorrelation of the one-step prediction errors at lags up to 1 s, and largest correlation
+    with the command at lags within 2 s."""
+    correlation_standard_error: float
+    """Standard deviation of a correlation of white errors."""
+    warnings: tuple[str, ...]
+    """Warnings of the reader and of the identification."""
 
 
 class Body(Record):

@@ -13,7 +13,7 @@ from ._errors import ArgumentError, Error, warn
 from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
-from .plant import Bicycle, LateralModel, Plant, Torque, Vehicle, kind_of
+from .plant import Bicycle, LateralModel, Longitudinal, Plant, Torque, Vehicle, kind_of
 from .reading import Source, read
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ def identify(
 @overload
 def identify(log: AnyLog, *, structure: Literal["torque"], **options: Unpack[ModelOptions]) -> Torque: ...
 @overload
+def identify(log: AnyLog, *, structure: Literal["longitudinal"], **options: Unpack[ModelOptions]) -> Longitudinal: ...
+@overload
 def identify(
     log: AnyLog,
     yaw_rate: ArrayLike | None = None,
@@ -77,7 +79,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque: ...
+) -> LateralModel | Torque | Longitudinal: ...
 @documented("identify")
 def identify(
     log: AnyLog,
@@ -86,7 +88,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque:
+) -> LateralModel | Torque | Longitudinal:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options; or three
@@ -94,8 +96,9 @@ def identify(
     (m/s, a number or an array) if it is known.
     By default the model is a :class:`Plant`, a :class:`Bicycle` or a :class:`Vehicle`, whichever has
     the smallest error on the validation data; ``structure="state-space"``, ``"bicycle"`` and ``"single-track"`` name one
-    of them, and ``"torque"`` a :class:`Torque`. A :class:`Log` is read with ``response="motion"`` for the single track, and with
-    ``response="lateral-acceleration"`` for the torque. The document is that which ``steerwright identify`` writes, byte
+    of them, ``"torque"`` a :class:`Torque`, and ``"longitudinal"`` a :class:`Longitudinal`. A :class:`Log` is read with
+    ``response="motion"`` for the single track, with ``response="lateral-acceleration"`` for the torque, and with
+    ``response="speed"`` for the longitudinal model. The document is that which ``steerwright identify`` writes, byte
     for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.
@@ -111,7 +114,7 @@ def identify(
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
-        responses = {"torque": "lateral-acceleration", "single-track": "motion"}
+        responses = {"torque": "lateral-acceleration", "single-track": "motion", "longitudinal": "speed"}
         structure = keywords.get("structure")
         if structure in responses:
             of_log["response"] = responses[structure]
@@ -124,7 +127,8 @@ def identify(
     with _progress.shown() as progress:
         text, traces = _native.identify(log, keywords, progress)
     if traces is None:
-        return _warned(Torque(text), log.warnings)
+        other: Torque | Longitudinal = kind_of(text, (Torque, Longitudinal))(text)
+        return _warned(other, log.warnings)
     model: LateralModel = kind_of(text)(text, traces=traces)
     return _warned(model, log.warnings)
 
@@ -158,7 +162,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, Torque, "LateralModel")
+M = TypeVar("M", Plant, "Torque | Longitudinal", "LateralModel")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

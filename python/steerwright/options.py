@@ -33,10 +33,11 @@ File = Union[str, "os.PathLike[str]"]
 class ReadOptions(TypedDict, total=False):
     """The options of `read`."""
 
-    response: Literal["yaw-rate", "lateral-acceleration", "motion"]
+    response: Literal["yaw-rate", "lateral-acceleration", "speed", "motion"]
     """What responds: the yaw rate to the steering angle; for the structure single-track also
-    accelerations and sideslip (motion); or, for the structure torque, the lateral acceleration to a
-    steering torque or its normalised command (default yaw-rate)."""
+    accelerations and sideslip (motion); for the structure torque, the lateral acceleration to a steering
+    torque or its normalised command; or, for the structure longitudinal, the speed to accelerator and
+    brake or to an acceleration command (default yaw-rate)."""
     time_channel: str
     """Column of the time in every file; by default the first one with such a name."""
     unit: Union[Mapping[str, Any], Sequence[str], str]
@@ -58,18 +59,20 @@ class ReadOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
-    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
-    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
+    accelerator or of the acceleration command; recognised by its name by default. For all channels:
+    -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
+    topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
     single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    may be repeated. Recognised by their names by default."""
+    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -126,18 +129,20 @@ class ModelOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
-    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
-    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
+    accelerator or of the acceleration command; recognised by its name by default. For all channels:
+    -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
+    topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
     single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    may be repeated. Recognised by their names by default."""
+    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -214,8 +219,8 @@ class ModelOptions(TypedDict, total=False):
     """Whether the structure single-track fits the logged sideslip or lateral velocity too, or only
     compares it. By default fit."""
     min_speed: Quantity
-    """Lowest speed that is used. By default 15 m/s for the structure torque, otherwise 3 m/s times the
-    root of the wheelbase over 2.6 m."""
+    """Lowest speed that is used. By default 15 m/s for the structure torque, 3 m/s for longitudinal,
+    otherwise 3 m/s times the root of the wheelbase over 2.6 m."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
@@ -224,12 +229,13 @@ class ModelOptions(TypedDict, total=False):
 class IdentifyOptions(ModelOptions, total=False):
     """The options of `identify`."""
 
-    structure: Literal["auto", "state-space", "bicycle", "single-track", "torque"]
+    structure: Literal["auto", "state-space", "bicycle", "single-track", "torque", "longitudinal"]
     """Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the
-    speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque,
-    the lateral acceleration that a steering torque or its normalised command causes. auto is the one of
-    the first three with the smallest error on the validation data. With an option of state-space (all
-    under Identification but max_samples and those of the validation data) and from R factors, auto is
+    speed, for drives of varying speed; single-track, a vehicle up to the limit of its grip; torque, the
+    lateral acceleration that a steering torque or its normalised command causes; or longitudinal, the
+    speed that accelerator and brake, or an acceleration command, cause. auto is the one of the first
+    three with the smallest error on the validation data. With an option of state-space (all under
+    Identification but max_samples and those of the validation data) and from R factors, auto is
     state-space (default auto)."""
 
 
@@ -261,18 +267,20 @@ class AccumulateOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
-    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
-    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
+    accelerator or of the acceleration command; recognised by its name by default. For all channels:
+    -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
+    topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
     single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    may be repeated. Recognised by their names by default."""
+    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -525,18 +533,20 @@ class CompareOptions(TypedDict, total=False):
     row_period: Quantity
     """Time between rows of files without a clock."""
     input_channel: str
-    """Channel of the steering angle or, for the structure torque, of the torque; recognised by its name
-    by default. For all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files,
-    GROUP.CHANNEL one of several topics or messages, "A + 0.1 * B" combines channels of one of these."""
+    """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
+    accelerator or of the acceleration command; recognised by its name by default. For all channels:
+    -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
+    topics or messages, "A + 0.1 * B" combines channels of one of these."""
     output_channel: str
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
     """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
     single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    may be repeated. Recognised by their names by default."""
+    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
+    repeated. Recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""

@@ -491,6 +491,38 @@ class Torque(Document, documents.Torque):
         return f"<Torque: {factor:.3f} m/s² per {self.command_unit}, fit {self.fit:.2f} % on validation data>"
 
 
+class Longitudinal(Document, documents.Longitudinal):
+    """The response of the speed to accelerator and brake, or to an acceleration command. The attributes are the keys of
+    longitudinal.json."""
+
+    FILE = "longitudinal.json"
+
+    @property
+    def fit(self) -> float:
+        """Fit to the change of the speed in the validation data, %."""
+        return self.evidence.validation_fit
+
+    def gain(self, speed: ArrayLike) -> Array:
+        """Acceleration per command (m/s² per `command_unit`) at speeds (m/s)."""
+        speeds = [row.speed_mps for row in self.gains]
+        return np.interp(np.asarray(speed, dtype=float), speeds, [row.gain.value for row in self.gains])
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{value.value:.4f} ± {1.96 * value.standard_error:.4f}") for name, value in self._estimates()]
+        rows.append(("fit on validation data", f"{self.fit:.2f} %"))
+        return html("Response of the speed", rows, ())
+
+    def _estimates(self) -> list[tuple[str, documents.Estimate]]:
+        estimates = [(f"gain at {row.speed_mps:.1f} m/s", row.gain) for row in self.gains]
+        estimates += [("lag, s", self.time_constant_s), ("delay, s", self.delay_s)]
+        if self.brake is not None:
+            estimates.append(("deceleration at full brake, m/s²", self.brake.gain_mps2))
+        return estimates
+
+    def __repr__(self) -> str:
+        return f"<Longitudinal {self.name!r}: fit {self.fit:.2f} % on validation data>"
+
+
 LateralModel = Union[Plant, Bicycle, Vehicle]
 """A model that a controller is designed on."""
 

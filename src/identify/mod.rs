@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
         )
     )]
     logs: Vec<PathBuf>,
-    /// Model file; by default plant.json, bicycle.json, vehicle.json or torque.json, by the structure of the model
+    /// Model file; by default plant.json, bicycle.json, vehicle.json, torque.json or longitudinal.json, by the structure of the model
     #[arg(long = "output", short = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write measured and simulated signals as CSV
@@ -92,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
         return accumulated::run(&arguments.logs, &arguments.log, &arguments.identify, out);
     }
-    if structure == Some(Structure::Torque)
+    if matches!(structure, Some(Structure::Torque | Structure::Longitudinal))
         && let Some(name) = of_signals
     {
         let message = format!("{name} is not available for this structure");

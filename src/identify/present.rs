@@ -10,8 +10,8 @@ use crate::output::{Files, Kind, Output, Outputs};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, Model, SimulationFit, Torque, Vehicle, VehicleEvidence, correlated,
-    too_few_blocks,
+    Bicycle, BicycleEvidence, Longitudinal, Model, SimulationFit, Torque, Vehicle, VehicleEvidence,
+    correlated, too_few_blocks,
 };
 use steerwright_sysid::structures::IdentifiedModel;
 
@@ -59,6 +59,7 @@ pub(crate) fn evidence_text(model: &Model) -> String {
         Model::Bicycle(bicycle) => bicycle_text(bicycle, &tables),
         Model::SingleTrack(vehicle) => vehicle_text(vehicle, &tables),
         Model::Torque(torque) => torque_text(torque, &tables),
+        Model::Longitudinal(model) => longitudinal_text(model, &tables),
     }
 }
 
@@ -254,4 +255,40 @@ fn torque_text(torque: &Torque, tables: &str) -> String {
         e.least_speed_mps
     );
     text + &conclusion(&e.warnings, &torque.quality)
+}
+
+fn longitudinal_text(model: &Longitudinal, tables: &str) -> String {
+    let e = &model.evidence;
+    let channels = console::table(&channel_table(&e.channels));
+    let mut text = format!("{channels}\n{tables}");
+    let without = "too few windows".into();
+    let fit = with_error(e.validation_fit, e.validation_fit_standard_error, without);
+    let _ = writeln!(
+        text,
+        "fit      {fit} of the change of the speed in {:.0} s, simulated on validation data, {:.2} % on estimation data",
+        e.window_s, e.estimation_fit
+    );
+    let samples = |n: usize| n as f64 * e.sample_time_s;
+    let [low, mean, high] = e.speed_mps;
+    let _ = writeln!(
+        text,
+        "data     {:.0} s estimation data from {low:.1} to {high:.1} m/s, {mean:.1} m/s on average, {:.0} s validation data, above {} m/s",
+        samples(e.estimation_samples),
+        samples(e.validation_samples),
+        e.least_speed_mps
+    );
+    let grade = match model.grade_source.as_str() {
+        "none" => "not in the log, part of the disturbance",
+        "grade" => "from the channel of the grade",
+        "pitch" => "from the pitch",
+        _ => "from altitude and distance",
+    };
+    let _ = writeln!(text, "grade    {grade}");
+    let n = &model.noise;
+    let _ = writeln!(
+        text,
+        "noise    {:.4} m/s of the speed; a disturbance of {:.3} m/s² that lasts {:.1} s; prediction errors on validation data are {:.2} times those",
+        n.speed_mps, n.disturbance_mps2, n.disturbance_time_constant_s, e.prediction_error_ratio
+    );
+    text + &conclusion(&e.warnings, &model.quality)
 }

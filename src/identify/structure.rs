@@ -7,6 +7,7 @@ use crate::quantity;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::Structure;
 use steerwright_sysid::bicycle::BicycleOptions;
+use steerwright_sysid::longitudinal::LongitudinalOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
 use steerwright_sysid::structures::{ChoiceOptions, IdentifiedModel, StructureOptions};
 use steerwright_sysid::torque::TorqueOptions;
@@ -17,8 +18,9 @@ use steerwright_sysid::{IdentifyOptions, InputKind, ValidationData};
 #[command(next_help_heading = "Structure")]
 pub(crate) struct StructureArguments {
     /// Structure of the model: state-space, linear at one speed; the bicycle of eq 13 scheduled by the speed, for
-    /// drives of varying speed; single-track, a vehicle up to the limit of its grip; or torque, the lateral
-    /// acceleration that a steering torque or its normalised command causes. auto is the one of the first three with
+    /// drives of varying speed; single-track, a vehicle up to the limit of its grip; torque, the lateral
+    /// acceleration that a steering torque or its normalised command causes; or longitudinal, the speed that accelerator
+    /// and brake, or an acceleration command, cause. auto is the one of the first three with
     /// the smallest error on the validation data. With an option of state-space (all under Identification but
     /// --max-samples and those of the validation data) and from R factors, auto is state-space
     #[arg(long, value_name = or_auto(Structure::WORDS), default_value = "auto")]
@@ -45,7 +47,8 @@ pub(crate) struct StructureArguments {
     /// default fit
     #[arg(long, value_name = SideslipUse::WORDS)]
     sideslip: Option<SideslipUse>,
-    /// Lowest speed that is used. By default 15 m/s for the structure torque, otherwise 3 m/s times the root of the
+    /// Lowest speed that is used. By default 15 m/s for the structure torque, 3 m/s for
+    /// longitudinal, otherwise 3 m/s times the root of the
     /// wheelbase over 2.6 m
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
@@ -136,14 +139,14 @@ impl StructureArguments {
             None if is_stated => Some(Structure::StateSpace),
             other => other,
         };
-        let [state_space, bicycle, single_track, torque] = Structure::ALL.map(Some);
+        let [state_space, bicycle, single_track, torque, longitudinal] = Structure::ALL.map(Some);
         let all = [
             (&[state_space][..], &of_state_space[..]),
             (&[bicycle, single_track, None], &of_vehicles),
             (&[single_track], &of_single_track),
             (&[torque], &of_torque),
             (&[state_space, bicycle, single_track, None], &sampled),
-            (&[bicycle, single_track, torque, None], &scheduled),
+            (&[bicycle, single_track, torque, longitudinal, None], &scheduled),
         ];
         for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&structure)) {
             if let Some((_, option)) = options.iter().find(|(is_stated, _)| *is_stated) {
@@ -182,6 +185,13 @@ impl StructureArguments {
                 Box::new(TorqueOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     friction_rate_radps: self.friction_rate.unwrap_or(default.friction_rate_radps),
+                    validation_fraction: validation.fraction,
+                })
+            }
+            Structure::Longitudinal => {
+                let default = LongitudinalOptions::default();
+                Box::new(LongitudinalOptions {
+                    least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     validation_fraction: validation.fraction,
                 })
             }

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use steerwright_formats::{Bicycle, Document, Plant, Structure, Torque, Vehicle};
+use steerwright_formats::{Bicycle, Document, Longitudinal, Plant, Structure, Torque, Vehicle};
 use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
@@ -46,6 +46,7 @@ impl Kind {
             Structure::Bicycle => Self::of::<Bicycle>(),
             Structure::SingleTrack => Self::IdentifiedVehicle,
             Structure::Torque => Self::of::<Torque>(),
+            Structure::Longitudinal => Self::of::<Longitudinal>(),
         }
     }
 

@@ -42,10 +42,15 @@ pub enum Error {
     ))]
     TooSlow { least_mps: f64, fastest_mps: f64 },
     #[error(
-        "the log was read for the response of the lateral acceleration, and this structure needs that of the yaw rate"
+        "the log was read for the response {response}, and this structure needs that of the yaw rate"
     )]
-    #[diagnostic(help("read the log for the response yaw-rate, or identify the structure torque"))]
-    YawRateLogNeeded,
+    #[diagnostic(help("read the log for the response yaw-rate"))]
+    YawRateLogNeeded { response: Response },
+    #[error(
+        "the log was read for the response {response}, and the structure longitudinal needs that of the speed"
+    )]
+    #[diagnostic(help("read the log for the response speed"))]
+    SpeedLogNeeded { response: Response },
     #[error(
         "the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}"
     )]
@@ -93,7 +98,9 @@ pub enum Error {
 pub(crate) fn check_yaw_rate(log: &DriveLog) -> Result<(), Error> {
     match log.response {
         Response::YawRate | Response::Motion => Ok(()),
-        Response::LateralAcceleration => Err(Error::YawRateLogNeeded),
+        response @ (Response::LateralAcceleration | Response::Speed) => {
+            Err(Error::YawRateLogNeeded { response })
+        }
     }
 }
 

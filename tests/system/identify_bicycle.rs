@@ -60,7 +60,7 @@ fn options_outside_the_structure_are_refused() {
         (format!("identify {LOG} --structure bicycle --order 3"), "--order is an option of"),
         (format!("identify {LOG} --structure state-space --mass 1000"), "--mass is an option of"),
         (format!("identify {LOG} --structure bicycle --mass 0"), "--mass"),
-        (format!("identify {LOG} --structure tricycle"), "bicycle, single-track or torque"),
+        (format!("identify {LOG} --structure tricycle"), "single-track, torque or longitudinal"),
     ] {
         let output = run(folder.path(), &line);
         let text = text_of(&output);

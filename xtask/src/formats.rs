@@ -7,10 +7,11 @@ use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
 /// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 9] = [
+const DOCUMENTS: [(&str, &str); 10] = [
     ("Plant", "plant.json"),
     ("Bicycle", "bicycle.json"),
     ("Torque", "torque.json"),
+    ("Longitudinal", "longitudinal.json"),
     ("Vehicle", "vehicle.json"),
     ("Pid", "pid.json"),
     ("Path", "path.json"),

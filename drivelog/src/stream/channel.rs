@@ -76,7 +76,7 @@ impl Channel {
         if !self.begun {
             self.begun = true;
             if to.role == Role::Steering {
-                to.intersample = intersample::of_steering(&new, options);
+                to.intersample = intersample::of_input(&new, options);
                 new.intersample = to.intersample;
             }
             self.updates = if new.is_sensor() { Updates::of(&new) } else { None };

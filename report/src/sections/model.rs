@@ -6,7 +6,7 @@ use crate::html::{Block, Section};
 use crate::read::Traces;
 use crate::table::Table;
 use steerwright_formats::{
-    BicycleEvidence, Model, NORMAL_95, Torque, VehicleEvidence, VehicleParameter,
+    BicycleEvidence, Longitudinal, Model, NORMAL_95, Torque, VehicleEvidence, VehicleParameter,
 };
 
 /// What was recorded, the model and the evidence for it.
@@ -24,9 +24,10 @@ pub(crate) fn sections(
     }
     let [estimation, validation] = model.fits().map(|fit| super::optional(fit, 1, "%", "–"));
     let mut blocks = vec![Block::Text(format!(
-        "The {} of {}: its simulation fits the yaw rate of the estimation data by {estimation}, of the validation data by {validation}.",
+        "The {} of {}: its simulation fits the {} of the estimation data by {estimation}, of the validation data by {validation}.",
         name(model),
-        model.name()
+        model.name(),
+        output(model)
     ))];
     blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
     if let Some(traces) = traces {
@@ -45,6 +46,16 @@ pub(crate) fn name(model: &Model) -> String {
         Model::Bicycle(_) => "identified bicycle".into(),
         Model::SingleTrack(_) => "identified vehicle".into(),
         Model::Torque(_) => "identified response to the steering torque".into(),
+        Model::Longitudinal(_) => "identified response of the speed".into(),
+    }
+}
+
+/// What the fits of a model are of.
+fn output(model: &Model) -> &'static str {
+    match model {
+        Model::StateSpace(_) | Model::Bicycle(_) | Model::SingleTrack(_) => "yaw rate",
+        Model::Torque(_) => "lateral acceleration",
+        Model::Longitudinal(_) => "change of the speed",
     }
 }
 
@@ -59,6 +70,7 @@ pub fn parameter_tables(model: &Model) -> Vec<Table> {
         }
         Model::SingleTrack(vehicle) => vehicle.evidence.iter().map(parameters_of_vehicle).collect(),
         Model::Torque(torque) => vec![parameters_of_torque(torque)],
+        Model::Longitudinal(model) => vec![parameters_of_longitudinal(model)],
     }
 }
 
@@ -103,6 +115,46 @@ fn parameters_of_torque(torque: &Torque) -> Table {
             format!("{:.5}", estimate.value),
             band(estimate.value, NORMAL_95 * estimate.standard_error, is_positive),
             unit,
+        ]);
+    }
+    table
+}
+
+fn parameters_of_longitudinal(model: &Longitudinal) -> Table {
+    let is_accelerator = model.command_unit == "1";
+    let gain_unit = if is_accelerator { "m/s²" } else { "1" };
+    let mut rows = Vec::new();
+    if model.gear_gains.is_empty() {
+        for row in &model.gains {
+            let name = match model.gains.len() {
+                1 => "gain".into(),
+                _ => format!("gain at {:.1} m/s", row.speed_mps),
+            };
+            rows.push((name, Some(row.gain), gain_unit, false));
+        }
+    }
+    for row in &model.gear_gains {
+        rows.push((format!("gain in gear {}", row.gear), Some(row.gain), gain_unit, false));
+    }
+    rows.push(("lag".into(), Some(model.time_constant_s), "s", true));
+    rows.push(("delay".into(), Some(model.delay_s), "s", true));
+    if let Some(brake) = &model.brake {
+        rows.push(("deceleration at full brake".into(), Some(brake.gain_mps2), "m/s²", false));
+        rows.push(("lag of the brake".into(), Some(brake.time_constant_s), "s", true));
+        rows.push(("delay of the brake".into(), Some(brake.delay_s), "s", true));
+    }
+    rows.push(("resistance".into(), Some(model.resistance_mps2), "m/s²", false));
+    rows.push(("resistance per speed".into(), model.resistance_per_speed, "1/s", false));
+    rows.push(("drag".into(), Some(model.drag_per_m), "1/m", false));
+    rows.push(("share of gravity on a grade".into(), model.grade_coefficient, "1", false));
+    let mut table = Table::new(["identified", "value", "95 % band", "unit"]);
+    for (name, estimate, unit, is_positive) in rows {
+        let Some(estimate) = estimate else { continue };
+        table = table.row([
+            name,
+            format!("{:.5}", estimate.value),
+            band(estimate.value, NORMAL_95 * estimate.standard_error, is_positive),
+            unit.into(),
         ]);
     }
     table

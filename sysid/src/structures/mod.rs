@@ -3,6 +3,7 @@
 pub mod bicycle;
 mod choice;
 pub(crate) mod held;
+pub mod longitudinal;
 mod model;
 pub mod single_track;
 pub(crate) mod state_space;

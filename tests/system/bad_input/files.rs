@@ -111,7 +111,9 @@ fn documents() {
         (
             pid(|_| ()),
             "design",
-            &["`steerwright/pid/1` stands here, which is no plant, bicycle, vehicle or torque"],
+            &[
+                "`steerwright/pid/1` stands here, which is no plant, bicycle, vehicle, torque or longitudinal model",
+            ],
         ),
         ("name = \"x\"\n".to_owned(), "design", &["f.json:1:", "not a JSON document"]),
         (plant(|_| ()), "bicycle", &["f.json:1:1", "vehicle data are a TOML file"]),

@@ -1,13 +1,14 @@
 //! From a drive to a single-track model with its evidence.
 
 use crate::Error;
+use crate::linalg::bounded_step::Normal;
 use crate::structures::single_track::drive::Drive;
 use crate::structures::single_track::margin::{Moved, with_margin};
 use crate::structures::single_track::model::SingleTrackModel;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::{COUNT, Parameter, Scale};
 use crate::structures::single_track::prepared::prepare;
-use crate::structures::single_track::problem::{Normal, Problem};
+use crate::structures::single_track::problem::Problem;
 use crate::structures::single_track::search::{result_run, solve};
 use crate::structures::single_track::uncertainty::covariance;
 use steerwright_formats::{Prior, SimulationFit, VehicleParameter};

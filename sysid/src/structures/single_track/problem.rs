@@ -1,6 +1,7 @@
 //! The least-squares problem: errors of the outputs over their noise, and of the parameters over their
 //! priors' deviations; its cost, and its normal equations by dual numbers.
 
+use crate::linalg::bounded_step::Normal;
 use crate::linalg::dual::Dual;
 use crate::structures::single_track::dynamics::Constants;
 use crate::structures::single_track::parameters::{COUNT, Parameter};
@@ -37,14 +38,6 @@ pub(super) struct Problem<'a> {
     pub(super) free: Vec<usize>,
     /// Which outputs are fitted.
     pub(super) fitted: [bool; OUTPUTS],
-}
-
-/// A prior in coordinates.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Normal {
-    pub(super) mean: f64,
-    pub(super) deviation: f64,
-    pub(super) bounds: [f64; 2],
 }
 
 impl Normal {

@@ -1,32 +1,21 @@
-//! Standard errors that hold for errors of any autocorrelation: the sandwich `H⁻¹·(M + P)·H⁻¹` with the
-//! information H of data and priors, the priors' information P, and the long-run covariance M of the
-//! scores `J_t·e_t` with Bartlett's weights (Newey and West, *A simple, positive semi-definite,
-//! heteroskedasticity and autocorrelation consistent covariance matrix*, Econometrica 55, 1987), over the
-//! lags of Andrews's rule (*Heteroskedasticity and autocorrelation consistent covariance matrix
-//! estimation*, Econometrica 59, 1991).
+//! Standard errors that hold for errors of any autocorrelation, by the [sandwich](crate::linalg::sandwich) of the scores
+//! `J_t·e_t` of each second.
 //!
 //! A few seconds near the limit of grip may determine most of a parameter; the fit then follows the errors
-//! of these seconds, which become smaller than they were. The scores of each second are enlarged for that:
-//! by `(I − H_b·H⁻¹)⁻¹` with the second's own information H_b, as the jackknife does (Bell and McCaffrey,
-//! *Bias reduction in standard errors for linear regression with multi-stage samples*, Survey Methodology
-//! 28, 2002).
+//! of these seconds, which become smaller than they were. The sandwich enlarges the scores of each second for that.
 
 use crate::Error;
-use crate::linalg::dense::pseudo_inverse;
+use crate::linalg::sandwich::{ScoreBin, andrews_lags, sandwich};
 use crate::structures::single_track::parameters::COUNT;
 use crate::structures::single_track::problem::{Densities, OUTPUTS, Point, Problem};
 use crate::structures::single_track::simulate::Run;
-use faer::{Mat, Side};
+use faer::Mat;
 
 /// Covariance of the coordinates; zero for those that are fixed.
 pub(super) type Covariance = [[f64; COUNT]; COUNT];
 
 /// Time over which scores are summed, s.
 const BIN_S: f64 = 1.0;
-/// Largest share of the drive that correlations last.
-const LARGEST_LAG: f64 = 0.2;
-/// Largest share of its own information that a bin is supposed to have in any direction.
-const LARGEST_LEVERAGE: f64 = 0.95;
 
 /// What a second of the drive adds.
 #[derive(Clone)]
@@ -52,30 +41,14 @@ pub(super) fn covariance(
     let scale = |j: usize| problem.priors[free[j]].deviation;
     let scaled =
         |m: &Covariance| Mat::from_fn(n, n, |i, j| m[free[i]][free[j]] * scale(i) * scale(j));
-    // With the priors, whose information is 1 in these units.
-    let mut information: Mat<f64> = Mat::identity(n, n);
-    for bin in segments.iter().flatten() {
-        information += scaled(&bin.information);
-    }
-    let inverse = pseudo_inverse(information.as_ref(), 1e-15)?;
-    let root = information.llt(Side::Lower).map_err(|_| failed())?.L().to_owned();
-    let mut middle: Mat<f64> = Mat::identity(n, n);
+    let scored = |bin: &Bin| ScoreBin {
+        score: Mat::from_fn(n, 1, |j, _| bin.score[free[j]] * scale(j)),
+        information: scaled(&bin.information),
+    };
     let lags = lags(&segments);
-    for segment in &segments {
-        let mut scores = Mat::zeros(segment.len(), n);
-        for (t, bin) in segment.iter().enumerate() {
-            let score = Mat::from_fn(n, 1, |j, _| bin.score[free[j]] * scale(j));
-            let score = enlarged(&root, &scaled(&bin.information), &score).ok_or_else(failed)?;
-            scores.row_mut(t).copy_from(score.transpose().row(0));
-        }
-        middle += scores.transpose() * &scores;
-        for lag in 1..=lags.min(segment.len().saturating_sub(1)) {
-            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-            let cross = scores.get(lag.., ..).transpose() * scores.get(..segment.len() - lag, ..);
-            middle += Mat::from_fn(n, n, |i, j| weight * (cross[(i, j)] + cross[(j, i)]));
-        }
-    }
-    let sandwich = &inverse * middle * &inverse;
+    let scores: Vec<Vec<ScoreBin>> =
+        segments.iter().map(|bins| bins.iter().map(scored).collect()).collect();
+    let sandwich = sandwich(&scores, n, lags, failed)?;
     let mut all = [[0.0; COUNT]; COUNT];
     for (i, &row) in free.iter().enumerate() {
         for (j, &column) in free.iter().enumerate() {
@@ -120,30 +93,6 @@ fn bins(
     finite.then_some(all)
 }
 
-/// `L·(I − L⁻¹·H_b·L⁻ᵀ)⁻¹·L⁻¹·g` with `H = L·Lᵀ`.
-fn enlarged(root: &Mat<f64>, information: &Mat<f64>, score: &Mat<f64>) -> Option<Mat<f64>> {
-    let n = root.nrows();
-    let solve = |m: &Mat<f64>| {
-        let mut x = m.clone();
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            root.as_ref(),
-            x.as_mut(),
-            faer::Par::Seq,
-        );
-        x
-    };
-    let half = solve(information);
-    let share = solve(&half.transpose().to_owned());
-    let share = Mat::from_fn(n, n, |i, j| 0.5 * (share[(i, j)] + share[(j, i)]));
-    let eigen = share.self_adjoint_eigen(Side::Lower).ok()?;
-    let (u, s) = (eigen.U(), eigen.S().column_vector());
-    let mut along = u.transpose() * solve(score);
-    for k in 0..n {
-        along[(k, 0)] /= 1.0 - s[k].clamp(0.0, LARGEST_LEVERAGE);
-    }
-    Some(root * (u * along))
-}
-
 /// Lags of Bartlett's weights by Andrews's rule for the most lasting output.
 fn lags(segments: &[Vec<Bin>]) -> usize {
     let count: usize = segments.iter().map(Vec::len).sum();
@@ -158,7 +107,5 @@ fn lags(segments: &[Vec<Bin>]) -> usize {
         if variance > 0.0 { (product(1) / variance).clamp(0.0, 0.95) } else { 0.0 }
     };
     let rho = (0..OUTPUTS).map(correlation).fold(0.0, f64::max);
-    let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
-    let lags = 1.1447 * (alpha * count as f64).cbrt();
-    lags.min(LARGEST_LAG * count as f64).ceil() as usize
+    andrews_lags(rho, count)
 }
