@@ -92,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let compared = steerwright_comparison::compare(Job {
         controllers: arguments.controllers(&models)?,
         models,
-        master: specified.master,
+        coupling: specified.coupling,
         design: specified.design,
         truth: arguments.truth.as_deref().map(truth).transpose()?,
         drive,

@@ -4,7 +4,8 @@ use crate::console;
 use std::fmt::Write;
 use steerwright_control::Requirement;
 use steerwright_formats::{
-    Breaking, DesignEvidence, DesignedFor, Grade, OnACurve, Pid, Robustness, StepMetrics,
+    Breaking, DesignEvidence, DesignedFor, Grade, LoopCoupling, OnACurve, Pid, Robustness,
+    StepMetrics,
 };
 use steerwright_report::Table;
 
@@ -35,7 +36,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
     if !e.fmu_loops.is_empty() && unlike {
         let _ = writeln!(
             text,
-            "the loops of FMUs have no latency but their master's, the design is for {:.0} ms\n",
+            "the loops of FMUs have no latency but their coupling's, the design is for {:.0} ms\n",
             1e3 * delay
         );
     }
@@ -146,9 +147,9 @@ fn required_and_reached(pid: &Pid) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
     let robust = e.robustness.as_ref();
     let mut headers = vec!["requirement", "required", "reached"];
-    headers.extend(e.fmu_loops.iter().map(|l| match l.master.as_str() {
-        "jacobi" => "FMUs, Jacobi",
-        _ => "FMUs, Gauss–Seidel",
+    headers.extend(e.fmu_loops.iter().map(|l| match l.coupling {
+        LoopCoupling::GaussSeidel => "FMUs, Gauss–Seidel",
+        LoopCoupling::Jacobi => "FMUs, Jacobi",
     }));
     if robust.is_some() {
         headers.extend(["worst plant", "kept by"]);

@@ -4,6 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::guard::KeptRows;
 use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
+use crate::specification::CouplingName;
 use crate::{Global, console, quantity};
 use serde::Serialize;
 use std::ffi::{OsStr, OsString};
@@ -23,7 +24,7 @@ use steerwright_host::{
 /// rows until then are written. `steerwright check --run` names the call in which an FMU does so.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,
+    /// Archives, in the order in which a Gauss–Seidel coupling steps them: plant, pose estimator, path,
     /// controller; or one .ssp with its connections. A unit has the name of its model, of its file where
     /// that has dots, or NAME
     #[arg(required = true, value_name = "[NAME=]FMU|SSP")]
@@ -41,8 +42,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     stop: Option<f64>,
     /// Order of the FMUs within a step
-    #[arg(long, value_enum, default_value = "gauss-seidel")]
-    master: MasterName,
+    #[arg(long, alias = "master", value_enum, default_value = "gauss-seidel")]
+    coupling: CouplingName,
     /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated
     #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
     set: Vec<String>,
@@ -53,14 +54,6 @@ pub(crate) struct Arguments {
     /// Structure of the .ssp to run, the name of its .ssd file, such as SpeedInput; by default SystemStructure
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
-}
-
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum MasterName {
-    /// Each FMU sees what those before it have just computed
-    GaussSeidel,
-    /// All FMUs see the values at the start of the step
-    Jacobi,
 }
 
 /// The result, for scripts.
@@ -89,14 +82,14 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     for text in &arguments.set {
         system.set_text(text)?;
     }
-    let master = match arguments.master {
-        MasterName::GaussSeidel => Coupling::GaussSeidel,
-        MasterName::Jacobi => Coupling::Jacobi,
+    let coupling = match arguments.coupling {
+        CouplingName::GaussSeidel => Coupling::GaussSeidel,
+        CouplingName::Jacobi => Coupling::Jacobi,
     };
     let progress = Progress::start(format!("simulating {} s", stop - start));
     let mut recording = Recording::default();
     let mut kept = KeptRows::new();
-    let result = system.run_into(&mut recording, master, start, stop, step, |recording| {
+    let result = system.run_into(&mut recording, coupling, start, stop, step, |recording| {
         if recording.rows.len() == 1 {
             kept.write(&recording.csv_header());
         }

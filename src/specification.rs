@@ -15,18 +15,18 @@ use crate::quantity::{
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use steerwright_control::{DesignOptions, Master, RobustOptions};
-use steerwright_formats::{Specification, StatedActuator};
+use steerwright_control::{DesignOptions, RobustOptions};
+use steerwright_formats::{LoopCoupling, Specification, StatedActuator};
 use toml::{Spanned, Table, Value};
 
-/// The order in which FMUs are stepped.
+/// The order of exchange between the FMUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum MasterName {
-    /// Plant, estimator, path and controller one after the other: no loop has a delay
+pub(crate) enum CouplingName {
+    /// One after the other, in the order plant, estimator, path, controller: no loop has a delay
     GaussSeidel,
-    /// All at once: the yaw loop is late by one sample, the loop through the path by two, the loop
-    /// through the estimator by three
+    /// All with the values at the start of the step: the yaw loop is late by one step, the loop through the path by
+    /// two, the loop through the estimator by three
     Jacobi,
 }
 
@@ -113,10 +113,11 @@ struct Options {
     /// Sample time of the controller [default: 10ms]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pid_sample_time: Option<Time>,
-    /// Master of the co-simulation that the loop is designed for [default: gauss-seidel]
-    #[arg(long, value_enum)]
-    master: Option<MasterName>,
-    /// Measured latency of every loop, in addition to the delays of the model and the master
+    /// Coupling of the co-simulation that the loop is designed for [default: gauss-seidel]
+    #[arg(long, alias = "master", value_enum)]
+    #[serde(alias = "master")]
+    coupling: Option<CouplingName>,
+    /// Measured latency of every loop, in addition to the delays of the model and the coupling
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     latency: Option<Time>,
     /// Additional delay of the yaw loop
@@ -151,8 +152,8 @@ struct Options {
 
 pub(crate) struct Specified {
     pub(crate) design: DesignOptions,
-    /// The master that the loop is designed for.
-    pub(crate) master: Master,
+    /// The coupling that the loop is designed for.
+    pub(crate) coupling: LoopCoupling,
     /// Whether a requirement that not all plants keep fails the design: `on` was written.
     pub(crate) must_be_robust: bool,
     /// Whether a spread of the speed is stated.
@@ -208,7 +209,7 @@ impl Options {
             overshoot settling steady_state_error rise_time iae gain_margin phase_margin
             modulus_margin delay_margin disk_margin settling_band max_angle max_increment max_rate
             actuator_lag actuator_delay
-            max_lateral_acceleration pid_sample_time master latency loop_delay path_delay
+            max_lateral_acceleration pid_sample_time coupling latency loop_delay path_delay
             estimator_delay robust latency_spread speed_spread ensemble seed
         )
     }
@@ -238,14 +239,15 @@ impl Options {
         };
         let sample_time_s = self.pid_sample_time.map_or(defaults.sample_time_s, f64::from);
         let latency = time(self.latency);
-        let (master, late) = match self.master {
-            Some(MasterName::Jacobi) => (Master::Jacobi, sample_time_s),
-            Some(MasterName::GaussSeidel) | None => (Master::GaussSeidel, 0.0),
+        let coupling = match self.coupling {
+            Some(CouplingName::Jacobi) => LoopCoupling::Jacobi,
+            Some(CouplingName::GaussSeidel) | None => LoopCoupling::GaussSeidel,
         };
+        let late = coupling.loop_delay_s(sample_time_s);
         let yaw = time(self.loop_delay);
         let path = self.path_delay.map_or(yaw, f64::from);
         let estimator = self.estimator_delay.map_or(path, f64::from);
-        // Without a measured latency, the delay of another master.
+        // Without a measured latency, the delay of another coupling.
         let spread = if latency > 0.0 { LATENCY_SPREAD } else { sample_time_s };
         let usual = RobustOptions::default();
         let states_speed_spread = self.speed_spread.is_some();
@@ -278,7 +280,7 @@ impl Options {
             ..defaults
         };
         let must_be_robust = self.robust == Some(Switch::On);
-        Specified { design, master, must_be_robust, states_speed_spread }
+        Specified { design, coupling, must_be_robust, states_speed_spread }
     }
 
     /// Their names, in the file and on the command line.

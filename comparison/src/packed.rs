@@ -94,7 +94,7 @@ pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindAc
 /// A packed loop.
 #[allow(missing_docs)]
 pub struct PackedLoop {
-    /// In the order in which a Gauss–Seidel master steps them.
+    /// In the order in which a Gauss–Seidel coupling steps them.
     pub fmus: Vec<Packed>,
     pub connections: Vec<Connection>,
     pub bytes: Vec<u8>,

@@ -41,7 +41,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) controllers: &'a [Controller],
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
-    pub(crate) master: Coupling,
+    pub(crate) coupling: Coupling,
     /// A cross-track error beyond this is off the path, m.
     pub(crate) max_cross_track_error_m: f64,
 }
@@ -129,7 +129,7 @@ impl Setting<'_> {
         system.feed(InputTable::read(table.as_bytes(), "the turn")?);
         let names = ["x", "y", "yaw"].map(|v| format!("{plant}.{v}"));
         system.record(&names.each_ref().map(String::as_str))?;
-        let recording = system.run(self.master, 0.0, steps * step, step)?;
+        let recording = system.run(self.coupling, 0.0, steps * step, step)?;
         let about = (DIFFERENCE_S / step).round().max(1.0) as usize;
         let ramped = ramped.round() as usize;
         let rows = &recording.rows;

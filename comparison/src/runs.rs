@@ -82,7 +82,7 @@ impl Setting<'_> {
         };
         let driven = behind.as_ref().unwrap_or(&plant.archive);
         let archives = Loop { plant: driven, path, controller: pid };
-        let recording = archives.track(road, step, self.master, &plant.sideslip)?;
+        let recording = archives.track(road, step, self.coupling, &plant.sideslip)?;
         let csv = recording.to_csv();
         let kept = with_pose_alone(recording, &name_of(driven));
         let track = Track::from_csv(kept.to_csv().as_bytes(), "the run")?;
@@ -123,7 +123,7 @@ impl Setting<'_> {
         drive_at(&mut system, plant, self.road.speed_mps)?;
         // The steering offset is taken up before.
         let first = ticks_before_step(&controller.pid);
-        let step = step_of(system, &name, &controller.pid, first, self.master)?;
+        let step = step_of(system, &name, &controller.pid, first, self.coupling)?;
         Ok((step.metrics, step.response))
     }
 

@@ -8,7 +8,7 @@ use crate::{Error, documentation, icons, provenance, reference, terminals};
 use model_description::{DefaultExperiment, ModelDescription};
 use std::io::{Cursor, Write};
 use steerwright_formats::{Document, Start};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -84,7 +84,7 @@ pub fn package(
     };
     let mut description = fmu
         .describe(entries.clone(), experiment)
-        .map_err(|source| Error::Slave { file: file.into(), source })?;
+        .map_err(|source| Error::CoSimulationUnit { file: file.into(), source })?;
     description.generation_tool = Some(provenance::TOOL.into());
     description.license = Some("MIT OR Apache-2.0".into());
     description.vendor_annotations = vec![origin.annotation()];

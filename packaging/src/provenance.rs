@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use steerwright_formats::{Document, Provenance, SourceFile, sha256_hex};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 pub(crate) const TOOL: &str = concat!("steerwright ", env!("CARGO_PKG_VERSION"));
 

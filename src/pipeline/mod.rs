@@ -129,7 +129,7 @@ impl Basis {
 
 const LOOP: &str = "LateralLoop";
 /// The order in which the FMUs of these loops are stepped.
-const MASTER: Coupling = Coupling::GaussSeidel;
+const COUPLING: Coupling = Coupling::GaussSeidel;
 /// The page to read.
 pub(crate) const PAGE: &str = "report.html";
 /// Name of the road every drive is tried on.
@@ -289,10 +289,10 @@ fn run_loops(
     out.document(&format!("pid{suffix}.json"), &pid)?;
     let controller = Archive::open(out.archive(&folder, &pid.to_json())?)?;
 
-    let step = steerwright_comparison::yaw_step(archive, &controller, &pid, MASTER)?;
+    let step = steerwright_comparison::yaw_step(archive, &controller, &pid, COUPLING)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
     let with_offset =
-        steerwright_comparison::yaw_step_with_offset(model, &controller, &pid, MASTER)?;
+        steerwright_comparison::yaw_step_with_offset(model, &controller, &pid, COUPLING)?;
     if let Some(step) = &with_offset {
         out.bytes(&format!("step-with-offset{suffix}.csv"), step.csv.as_bytes())?;
     }
@@ -313,7 +313,7 @@ fn run_loops(
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
         let run = Loop { plant: archive, path: &path_archive, controller: &controller };
-        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip.at(speed))?.to_csv();
+        let csv = run.track(&path, pid.sample_time_s, COUPLING, &sideslip.at(speed))?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();

@@ -80,7 +80,7 @@ pub fn step_response(
 }
 
 /// The metrics of the specification's step with another delay of the loop than the one designed for,
-/// such as that of another master.
+/// such as that of another coupling.
 ///
 /// # Errors
 /// As [`evaluate`].

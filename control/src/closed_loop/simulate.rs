@@ -1,6 +1,6 @@
 //! The sampled closed loop, with the controller that runs in the FMU.
 //!
-//! Timing as under a Gauss–Seidel master: at tick k the controller sees the yaw of tick k, and its output acts
+//! Timing as under a Gauss–Seidel coupling: at tick k the controller sees the yaw of tick k, and its output acts
 //! from tick k on. The loop is at rest with reference 0 at tick −1.
 
 use crate::closed_loop::early_stopping::{Decay, StoppingBounds};

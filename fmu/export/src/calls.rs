@@ -6,7 +6,7 @@
 //! `fmi2GetDirectionalDerivative` accepts. A test of a built library can check all of it. A call that a
 //! [`Leniency`] accepts returns `fmi2OK`; the first one of an instance logs a debug line.
 //!
-//! The table has the calls of optional capabilities for every slave; without the capability they
+//! The table has the calls of optional capabilities for every unit; without the capability they
 //! return `fmi2Error` in every state.
 //!
 //! The states "step in progress", "step failed" and "step canceled" are missing because they cannot be

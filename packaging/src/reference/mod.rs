@@ -10,7 +10,7 @@ use crate::Error;
 use model_description::{Causality, ModelDescription, Value, Variable};
 use scenario::Scenario;
 use serde::Serialize;
-use steerwright_slaves::{Fmu, Running};
+use steerwright_units::{Fmu, Running};
 
 /// Seconds of the run, where the step allows.
 const DURATION: f64 = 10.0;
@@ -47,7 +47,7 @@ pub(crate) fn run(
 ) -> Result<Files, Error> {
     let failed =
         |time: f64| move |problem| Error::Reference { file: file.to_owned(), time, problem };
-    let mut slave = fmu.open(resources).map_err(failed(0.0))?;
+    let mut unit = fmu.open(resources).map_err(failed(0.0))?;
     let of = |causality| {
         description.variables.iter().filter(move |v| v.causality == causality).collect::<Vec<_>>()
     };
@@ -64,19 +64,19 @@ pub(crate) fn run(
         if k > 0 {
             // The step that ends here, with the inputs set at its beginning.
             let begin = f64::from(k - 1) * step;
-            slave.step(begin, step).map_err(failed(begin))?;
+            unit.step(begin, step).map_err(failed(begin))?;
         }
         let mut given = None;
         if k % every == 0 && (k < steps || k == 0) {
             given = Some(inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<_>>());
         }
         if k == 0 {
-            set(&mut *slave, &inputs, given.as_deref());
-            slave.exit_initialization(0.0).map_err(failed(0.0))?;
+            set(&mut *unit, &inputs, given.as_deref());
+            unit.exit_initialization(0.0).map_err(failed(0.0))?;
         }
         if k % every == 0 || k == steps {
             let values: Vec<Option<Value>> =
-                outputs.iter().map(|v| slave.get(v.reference)).collect();
+                outputs.iter().map(|v| unit.get(v.reference)).collect();
             for value in values.iter().flatten().filter_map(Value::as_number) {
                 if !value.is_finite() {
                     return Err(failed(time)("an output is not finite".to_owned()));
@@ -87,7 +87,7 @@ pub(crate) fn run(
         }
         if let Some(given) = given {
             if k > 0 {
-                set(&mut *slave, &inputs, Some(&given));
+                set(&mut *unit, &inputs, Some(&given));
             }
             // Inputs without part in the scenario keep their start values.
             let values = inputs
@@ -125,10 +125,10 @@ fn steps(step: f64) -> u32 {
     steps
 }
 
-fn set(slave: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
+fn set(unit: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
     for (variable, value) in inputs.iter().zip(values.unwrap_or_default()) {
         if let Some(value) = value.as_ref().or(variable.start.as_ref()) {
-            slave.set(variable.reference, value);
+            unit.set(variable.reference, value);
         }
     }
 }

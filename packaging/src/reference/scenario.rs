@@ -7,7 +7,7 @@ use crate::Error;
 use model_description::{Kind, Value, Variable};
 use std::f64::consts::TAU;
 use steerwright_formats::{Bicycle, Document, Estimator, Path, PathPoint, Pid, Plant, Vehicle};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 pub(super) struct Scenario {
     /// Seconds of the scenario's ten for a second of the run.

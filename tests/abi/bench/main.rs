@@ -14,7 +14,7 @@ mod examples;
 mod table;
 mod timing;
 
-use fmi2_export::{Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Resources};
 use model_description::Causality;
 use std::path::{Path, PathBuf};
 use steerwright_host::Archive;
@@ -174,7 +174,7 @@ fn of_the_benchmark(folder: &Path) -> Vec<Timed> {
         output: 1,
         start: "0=1".into(),
     };
-    fn guid<S: Slave>() -> String {
+    fn guid<S: CoSimulationUnit>() -> String {
         fmi2_export::guid::<S>(&Resources::default())
     }
     vec![

@@ -1,4 +1,4 @@
-//! The co-simulation loop: initialization, then steps of equal length, by a Gauss–Seidel or Jacobi master
+//! The co-simulation loop: initialization, then steps of equal length, by a Gauss–Seidel or Jacobi coupling
 //! (`docs/methods/co-simulation.md`). External signals hold from a communication point to the next.
 //!
 //! For each instance a step is one call to set its Reals, the step, and one call to read its Reals

@@ -7,14 +7,14 @@ use common::{
     Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, pose, set, start, variable,
 };
 use fmi2_export::model_description::{Causality, Value};
-use fmi2_export::{Log, Slave};
+use fmi2_export::{CoSimulationUnit, Log};
 use proptest::prelude::*;
 
 /// The layout version, the length and a fingerprint (FNV-1a) of each unit's state before the start.
 #[test]
 fn a_changed_layout_has_another_version() {
-    fn fingerprint<S: Slave>(slave: &S) -> (u8, usize, u64) {
-        let bytes = slave.save();
+    fn fingerprint<S: CoSimulationUnit>(unit: &S) -> (u8, usize, u64) {
+        let bytes = unit.save();
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         for byte in &bytes[1..] {
             hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
@@ -46,8 +46,8 @@ fn a_changed_layout_has_another_version() {
 /// A parameter that a state leaves out would have its value of before.
 #[test]
 fn every_parameter_is_in_the_state() {
-    fn check<S: Slave>(slave: &S) {
-        let (mut set_apart, mut loaded) = (slave.clone(), slave.clone());
+    fn check<S: CoSimulationUnit>(unit: &S) {
+        let (mut set_apart, mut loaded) = (unit.clone(), unit.clone());
         for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Parameter) {
             let (min, max) = (row.min.unwrap_or(f64::MIN), row.max.unwrap_or(f64::MAX));
             let value = get(&mut set_apart, row.name);
@@ -72,36 +72,36 @@ fn every_parameter_is_in_the_state() {
 }
 
 /// Sets the inputs and steps, then reads all variables: as bits, so that NaN compares.
-fn drive<S: Slave>(slave: &mut S, steps: std::ops::Range<u32>) -> Vec<u64> {
+fn drive<S: CoSimulationUnit>(unit: &mut S, steps: std::ops::Range<u32>) -> Vec<u64> {
     let mut seen = Vec::new();
     for k in steps {
         let t = f64::from(k) * 0.013;
         for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Input) {
             match row.name {
                 "enabled" => {}
-                "gnss_std" => set(slave, "gnss_std", 0.05),
+                "gnss_std" => set(unit, "gnss_std", 0.05),
                 // A fix every tenth step.
-                "gnss_fix_count" => slave.set(
+                "gnss_fix_count" => unit.set(
                     variable::<S>("gnss_fix_count"),
                     &Value::Integer(i32::try_from(k / 10).unwrap()),
                 ),
-                "speed" => set(slave, "speed", 10.0 + (0.3 * t).sin()),
-                "x" | "y" => set(slave, row.name, 9.0 * t),
-                name => set(slave, name, 0.1 * (3.0 * t).sin() + 0.01 * name.len() as f64),
+                "speed" => set(unit, "speed", 10.0 + (0.3 * t).sin()),
+                "x" | "y" => set(unit, row.name, 9.0 * t),
+                name => set(unit, name, 0.1 * (3.0 * t).sin() + 0.01 * name.len() as f64),
             }
         }
         if S::CAPABILITIES.interpolates_inputs {
-            slave.set_input_derivative(variable::<S>("steering_angle"), 0.3 * (7.0 * t).cos());
+            unit.set_input_derivative(variable::<S>("steering_angle"), 0.3 * (7.0 * t).cos());
         }
         // An error must be an error on both sides.
-        let ok = slave.step(t, 0.013, &mut Log::default()).is_ok();
+        let ok = unit.step(t, 0.013, &mut Log::default()).is_ok();
         seen.push(u64::from(ok));
-        seen.extend(S::TABLE.variables.iter().map(|row| get(slave, row.name).to_bits()));
+        seen.extend(S::TABLE.variables.iter().map(|row| get(unit, row.name).to_bits()));
     }
     seen
 }
 
-fn goes_on<S: Slave>(fresh: &S, prepared: &S) {
+fn goes_on<S: CoSimulationUnit>(fresh: &S, prepared: &S) {
     for before in [0, 1, 17, 60] {
         let mut saved = prepared.clone();
         start(&mut saved);
@@ -212,7 +212,7 @@ fn impossible_values_are_refused() {
 }
 
 /// A number inside a model, found in the bytes by its value, is refused where it cannot be.
-fn refused<S: Slave>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
+fn refused<S: CoSimulationUnit>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
     assert!(number != 0.0, "zeros are everywhere");
     let bytes = used.save();
     let places: Vec<usize> =
@@ -225,7 +225,7 @@ fn refused<S: Slave>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
     }
 }
 
-fn driven<S: Slave>(fresh: &S, steps: u32, change: impl Fn(&mut S)) -> S {
+fn driven<S: CoSimulationUnit>(fresh: &S, steps: u32, change: impl Fn(&mut S)) -> S {
     let mut used = fresh.clone();
     change(&mut used);
     start(&mut used);
@@ -306,20 +306,20 @@ fn impossible_estimators_are_refused() {
     refused(&fresh, &used, 0.125 * 0.125, &[-1.0, f64::NAN]);
 }
 
-fn any_bytes<S: Slave>(fresh: &S, bytes: &[u8]) {
-    let mut slave = fresh.clone();
-    if slave.load(bytes).is_ok() {
+fn any_bytes<S: CoSimulationUnit>(fresh: &S, bytes: &[u8]) {
+    let mut unit = fresh.clone();
+    if unit.load(bytes).is_ok() {
         // Whatever was loaded runs, or says what is wrong.
-        drive(&mut slave, 0..5);
-        let _ = slave.step(0.0, 5.0, &mut Log::default());
+        drive(&mut unit, 0..5);
+        let _ = unit.step(0.0, 5.0, &mut Log::default());
     } else {
-        assert_eq!(slave.save(), fresh.save(), "a refused state changes nothing");
+        assert_eq!(unit.save(), fresh.save(), "a refused state changes nothing");
     }
 }
 
 /// Bytes of a valid state with some replaced, or cut.
-fn mutated<S: Slave>(slave: &S, changes: &[(usize, u8)], cut: Option<usize>) -> Vec<u8> {
-    let mut bytes = slave.save();
+fn mutated<S: CoSimulationUnit>(unit: &S, changes: &[(usize, u8)], cut: Option<usize>) -> Vec<u8> {
+    let mut bytes = unit.save();
     let length = bytes.len();
     changes.iter().for_each(|&(place, byte)| bytes[place % length] = byte);
     bytes.truncate(cut.map_or(length, |cut| cut % length));
@@ -349,7 +349,7 @@ proptest! {
         cut in prop::option::weighted(0.2, any::<usize>()),
         steps in 0..30_u32,
     ) {
-        fn both<S: Slave>(fresh: &S, mut used: S, steps: u32, bytes: impl Fn(&S) -> Vec<u8>) {
+        fn both<S: CoSimulationUnit>(fresh: &S, mut used: S, steps: u32, bytes: impl Fn(&S) -> Vec<u8>) {
             any_bytes(fresh, &bytes(&used));
             start(&mut used);
             drive(&mut used, 0..steps);

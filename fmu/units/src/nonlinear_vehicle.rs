@@ -7,7 +7,8 @@ use crate::plant::{Flags, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use fmi2_export::{
-    Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId, variables,
+    Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, VariableId,
+    variables,
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
@@ -124,7 +125,7 @@ impl NonlinearVehicle {
     }
 }
 
-impl Slave for NonlinearVehicle {
+impl CoSimulationUnit for NonlinearVehicle {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;

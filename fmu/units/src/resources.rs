@@ -1,6 +1,6 @@
 //! The files in an archive's `resources/`: those that models are made from, and the start values.
 
-use fmi2_export::{Resources, Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, Resources, VariableId};
 use model_description::{Causality, Kind, Value};
 use steerwright_formats::{Document, Start};
 
@@ -19,13 +19,13 @@ pub(crate) fn required<D: Document>(resources: &Resources, name: &str) -> Result
     optional(resources, name)?.ok_or_else(|| format!("resources/{name} is missing; {HINT}"))
 }
 
-/// The slave with the start values of its archive, if it has any.
-pub(crate) fn with_start_values<S: Slave>(
-    mut slave: S,
+/// The unit with the start values of its archive, if it has any.
+pub(crate) fn with_start_values<S: CoSimulationUnit>(
+    mut unit: S,
     resources: &Resources,
 ) -> Result<S, String> {
     let file = Start::FILE;
-    let Some(start) = optional::<Start>(resources, file)? else { return Ok(slave) };
+    let Some(start) = optional::<Start>(resources, file)? else { return Ok(unit) };
     for (name, value) in &start.values {
         let row = S::TABLE.named(name.as_str()).ok_or_else(|| {
             format!("{file}: {} has no variable {name}; hint: {HINT}", S::TABLE.model_name)
@@ -39,10 +39,10 @@ pub(crate) fn with_start_values<S: Slave>(
             return Err(format!("{file}: {name} is {value}, not in {min} to {max}; hint: {HINT}"));
         }
         if let Some(variable) = S::Variable::from_reference(row.reference) {
-            slave.set(variable, &Value::Real(*value));
+            unit.set(variable, &Value::Real(*value));
         }
     }
-    Ok(slave)
+    Ok(unit)
 }
 
 const HINT: &str = "pack the archive again with `steerwright package`";
@@ -50,7 +50,7 @@ const HINT: &str = "pack the archive again with `steerwright package`";
 #[cfg(test)]
 mod tests {
     use crate::lateral_pid::{LateralPid, Variable};
-    use fmi2_export::{Resources, Slave};
+    use fmi2_export::{CoSimulationUnit, Resources};
     use model_description::Value;
 
     fn opened(values: &str) -> Result<LateralPid, String> {

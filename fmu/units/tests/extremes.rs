@@ -6,7 +6,7 @@ use crate::common;
 
 use common::{bicycle, get, identified, kinds, nonlinear, path, pid, pose};
 use fmi2_export::model_description::{Causality, Kind, Value};
-use fmi2_export::{Log, Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, Log, VariableId};
 use proptest::prelude::*;
 
 fn extreme() -> impl Strategy<Value = f64> {
@@ -32,8 +32,8 @@ fn allowed(row: &model_description::VariableSpec, value: f64) -> f64 {
     value.max(row.min.unwrap_or(f64::MIN)).min(row.max.unwrap_or(f64::MAX))
 }
 
-fn survive<S: Slave>(
-    mut slave: S,
+fn survive<S: CoSimulationUnit>(
+    mut unit: S,
     parameters: &[(usize, f64)],
     steps: &[(f64, [f64; 5])],
 ) -> Result<(), TestCaseError> {
@@ -43,46 +43,46 @@ fn survive<S: Slave>(
         rows.filter(real).collect::<Vec<_>>()
     };
     let (knowns, inputs) = (of(Causality::Parameter), of(Causality::Input));
-    let assign = |slave: &mut S, row: &model_description::VariableSpec, value: f64| {
+    let assign = |unit: &mut S, row: &model_description::VariableSpec, value: f64| {
         let variable = S::Variable::from_reference(row.reference).unwrap();
-        slave.set(variable, &Value::Real(allowed(row, value)));
+        unit.set(variable, &Value::Real(allowed(row, value)));
     };
-    let n = slave.states().len();
+    let n = unit.states().len();
     for &(place, value) in parameters {
         let row = knowns[place % knowns.len()];
-        assign(&mut slave, row, value);
+        assign(&mut unit, row, value);
         if n > 0 {
-            slave.set_state(place % n, value);
+            unit.set_state(place % n, value);
         }
         S::TABLE.variables.iter().for_each(|row| {
-            get(&mut slave, row.name);
+            get(&mut unit, row.name);
         });
     }
     let refused = |error: &str| !error.is_empty() && error.contains("hint:");
-    if let Err(error) = slave.exit_initialization(0.0, &mut Log::default()) {
+    if let Err(error) = unit.exit_initialization(0.0, &mut Log::default()) {
         prop_assert!(refused(&error), "{error}");
         return Ok(());
     }
     for (h, values) in steps {
         for (row, &value) in inputs.iter().zip(values) {
-            assign(&mut slave, row, value);
+            assign(&mut unit, row, value);
             let variable = S::Variable::from_reference(row.reference).unwrap();
-            slave.set_input_derivative(variable, if n > 0 { values[4] } else { 0.0 });
+            unit.set_input_derivative(variable, if n > 0 { values[4] } else { 0.0 });
         }
         // Whatever counts events counts one, more or less.
         for row in S::TABLE.variables.iter().filter(|row| row.kind == Kind::Integer) {
             let variable = S::Variable::from_reference(row.reference).unwrap();
-            slave.set(variable, &Value::Integer(i32::from(*h < 0.05)));
+            unit.set(variable, &Value::Integer(i32::from(*h < 0.05)));
         }
-        let result = slave.step(0.0, *h, &mut Log::default());
-        let states: Vec<f64> = (0..n).map(|i| slave.state(i)).collect();
+        let result = unit.step(0.0, *h, &mut Log::default());
+        let states: Vec<f64> = (0..n).map(|i| unit.state(i)).collect();
         // Everything can be asked for, whatever it is.
         (0..n).for_each(|i| {
-            slave.state_derivative(i);
+            unit.state_derivative(i);
         });
         let variables: Vec<f64> =
-            S::TABLE.variables.iter().map(|row| get(&mut slave, row.name)).collect();
-        let loaded = slave.clone().load(&slave.save());
+            S::TABLE.variables.iter().map(|row| get(&mut unit, row.name)).collect();
+        let loaded = unit.clone().load(&unit.save());
         match result {
             Ok(()) => {
                 prop_assert!(loaded.is_ok(), "{loaded:?}");
@@ -138,7 +138,7 @@ fn too_many_grid_points() {
     file.discrete.sample_time_s = 1e-9;
     let bytes = steerwright_formats::Document::to_json(&file).into_bytes();
     let resources = fmi2_export::Resources::from(vec![("plant.json".into(), bytes)]);
-    let mut plant = steerwright_slaves::IdentifiedPlant::open(&resources).unwrap();
+    let mut plant = steerwright_units::IdentifiedPlant::open(&resources).unwrap();
     common::start(&mut plant);
     let error = plant.step(0.0, 1.0, &mut Log::default()).unwrap_err();
     assert!(error.contains("1.000e9 grid points") && error.contains("shorter"), "{error}");

@@ -2,14 +2,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common::{self, get, set, start, step};
-use fmi2_export::{Known, Log, Resources, Slave, Unknown};
+use fmi2_export::{CoSimulationUnit, Known, Log, Resources, Unknown};
 use model_description::{Causality, Value};
-use steerwright_slaves::{Fmu, NonlinearVehicle};
+use steerwright_units::{Fmu, NonlinearVehicle};
 
-type Variable = <NonlinearVehicle as Slave>::Variable;
+type Variable = <NonlinearVehicle as CoSimulationUnit>::Variable;
 
 const FILE: &str = include_str!("../../../examples/drives/multibody/vehicle.json");
-const TABLE: &model_description::Table = <NonlinearVehicle as Slave>::TABLE;
+const TABLE: &model_description::Table = <NonlinearVehicle as CoSimulationUnit>::TABLE;
 
 fn resources(file: Option<&str>) -> Resources {
     let files = file.map(|text| ("vehicle.json".to_owned(), text.as_bytes().to_vec()));
@@ -24,31 +24,31 @@ fn variable(name: &str) -> Variable {
     common::variable::<NonlinearVehicle>(name)
 }
 
-fn started(mut slave: NonlinearVehicle) -> NonlinearVehicle {
-    start(&mut slave);
-    slave
+fn started(mut unit: NonlinearVehicle) -> NonlinearVehicle {
+    start(&mut unit);
+    unit
 }
 
 /// Everything that can be read, to the bit.
-fn all(slave: &mut NonlinearVehicle) -> Vec<u64> {
-    let mut numbers: Vec<f64> = TABLE.variables.iter().map(|row| get(slave, row.name)).collect();
-    for index in 0..slave.states().len() {
-        numbers.extend([slave.state(index), slave.state_derivative(index)]);
+fn all(unit: &mut NonlinearVehicle) -> Vec<u64> {
+    let mut numbers: Vec<f64> = TABLE.variables.iter().map(|row| get(unit, row.name)).collect();
+    for index in 0..unit.states().len() {
+        numbers.extend([unit.state(index), unit.state_derivative(index)]);
     }
     numbers.into_iter().map(f64::to_bits).collect()
 }
 
 #[test]
 fn every_variable_that_can_be_set_reads_as_it_was_set() {
-    let mut slave = open();
+    let mut unit = open();
     for (k, row) in TABLE.variables.iter().enumerate() {
         if row.causality == Causality::Output {
             continue;
         }
         let (min, max) = (row.min.unwrap_or(-5.0), row.max.unwrap_or(50.0));
         let value = min + (max - min) * (0.3 + 0.01 * k as f64);
-        set(&mut slave, row.name, value);
-        assert_eq!(get(&mut slave, row.name), value, "{}", row.name);
+        set(&mut unit, row.name, value);
+        assert_eq!(get(&mut unit, row.name), value, "{}", row.name);
     }
 }
 
@@ -75,20 +75,20 @@ fn the_file_is_the_compiled_in_car_and_its_numbers_arrive() {
 
 #[test]
 fn until_the_start_outputs_are_those_of_a_start() {
-    let mut slave = open();
-    set(&mut slave, "initial_yaw", 0.5);
-    set(&mut slave, "initial_x", -3.0);
-    slave.set_state(1, 0.25);
-    slave.set_state(2, 0.1);
-    let before = all(&mut slave);
-    assert_eq!(get(&mut slave, "yaw_rate"), 0.25);
-    assert_eq!((slave.state(4), slave.state(5), slave.state(6)), (0.5, -3.0, 0.0));
-    assert!(get(&mut slave, "lateral_acceleration") > 1.0);
-    assert_eq!(all(&mut started(slave)), before);
+    let mut unit = open();
+    set(&mut unit, "initial_yaw", 0.5);
+    set(&mut unit, "initial_x", -3.0);
+    unit.set_state(1, 0.25);
+    unit.set_state(2, 0.1);
+    let before = all(&mut unit);
+    assert_eq!(get(&mut unit, "yaw_rate"), 0.25);
+    assert_eq!((unit.state(4), unit.state(5), unit.state(6)), (0.5, -3.0, 0.0));
+    assert!(get(&mut unit, "lateral_acceleration") > 1.0);
+    assert_eq!(all(&mut started(unit)), before);
     // A start that cannot be.
-    let mut slave = open();
-    slave.set_state(2, 1.4);
-    let error = slave.exit_initialization(0.0, &mut Log::default()).unwrap_err();
+    let mut unit = open();
+    unit.set_state(2, 1.4);
+    let error = unit.exit_initialization(0.0, &mut Log::default()).unwrap_err();
     assert!(error.contains("road-wheel angle"), "{error}");
 }
 
@@ -96,10 +96,10 @@ fn until_the_start_outputs_are_those_of_a_start() {
 #[test]
 fn dependencies_are_those_of_the_equations() {
     let names = ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"];
-    let read = |slave: &mut NonlinearVehicle| -> Vec<f64> {
-        let mut all: Vec<f64> = names.iter().map(|name| get(slave, name)).collect();
-        all.extend((0..7).map(|i| slave.state_derivative(i)));
-        all.extend((4..7).map(|i| slave.state(i)));
+    let read = |unit: &mut NonlinearVehicle| -> Vec<f64> {
+        let mut all: Vec<f64> = names.iter().map(|name| get(unit, name)).collect();
+        all.extend((0..7).map(|i| unit.state_derivative(i)));
+        all.extend((4..7).map(|i| unit.state(i)));
         all
     };
     let unknowns: Vec<Unknown<Variable>> = names
@@ -111,15 +111,15 @@ fn dependencies_are_those_of_the_equations() {
     // Below and above 1 m/s, within the actuator's rate and beyond it, between its stops and beyond.
     let settings = [(0.4, 0.101, 0.8), (20.0, 0.101, 0.8), (20.0, 0.6, 0.8), (20.0, 3.0, 0.11)];
     let base = |(speed, steering, stop): (f64, f64, f64)| {
-        let mut slave = open();
-        set(&mut slave, "speed", speed);
-        set(&mut slave, "steering_angle", steering);
-        set(&mut slave, "initial_yaw", 0.3);
-        set(&mut slave, "road_wheel_angle_max", stop);
+        let mut unit = open();
+        set(&mut unit, "speed", speed);
+        set(&mut unit, "steering_angle", steering);
+        set(&mut unit, "initial_yaw", 0.3);
+        set(&mut unit, "road_wheel_angle_max", stop);
         for (index, value) in [0.3, 0.2, 0.1, 3.0].into_iter().enumerate() {
-            slave.set_state(index, value);
+            unit.set_state(index, value);
         }
-        slave
+        unit
     };
     let mut knowns: Vec<(String, Known<Variable>)> =
         (0..4).map(|i| (format!("state {i}"), Known::State(i))).collect();
@@ -132,18 +132,18 @@ fn dependencies_are_those_of_the_equations() {
         let mut moved = vec![false; unknowns.len()];
         for setting in settings {
             let before = read(&mut base(setting));
-            let mut slave = base(setting);
+            let mut unit = base(setting);
             match known {
                 Known::State(index) => {
-                    let value = slave.state(index);
-                    slave.set_state(index, value * 1.01);
+                    let value = unit.state(index);
+                    unit.set_state(index, value * 1.01);
                 }
                 Known::Variable(variable) => {
-                    let Value::Real(value) = slave.get(variable) else { unreachable!() };
-                    slave.set(variable, &Value::Real(value * 1.01 + 1e-4));
+                    let Value::Real(value) = unit.get(variable) else { unreachable!() };
+                    unit.set(variable, &Value::Real(value * 1.01 + 1e-4));
                 }
             }
-            for (moved, (a, b)) in moved.iter_mut().zip(before.iter().zip(read(&mut slave))) {
+            for (moved, (a, b)) in moved.iter_mut().zip(before.iter().zip(read(&mut unit))) {
                 *moved |= *a != b;
             }
         }
@@ -157,52 +157,52 @@ fn dependencies_are_those_of_the_equations() {
 /// What the layer needs for differences, and what it cannot take them by.
 #[test]
 fn partial_derivatives_in_the_middle_of_a_drive() {
-    let mut slave = driven();
+    let mut unit = driven();
     for index in 0..4 {
-        let value = slave.state(index);
-        let mut other = slave.clone();
+        let value = unit.state(index);
+        let mut other = unit.clone();
         other.set_state(index, value + 0.01);
         for i in 0..7 {
-            let moved = if i == index { value + 0.01 } else { slave.state(i) };
+            let moved = if i == index { value + 0.01 } else { unit.state(i) };
             assert_eq!(other.state(i), moved, "state {i} when state {index} is moved");
         }
     }
     // Yaw cannot be set, but the vehicle could have started elsewhere.
     let turned = |more: f64| {
-        let mut slave = open();
-        set(&mut slave, "initial_yaw", 0.4 + more);
-        slave.set_state(0, 0.7);
-        started(slave)
+        let mut unit = open();
+        set(&mut unit, "initial_yaw", 0.4 + more);
+        unit.set_state(0, 0.7);
+        started(unit)
     };
     let h = 1e-6;
     for i in 0..7 {
-        let mut slave = turned(0.0);
+        let mut unit = turned(0.0);
         let expected = (turned(h).state_derivative(i) - turned(-h).state_derivative(i)) / (2.0 * h);
-        let partial = slave.partial_derivative(Unknown::Derivative(i), Known::State(4));
+        let partial = unit.partial_derivative(Unknown::Derivative(i), Known::State(4));
         assert!((partial.unwrap() - expected).abs() < 1e-7, "{i}: {partial:?} {expected}");
     }
     for (name, state) in [("yaw", 4), ("x", 5), ("y", 6)] {
         for other in 4..7 {
             let unknown = Unknown::Variable(variable(name));
             let expected = if other == state { 1.0 } else { 0.0 };
-            assert_eq!(slave.partial_derivative(unknown, Known::State(other)), Some(expected));
+            assert_eq!(unit.partial_derivative(unknown, Known::State(other)), Some(expected));
         }
     }
-    assert_eq!(slave.partial_derivative(Unknown::Derivative(0), Known::State(1)), None);
+    assert_eq!(unit.partial_derivative(Unknown::Derivative(0), Known::State(1)), None);
 }
 
 /// A vehicle in the middle of a drive, with commands in its delay.
 fn driven() -> NonlinearVehicle {
-    let mut slave = open();
-    set(&mut slave, "actuator_delay", 0.035);
-    set(&mut slave, "initial_y", 2.0);
-    let mut slave = started(slave);
+    let mut unit = open();
+    set(&mut unit, "actuator_delay", 0.035);
+    set(&mut unit, "initial_y", 2.0);
+    let mut unit = started(unit);
     for k in 0..30 {
-        set(&mut slave, "steering_angle", 0.05 * f64::from(k).sin());
-        set(&mut slave, "speed", 15.0 + f64::from(k % 7));
-        slave.set_input_derivative(variable("steering_angle"), 0.2 * f64::from(k).cos());
-        step(&mut slave, 0.01);
-        slave.set_input_derivative(variable("steering_angle"), 0.0);
+        set(&mut unit, "steering_angle", 0.05 * f64::from(k).sin());
+        set(&mut unit, "speed", 15.0 + f64::from(k % 7));
+        unit.set_input_derivative(variable("steering_angle"), 0.2 * f64::from(k).cos());
+        step(&mut unit, 0.01);
+        unit.set_input_derivative(variable("steering_angle"), 0.0);
     }
-    slave
+    unit
 }

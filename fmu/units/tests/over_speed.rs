@@ -2,12 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common::{get, path, path_over_speed, pid, set, start, step};
-use fmi2_export::{Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Resources};
 use steerwright_formats::{
     DesignEvidence, DesignedFor, Document, GuidanceAdvice, GuidanceEntry, Limits, Pid, PidGains,
     Provenance, ScheduleEntry, Specification,
 };
-use steerwright_slaves::LateralPid;
+use steerwright_units::LateralPid;
 
 fn gains(kp: f64) -> PidGains {
     PidGains {
@@ -64,25 +64,25 @@ fn opened(file: &Pid) -> LateralPid {
 }
 
 /// The first output for a yaw error of 0.1 rad: kp·b·e and the integral action of one tick.
-fn first_output(slave: &mut LateralPid) -> f64 {
-    set(slave, "yaw_reference", 0.1);
-    set(slave, "yaw", 0.0);
-    start(slave);
-    step(slave, 0.01);
-    get(slave, "steering_angle")
+fn first_output(unit: &mut LateralPid) -> f64 {
+    set(unit, "yaw_reference", 0.1);
+    set(unit, "yaw", 0.0);
+    start(unit);
+    step(unit, 0.01);
+    get(unit, "steering_angle")
 }
 
 #[test]
 fn the_gains_follow_the_speed() {
     let without = |speed: f64| {
-        let mut slave = opened(&file(false));
-        set(&mut slave, "speed", speed);
-        first_output(&mut slave)
+        let mut unit = opened(&file(false));
+        set(&mut unit, "speed", speed);
+        first_output(&mut unit)
     };
     let with = |speed: Option<f64>| {
-        let mut slave = opened(&file(true));
-        speed.into_iter().for_each(|speed| set(&mut slave, "speed", speed));
-        first_output(&mut slave)
+        let mut unit = opened(&file(true));
+        speed.into_iter().for_each(|speed| set(&mut unit, "speed", speed));
+        first_output(&mut unit)
     };
     assert_eq!(without(5.0), without(30.0));
     // At the speed of the design, and where the input is not connected, both are alike.
@@ -96,19 +96,19 @@ fn the_gains_follow_the_speed() {
 /// The parameter reads as the gain of the design; another value holds at every speed.
 #[test]
 fn a_gain_that_is_set_holds_at_every_speed() {
-    let mut slave = opened(&file(true));
-    assert_eq!(get(&mut slave, "kp"), 2.0);
-    set(&mut slave, "kp", 2.0);
-    set(&mut slave, "ki", 0.0);
-    set(&mut slave, "setpoint_weight_proportional", 1.0);
-    set(&mut slave, "speed", 5.0);
-    assert!((first_output(&mut slave) - 0.6).abs() < 1e-12);
-    let mut slave = opened(&file(true));
-    set(&mut slave, "kp", 3.0);
-    set(&mut slave, "ki", 0.0);
-    set(&mut slave, "setpoint_weight_proportional", 1.0);
-    set(&mut slave, "speed", 5.0);
-    assert!((first_output(&mut slave) - 0.3).abs() < 1e-12);
+    let mut unit = opened(&file(true));
+    assert_eq!(get(&mut unit, "kp"), 2.0);
+    set(&mut unit, "kp", 2.0);
+    set(&mut unit, "ki", 0.0);
+    set(&mut unit, "setpoint_weight_proportional", 1.0);
+    set(&mut unit, "speed", 5.0);
+    assert!((first_output(&mut unit) - 0.6).abs() < 1e-12);
+    let mut unit = opened(&file(true));
+    set(&mut unit, "kp", 3.0);
+    set(&mut unit, "ki", 0.0);
+    set(&mut unit, "setpoint_weight_proportional", 1.0);
+    set(&mut unit, "speed", 5.0);
+    assert!((first_output(&mut unit) - 0.3).abs() < 1e-12);
 }
 
 /// A state that was loaded goes on with the table of its archive.
@@ -118,11 +118,11 @@ fn a_loaded_state_keeps_the_table() {
     first_output(&mut saved);
     let mut loaded = opened(&file(true));
     loaded.load(&saved.save()).unwrap();
-    for slave in [&mut saved, &mut loaded] {
-        set(slave, "speed", 7.0);
-        set(slave, "yaw", 0.02);
+    for unit in [&mut saved, &mut loaded] {
+        set(unit, "speed", 7.0);
+        set(unit, "yaw", 0.02);
         for _ in 0..5 {
-            step(slave, 0.01);
+            step(unit, 0.01);
         }
     }
     assert_eq!(get(&mut saved, "steering_angle"), get(&mut loaded, "steering_angle"));
@@ -144,11 +144,11 @@ fn the_guidance_follows_the_speed() {
         yaw_acceleration_gain_s2: -0.006,
         yaw_jerk_gain_s3: 0.0004,
     };
-    let at = |mut slave: steerwright_slaves::ReferencePath, speed: f64| {
-        set(&mut slave, "speed", speed);
-        start(&mut slave);
-        step(&mut slave, 0.01);
-        get(&mut slave, "steering_feedforward")
+    let at = |mut unit: steerwright_units::ReferencePath, speed: f64| {
+        set(&mut unit, "speed", speed);
+        start(&mut unit);
+        step(&mut unit, 0.01);
+        get(&mut unit, "steering_feedforward")
     };
     let table = vec![entry(5.0, 1.35), entry(20.0, 5.4)];
     let share =

@@ -1,13 +1,13 @@
 //! The FMUs by name, for those who pack them.
 
-use fmi2_export::{DescribeError, Resources, Slave, describe};
+use fmi2_export::{CoSimulationUnit, DescribeError, Resources, describe};
 use model_description::{DefaultExperiment, ModelDescription, Table};
 use steerwright_formats::Document;
 
 /// Why an FMU could not be described.
 pub type Error = DescribeError;
 
-/// Declares [`Fmu`] from one list: its slave, the format and the name of its file, its folder.
+/// Declares [`Fmu`] from one list: its unit, the format and the name of its file, its folder.
 macro_rules! fmus {
     ($($(#[$doc:meta])* $name:ident: $format:ident in $resource:literal, $folder:literal;)*) => {
         /// An FMU of this project.
@@ -51,10 +51,10 @@ macro_rules! fmus {
             }
 
             /// The model description of this FMU with these resources: start values are read from
-            /// the very slave that the binary runs.
+            /// the very unit that the binary runs.
             ///
             /// # Errors
-            /// Where the slave refuses the resources.
+            /// Where the unit refuses the resources.
             pub fn describe(
                 self,
                 resources: Vec<(String, Vec<u8>)>,
@@ -64,18 +64,18 @@ macro_rules! fmus {
                 match self { $(Self::$name => describe::<crate::$name>(resources, experiment)),* }
             }
 
-            /// Opens the slave on its resources.
+            /// Opens the unit on its resources.
             ///
             /// # Errors
-            /// The message of the slave about invalid resources.
+            /// The message of the unit about invalid resources.
             pub fn open(
                 self,
                 resources: Vec<(String, Vec<u8>)>,
             ) -> Result<Box<dyn crate::run::Running>, String> {
                 let resources = &Resources::from(resources);
-                let slave: Box<dyn crate::run::Running> =
+                let unit: Box<dyn crate::run::Running> =
                     match self { $(Self::$name => Box::new(crate::$name::open(resources)?)),* };
-                Ok(slave)
+                Ok(unit)
             }
         }
     };

@@ -3,7 +3,7 @@
 use self::Variable as V;
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
@@ -134,7 +134,7 @@ impl LateralPid {
     }
 }
 
-impl Slave for LateralPid {
+impl CoSimulationUnit for LateralPid {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     /// The outputs are held between ticks and jump at them, so no derivative is useful.

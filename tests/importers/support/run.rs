@@ -1,9 +1,9 @@
-//! A co-simulation master over any importer.
+//! Co-simulation over any importer.
 //!
 //! Written against the FMI 2.0 text and the interfaces of the FMUs alone, like the one in
 //! tests/python: neither knows anything of the Rust host in fmu/host.
 
-use super::Master;
+use super::LoopCoupling;
 
 /// One FMU in an importer, its variables by name; Booleans are 1 and 0.
 pub(crate) trait Unit {
@@ -25,12 +25,12 @@ pub(crate) type Wire<'a> = (Port<'a>, Port<'a>);
 pub(crate) fn run<U: Unit>(
     units: &mut [U],
     wires: &[Wire<'_>],
-    master: Master,
+    coupling: LoopCoupling,
     steps: usize,
     step: f64,
     record: &[Port<'_>],
 ) -> Vec<Vec<f64>> {
-    // What stands on the wires; a Jacobi master reads all before it sets any.
+    // What stands on the wires; a Jacobi coupling reads all before it sets any.
     let read = |units: &mut [U]| -> Vec<f64> {
         wires.iter().map(|((unit, output), _)| units[*unit].get(output)).collect()
     };
@@ -60,7 +60,7 @@ pub(crate) fn run<U: Unit>(
         for sink in 0..units.len() {
             feed(units, sink, &values);
             units[sink].step(k as f64 * step, step);
-            if master == Master::GaussSeidel {
+            if coupling == LoopCoupling::GaussSeidel {
                 values = read(units);
             }
         }

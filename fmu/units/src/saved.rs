@@ -1,9 +1,9 @@
-//! States as bytes, for [`fmi2_export::Slave::save`] and `load`, and checks of values.
+//! States as bytes, for [`fmi2_export::CoSimulationUnit::save`] and `load`, and checks of values.
 //!
 //! The bytes are the layout version and those of postcard, in the order of the fields. A blob may be crafted, so all
 //! that was read is checked: numbers of the models by the models, values of variables against the table.
 
-use fmi2_export::{Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, VariableId};
 use model_description::{Causality, Value};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -40,13 +40,13 @@ pub(crate) fn refuse(error: &steerwright_models::Error) -> String {
 }
 
 /// Refuses inputs and parameters that no importer could have set.
-pub(crate) fn check_settable<S: Slave>(slave: &mut S) -> Result<(), String> {
+pub(crate) fn check_settable<S: CoSimulationUnit>(unit: &mut S) -> Result<(), String> {
     for row in S::TABLE.variables {
         let settable = matches!(row.causality, Causality::Input | Causality::Parameter);
         let Some(variable) = S::Variable::from_reference(row.reference).filter(|_| settable) else {
             continue;
         };
-        let Value::Real(value) = slave.get(variable) else { continue };
+        let Value::Real(value) = unit.get(variable) else { continue };
         let (min, max) = (row.min.unwrap_or(f64::MIN), row.max.unwrap_or(f64::MAX));
         // Written so that NaN fails.
         if !(value >= min && value <= max) {
@@ -57,10 +57,10 @@ pub(crate) fn check_settable<S: Slave>(slave: &mut S) -> Result<(), String> {
 }
 
 /// Refuses a start from which an output is beyond all numbers.
-pub(crate) fn outputs_are_finite<S: Slave>(slave: &mut S) -> Result<(), String> {
+pub(crate) fn outputs_are_finite<S: CoSimulationUnit>(unit: &mut S) -> Result<(), String> {
     for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Output) {
         let Some(variable) = S::Variable::from_reference(row.reference) else { continue };
-        if let Value::Real(value) = slave.get(variable)
+        if let Value::Real(value) = unit.get(variable)
             && !value.is_finite()
         {
             return Err(format!(

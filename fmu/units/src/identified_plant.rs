@@ -4,7 +4,9 @@ use self::Variable as V;
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, variables};
+use fmi2_export::{
+    Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, variables,
+};
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use std::sync::Arc;
@@ -14,7 +16,7 @@ use steerwright_models::sensitivity::{self, Factor};
 
 variables! {
     /// Variables of the identified plant. Without feedthrough no output depends on an input at a
-    /// communication point; where a model has one, `Slave::dependency` returns it. The states are
+    /// communication point; where a model has one, `CoSimulationUnit::dependency` returns it. The states are
     /// listed by the layer.
     Variable of IdentifiedPlant, "IdentifiedPlant", "lateral dynamics identified from a drive: steering angle in, yaw rate and pose out";
     SteeringAngle = 0, real "steering_angle", Input, Continuous, at plant.steering_angle,
@@ -89,7 +91,7 @@ impl IdentifiedPlant {
     }
 }
 
-impl Slave for IdentifiedPlant {
+impl CoSimulationUnit for IdentifiedPlant {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;

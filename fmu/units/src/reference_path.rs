@@ -3,7 +3,7 @@
 use self::Variable as V;
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
@@ -145,7 +145,7 @@ impl ReferencePath {
     }
 }
 
-impl Slave for ReferencePath {
+impl CoSimulationUnit for ReferencePath {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     /// The outputs are held between steps, and a path of points has no derivatives by the inputs.
@@ -158,7 +158,7 @@ impl Slave for ReferencePath {
         let (x, y, yaw) =
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
-        let slave = Self {
+        let unit = Self {
             parameters: steerwright_models::files::guidance_parameters(
                 &path.guidance,
                 path.speed_mps,
@@ -169,7 +169,7 @@ impl Slave for ReferencePath {
             phase: Phase::BeforeFirstStep { last_read: inputs },
             searched: None,
         };
-        with_start_values(slave, resources)
+        with_start_values(unit, resources)
     }
 
     #[inline]

@@ -4,7 +4,9 @@ use self::Variable as V;
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, variables};
+use fmi2_export::{
+    Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, variables,
+};
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use steerwright_models::sensitivity::{self, Factor};
@@ -133,7 +135,7 @@ fn by_parameter(unknown: Unknown<V>, parameter: V) -> bool {
     }
 }
 
-impl Slave for BicyclePlant {
+impl CoSimulationUnit for BicyclePlant {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;

@@ -13,16 +13,16 @@ pub trait VariableId: Copy + 'static {
     fn spec(self) -> &'static VariableSpec;
 }
 
-/// The optional capabilities of a slave; each field is a capability flag of the description.
+/// The optional capabilities of a unit; each field is a capability flag of the description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities {
-    /// [`Slave::set_input_derivative`] has an effect: `canInterpolateInputs`.
+    /// [`CoSimulationUnit::set_input_derivative`] has an effect: `canInterpolateInputs`.
     pub interpolates_inputs: bool,
-    /// [`Slave::output_derivative`] is implemented: `maxOutputDerivativeOrder` is 1.
+    /// [`CoSimulationUnit::output_derivative`] is implemented: `maxOutputDerivativeOrder` is 1.
     pub output_derivatives: bool,
     /// Directional derivatives are available: `providesDirectionalDerivative`.
     pub directional_derivatives: bool,
-    /// [`Slave::save`] and [`Slave::load`] are implemented: `canSerializeFMUstate`.
+    /// [`CoSimulationUnit::save`] and [`CoSimulationUnit::load`] are implemented: `canSerializeFMUstate`.
     pub serializes: bool,
 }
 
@@ -81,12 +81,12 @@ pub enum Known<V> {
 /// The model of an FMU: everything that the C layer needs.
 ///
 /// The state of an instance is the value itself: `fmi2GetFMUstate` clones it, `fmi2Reset` restores a
-/// clone of the value that [`Slave::open`] returned. Keep constant data behind an `Arc`.
+/// clone of the value that [`CoSimulationUnit::open`] returned. Keep constant data behind an `Arc`.
 ///
 /// The layer checks all arguments of these functions: the call is legal in the instance's state,
 /// values have the row's type, are finite and within its limits, times are finite and increase. A
 /// panic becomes `fmi2Fatal` for this instance only.
-pub trait Slave: Clone + Send + Sized + 'static {
+pub trait CoSimulationUnit: Clone + Send + Sized + 'static {
     /// Its variables.
     type Variable: VariableId;
 
@@ -139,7 +139,7 @@ pub trait Slave: Clone + Send + Sized + 'static {
     }
 
     /// Sets the initial value of a settable state. Called before the first step; afterwards only on
-    /// clones, for the central differences of [`Slave::partial_derivative`].
+    /// clones, for the central differences of [`CoSimulationUnit::partial_derivative`].
     fn set_state(&mut self, _index: usize, _value: f64) {}
 
     /// Sets the time derivative of an input (its unit per second) within the next step. The layer
@@ -180,14 +180,14 @@ pub trait Slave: Clone + Send + Sized + 'static {
         None
     }
 
-    /// Everything that can differ from a slave opened from the same resources, as bytes; equal states
+    /// Everything that can differ from a unit opened from the same resources, as bytes; equal states
     /// return equal bytes. The layer saves the derivatives of inputs itself.
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }
 
-    /// Restores the bytes of [`Slave::save`], possibly from another process. `self` is a slave that
-    /// [`Slave::open`] returned. The checksum of the bytes is correct, but they may still be invalid.
+    /// Restores the bytes of [`CoSimulationUnit::save`], possibly from another process. `self` is a unit that
+    /// [`CoSimulationUnit::open`] returned. The checksum of the bytes is correct, but they may still be invalid.
     ///
     /// # Errors
     /// A message for the log; the instance keeps its state.

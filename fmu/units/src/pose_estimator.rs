@@ -3,7 +3,7 @@
 use self::Variable as V;
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
-use fmi2_export::{Capabilities, Log, Resources, Slave, variables};
+use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::{Nothing, On};
 use model_description::{Table, Value};
 use steerwright_models::{PoseParameters, SavedPose};
@@ -106,7 +106,7 @@ impl PoseEstimator {
     }
 }
 
-impl Slave for PoseEstimator {
+impl CoSimulationUnit for PoseEstimator {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     /// The outputs are those of the last step, held until the next, and jump at a fix.

@@ -1,9 +1,9 @@
-//! An FMU's slave run in this process, without its C symbols: the code that its library runs.
+//! An FMU's unit run in this process, without its C symbols: the code that its library runs.
 
-use fmi2_export::{Log, Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, Log, VariableId};
 use model_description::Value;
 
-/// A [`Slave`] of any FMU after [`crate::Fmu::open`], without the checks of the FMI layer.
+/// A [`CoSimulationUnit`] of any FMU after [`crate::Fmu::open`], without the checks of the FMI layer.
 pub trait Running {
     /// The value of the variable with that reference, if there is one.
     fn get(&mut self, reference: u32) -> Option<Value>;
@@ -14,32 +14,32 @@ pub trait Running {
     /// Leaves initialization at `start_time` (s).
     ///
     /// # Errors
-    /// The message of the slave.
+    /// The message of the unit.
     fn exit_initialization(&mut self, start_time: f64) -> Result<(), String>;
 
     /// Advances from `time` by `step` (s).
     ///
     /// # Errors
-    /// The message of the slave.
+    /// The message of the unit.
     fn step(&mut self, time: f64, step: f64) -> Result<(), String>;
 }
 
-impl<S: Slave> Running for S {
+impl<S: CoSimulationUnit> Running for S {
     fn get(&mut self, reference: u32) -> Option<Value> {
-        S::Variable::from_reference(reference).map(|variable| Slave::get(self, variable))
+        S::Variable::from_reference(reference).map(|variable| CoSimulationUnit::get(self, variable))
     }
 
     fn set(&mut self, reference: u32, value: &Value) {
         if let Some(variable) = S::Variable::from_reference(reference) {
-            Slave::set(self, variable, value);
+            CoSimulationUnit::set(self, variable, value);
         }
     }
 
     fn exit_initialization(&mut self, start_time: f64) -> Result<(), String> {
-        Slave::exit_initialization(self, start_time, &mut Log::default())
+        CoSimulationUnit::exit_initialization(self, start_time, &mut Log::default())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), String> {
-        Slave::step(self, time, step, &mut Log::default())
+        CoSimulationUnit::step(self, time, step, &mut Log::default())
     }
 }

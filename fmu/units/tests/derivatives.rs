@@ -6,7 +6,7 @@ use crate::common;
 
 use common::{PLAIN, bicycle, get, identified, kinds, nonlinear, set, start, step, variable};
 use fmi2_export::model_description::{Causality, DependencyKind, DependsOn, Kind as Type};
-use fmi2_export::{Known, Slave, Unknown, VariableId};
+use fmi2_export::{CoSimulationUnit, Known, Unknown, VariableId};
 use std::fmt::Debug;
 
 /// Numbers between two limits, always the same ones.
@@ -19,30 +19,30 @@ fn random() -> impl FnMut(f64, f64) -> f64 {
     }
 }
 
-fn rows<S: Slave>(causality: Causality) -> Vec<&'static str> {
+fn rows<S: CoSimulationUnit>(causality: Causality) -> Vec<&'static str> {
     let rows = S::TABLE.variables.iter();
     rows.filter(|r| r.causality == causality && r.kind == Type::Real).map(|r| r.name).collect()
 }
 
-fn unknowns<S: Slave>(slave: &S) -> Vec<Unknown<S::Variable>> {
-    let n = slave.states().len();
+fn unknowns<S: CoSimulationUnit>(unit: &S) -> Vec<Unknown<S::Variable>> {
+    let n = unit.states().len();
     let outputs =
         rows::<S>(Causality::Output).into_iter().map(|r| Unknown::Variable(variable::<S>(r)));
     outputs.chain((0..n).map(Unknown::Derivative)).chain((0..n).map(Unknown::State)).collect()
 }
 
-fn value<S: Slave>(slave: &mut S, unknown: Unknown<S::Variable>) -> f64 {
+fn value<S: CoSimulationUnit>(unit: &mut S, unknown: Unknown<S::Variable>) -> f64 {
     match unknown {
-        Unknown::Variable(v) => get(slave, v.spec().name),
-        Unknown::Derivative(i) => slave.state_derivative(i),
-        Unknown::State(i) => slave.state(i),
+        Unknown::Variable(v) => get(unit, v.spec().name),
+        Unknown::Derivative(i) => unit.state_derivative(i),
+        Unknown::State(i) => unit.state(i),
     }
 }
 
 /// What can be varied before the start: Real inputs and parameters, and states, of which those
 /// that cannot be set are varied by the parameter they follow.
-fn knowns<S: Slave>(slave: &S) -> Vec<(Known<S::Variable>, Change)> {
-    let n = slave.states().len();
+fn knowns<S: CoSimulationUnit>(unit: &S) -> Vec<(Known<S::Variable>, Change)> {
+    let n = unit.states().len();
     let names = rows::<S>(Causality::Input).into_iter().chain(rows::<S>(Causality::Parameter));
     let variables =
         names.map(|name| (Known::Variable(variable::<S>(name)), Change::Variable(name)));
@@ -63,29 +63,29 @@ enum Change {
     State(usize),
 }
 
-fn vary<S: Slave>(slave: &S, change: Change, by: f64) -> S {
-    let mut slave = slave.clone();
+fn vary<S: CoSimulationUnit>(unit: &S, change: Change, by: f64) -> S {
+    let mut unit = unit.clone();
     match change {
         Change::Variable(name) => {
-            let before = get(&mut slave, name);
-            set(&mut slave, name, before + by);
+            let before = get(&mut unit, name);
+            set(&mut unit, name, before + by);
         }
         Change::State(i) => {
-            let before = slave.state(i);
-            slave.set_state(i, before + by);
+            let before = unit.state(i);
+            unit.set_state(i, before + by);
         }
     }
-    slave
+    unit
 }
 
 /// Random instances in initialization mode.
-fn samples<S: Slave>(slave: &S, speeds: &[f64]) -> Vec<S> {
+fn samples<S: CoSimulationUnit>(unit: &S, speeds: &[f64]) -> Vec<S> {
     let mut random = random();
-    let n = slave.states().len() - 3;
+    let n = unit.states().len() - 3;
     speeds
         .iter()
         .map(|&speed| {
-            let mut s = slave.clone();
+            let mut s = unit.clone();
             set(&mut s, "speed", speed);
             set(&mut s, "steering_angle", random(-0.5, 0.5));
             set(&mut s, "initial_yaw", random(-3.0, 3.0));
@@ -98,14 +98,14 @@ fn samples<S: Slave>(slave: &S, speeds: &[f64]) -> Vec<S> {
 
 /// Partial derivatives against central differences; zero for every value where there is no
 /// dependency, and not always zero where there is one; of a constant factor, always the same.
-fn check<S: Slave>(slave: &S, label: impl Debug, speeds: &[f64])
+fn check<S: CoSimulationUnit>(unit: &S, label: impl Debug, speeds: &[f64])
 where
     S::Variable: Debug,
 {
-    let samples = samples(slave, speeds);
-    for unknown in unknowns(slave) {
-        for (known, change) in knowns(slave) {
-            let dependency = slave.dependency(unknown, known);
+    let samples = samples(unit, speeds);
+    for unknown in unknowns(unit) {
+        for (known, change) in knowns(unit) {
+            let dependency = unit.dependency(unknown, known);
             let place = format!("{label:?}: {unknown:?} by {known:?}, {dependency:?}");
             let mut seen: Vec<f64> = Vec::new();
             for sample in &samples {
@@ -160,7 +160,7 @@ fn partial_derivatives_of_the_bicycle() {
 /// Where the table lists dependencies it lists the same: for a model without feedthrough.
 #[test]
 fn the_tables_agree() {
-    fn agree<S: Slave>(slave: &S)
+    fn agree<S: CoSimulationUnit>(unit: &S)
     where
         S::Variable: Debug,
     {
@@ -173,7 +173,7 @@ fn the_tables_agree() {
             let unknown = Unknown::Variable(variable::<S>(row.name));
             for known in S::TABLE.variables {
                 let dependency =
-                    slave.dependency(unknown, Known::Variable(variable::<S>(known.name)));
+                    unit.dependency(unknown, Known::Variable(variable::<S>(known.name)));
                 let place = format!("{} by {}", row.name, known.name);
                 match known.causality {
                     Causality::Input => {
@@ -207,21 +207,21 @@ fn the_tables_agree() {
 
 /// The derivative of each state is how fast it moves in the next moment, and that of each output
 /// too; with a ramp, in the middle of a drive.
-fn check_rates<S: Slave>(mut slave: S, label: impl Debug) {
-    let speed = get(&mut slave, "speed");
-    start(&mut slave);
+fn check_rates<S: CoSimulationUnit>(mut unit: S, label: impl Debug) {
+    let speed = get(&mut unit, "speed");
+    start(&mut unit);
     for k in 0..40 {
-        set(&mut slave, "steering_angle", 0.1 * (f64::from(k) * 0.4).sin());
-        slave.set_input_derivative(variable::<S>("steering_angle"), 0.3);
-        step(&mut slave, 0.0073);
+        set(&mut unit, "steering_angle", 0.1 * (f64::from(k) * 0.4).sin());
+        unit.set_input_derivative(variable::<S>("steering_angle"), 0.3);
+        step(&mut unit, 0.0073);
     }
     let (angle, slope) = (0.07, -0.6);
-    set(&mut slave, "steering_angle", angle);
-    slave.set_input_derivative(variable::<S>("steering_angle"), slope);
+    set(&mut unit, "steering_angle", angle);
+    unit.set_input_derivative(variable::<S>("steering_angle"), slope);
     let outputs = rows::<S>(Causality::Output);
-    let n = slave.states().len();
+    let n = unit.states().len();
     let at = |h: f64| -> Vec<f64> {
-        let mut s = slave.clone();
+        let mut s = unit.clone();
         if h > 0.0 {
             step(&mut s, h);
             set(&mut s, "steering_angle", angle + slope * h);
@@ -234,10 +234,10 @@ fn check_rates<S: Slave>(mut slave: S, label: impl Debug) {
     let (now, one, two) = (at(0.0), at(h), at(2.0 * h));
     let expected: Vec<f64> = outputs
         .iter()
-        .map(|name| slave.output_derivative(variable::<S>(name)))
+        .map(|name| unit.output_derivative(variable::<S>(name)))
         .collect::<Vec<_>>()
         .into_iter()
-        .chain((0..n).map(|i| slave.state_derivative(i)))
+        .chain((0..n).map(|i| unit.state_derivative(i)))
         .collect();
     for (i, expected) in expected.iter().enumerate() {
         let seen = (4.0 * one[i] - two[i] - 3.0 * now[i]) / (2.0 * h);
@@ -271,22 +271,22 @@ fn derivatives_by_time() {
 /// States: how many, which can be set, what they start at, and that they survive the start.
 #[test]
 fn states_start_where_they_are_set() {
-    fn check<S: Slave>(mut slave: S, settable: usize) {
-        let specs = slave.states();
+    fn check<S: CoSimulationUnit>(mut unit: S, settable: usize) {
+        let specs = unit.states();
         assert_eq!(specs.len(), settable + 3);
         for (i, spec) in specs.iter().enumerate() {
             assert_eq!(spec.settable, i < settable);
-            assert_eq!(slave.state(i), 0.0);
-            slave.set_state(i, 0.1 * (i + 1) as f64);
+            assert_eq!(unit.state(i), 0.0);
+            unit.set_state(i, 0.1 * (i + 1) as f64);
         }
         for started in [false, true] {
             if started {
-                start(&mut slave);
+                start(&mut unit);
             }
             for i in 0..settable {
-                assert_eq!(slave.state(i), 0.1 * (i + 1) as f64);
+                assert_eq!(unit.state(i), 0.1 * (i + 1) as f64);
             }
-            assert_eq!(slave.state(settable), 0.0, "yaw follows initial_yaw");
+            assert_eq!(unit.state(settable), 0.0, "yaw follows initial_yaw");
         }
     }
     check(identified(PLAIN), 3);
@@ -307,7 +307,7 @@ fn states_start_where_they_are_set() {
 /// A speed's derivative does nothing, and that is logged once.
 #[test]
 fn speed_is_held() {
-    fn held<S: Slave>(mut plant: S) {
+    fn held<S: CoSimulationUnit>(mut plant: S) {
         start(&mut plant);
         let mut other = plant.clone();
         plant.set_input_derivative(variable::<S>("speed"), 3.0);

@@ -1,4 +1,4 @@
-"""A co-simulation master over fmpy's FMU2Slave, Gauss–Seidel or Jacobi.
+"""Co-simulation over fmpy's FMU2Slave, Gauss–Seidel or Jacobi.
 
 Written against the FMI 2.0 text and interfaces of the FMUs alone, so that it can disagree with
 the Rust host.
@@ -67,7 +67,7 @@ class Wire:
 def run(
     units: list[Unit],
     wires: list[Wire],
-    master: str,
+    coupling: str,
     steps: int,
     step: float,
     record: list[str],
@@ -104,7 +104,7 @@ def run(
         for unit in units:
             feed(unit, values)
             unit.fmu.doStep(currentCommunicationPoint=k * step, communicationStepSize=step)
-            if master == "gauss_seidel":
+            if coupling == "gauss_seidel":
                 values = read()
         rows.append(row((k + 1) * step))
     return np.array(rows)

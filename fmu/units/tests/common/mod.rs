@@ -2,10 +2,10 @@
 #![allow(dead_code, unreachable_pub)]
 
 use fmi2_export::model_description::Value;
-use fmi2_export::{Log, Resources, Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, Log, Resources, VariableId};
 use steerwright_formats::{Document, InputKind, Matrix, Plant};
 use steerwright_models::linear::discretize;
-use steerwright_slaves::{
+use steerwright_units::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 
@@ -180,16 +180,16 @@ pub fn path_over_speed(
 }
 
 /// The variable of that name.
-pub fn variable<S: Slave>(name: &str) -> S::Variable {
+pub fn variable<S: CoSimulationUnit>(name: &str) -> S::Variable {
     S::Variable::from_reference(S::TABLE.named(name).unwrap().reference).unwrap()
 }
 
-pub fn set<S: Slave>(slave: &mut S, name: &str, value: f64) {
-    slave.set(variable::<S>(name), &Value::Real(value));
+pub fn set<S: CoSimulationUnit>(unit: &mut S, name: &str, value: f64) {
+    unit.set(variable::<S>(name), &Value::Real(value));
 }
 
-pub fn get<S: Slave>(slave: &mut S, name: &str) -> f64 {
-    match slave.get(variable::<S>(name)) {
+pub fn get<S: CoSimulationUnit>(unit: &mut S, name: &str) -> f64 {
+    match unit.get(variable::<S>(name)) {
         Value::Real(value) => value,
         Value::Integer(value) => f64::from(value),
         Value::Boolean(value) => f64::from(u8::from(value)),
@@ -197,10 +197,10 @@ pub fn get<S: Slave>(slave: &mut S, name: &str) -> f64 {
     }
 }
 
-pub fn start<S: Slave>(slave: &mut S) {
-    slave.exit_initialization(0.0, &mut Log::default()).unwrap();
+pub fn start<S: CoSimulationUnit>(unit: &mut S) {
+    unit.exit_initialization(0.0, &mut Log::default()).unwrap();
 }
 
-pub fn step<S: Slave>(slave: &mut S, h: f64) {
-    slave.step(0.0, h, &mut Log::default()).unwrap();
+pub fn step<S: CoSimulationUnit>(unit: &mut S, h: f64) {
+    unit.step(0.0, h, &mut Log::default()).unwrap();
 }
