@@ -1,7 +1,7 @@
 //! Errors of the command line: message, hint, exit status.
 
-use crate::console;
-use crate::program;
+use crate::process::program;
+use crate::terminal::console;
 use std::fmt;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};

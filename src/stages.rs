@@ -3,10 +3,10 @@
 //! Each function has the options of one subcommand, by name and text, with the same defaults and checks; so
 //! whatever calls them reads and computes what the command line does. [`options`] describes them.
 
-use crate::identify::accumulated::{check_factor_options, merged};
+use crate::commands::identify::accumulated::{check_factor_options, merged};
+use crate::commands::{accumulate, design as design_command, identify as identify_command};
 use crate::output::{Kind, Outputs};
-use crate::progress::{self, Progress};
-use crate::{accumulate, design as design_command, identify as identify_command};
+use crate::terminal::progress::{self, Progress};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
@@ -21,7 +21,7 @@ use steerwright_sysid::structures::IdentifiedModel;
 use steerwright_sysid::{Accumulated, Traces};
 
 pub use crate::failure::Failure;
-pub use crate::progress::Observer;
+pub use crate::terminal::progress::Observer;
 /// A temporary folder that a killed process does not leave for good.
 pub use steerwright_host::Scratch;
 
@@ -123,7 +123,7 @@ struct ReadArguments {
     #[arg(long, value_name = Response::WORDS, default_value = "yaw-rate")]
     response: Response,
     #[command(flatten)]
-    log: crate::log_options::LogArguments,
+    log: crate::options::log::LogArguments,
 }
 
 /// Reads a log, with the options of `read`.

@@ -8,7 +8,7 @@
 use super::identity::{Identity, resolved};
 use super::manifest::{self, Manifest};
 use crate::failure::Failure;
-use crate::program::INTERRUPTED;
+use crate::process::program::INTERRUPTED;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

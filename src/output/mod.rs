@@ -6,8 +6,8 @@ mod identity;
 mod kind;
 mod manifest;
 
-use crate::console;
 use crate::failure::Failure;
+use crate::terminal::console;
 use identity::{Identity, is_character_device, is_fifo, is_open_file, is_stdout};
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};

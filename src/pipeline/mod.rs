@@ -4,12 +4,12 @@
 
 mod present;
 
-use crate::evidence;
+use crate::commands::identify::Wanted;
+use crate::documents::feasibility::Feasibility;
+use crate::documents::gate::GateArguments;
 use crate::failure::Failure;
-use crate::feasibility::Feasibility;
-use crate::gate::GateArguments;
-use crate::identify::Wanted;
-use crate::progress::Progress;
+use crate::terminal::evidence;
+use crate::terminal::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::Loop;
 use steerwright_control::paths::{self, PointOptions};

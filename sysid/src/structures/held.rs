@@ -7,9 +7,9 @@ use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::sideslip::{FromFixes, sideslip};
 use crate::structures::bicycle::wheelbase;
-use crate::validation::open_hold::{HoldEvidence, Preferred, matters, preferred};
-use crate::validation::steering_faults::SteeringFaults;
-use crate::validation::uncertain_response::{
+use crate::validation::faults::open_hold::{HoldEvidence, Preferred, matters, preferred};
+use crate::validation::faults::steering_faults::SteeringFaults;
+use crate::validation::response::uncertain_response::{
     ResponseError, uncertain_response, with_half_a_period,
 };
 use std::borrow::Cow;

@@ -13,7 +13,7 @@ use crate::structures::bicycle::parameters::{
 use crate::structures::bicycle::simulation::Simulation;
 use crate::structures::bicycle::uncertainty::{covariance_factor, deviation};
 use crate::structures::held::Read;
-use crate::validation::steering_faults::SteeringFaults;
+use crate::validation::faults::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 

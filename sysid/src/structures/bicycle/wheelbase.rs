@@ -10,8 +10,8 @@ use crate::structures::bicycle::parameters::{Combination, Geometry, combinations
 use crate::structures::bicycle::simulate::within;
 use crate::structures::bicycle::simulation::segments;
 use crate::structures::bicycle::uncertainty::{LARGEST_ERROR, covariance, deviation};
-use crate::validation::pairs::pairs;
 use crate::validation::plausible::opposite;
+use crate::validation::residuals::pairs::pairs;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::standard_deviation;
 

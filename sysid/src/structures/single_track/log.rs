@@ -19,7 +19,7 @@ use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::quality::{check_signs, quality};
 use crate::structures::single_track::vehicle::VehicleOptions;
 use crate::structures::state_space::plant::Traces;
-use crate::validation::one_sided;
+use crate::validation::residuals::one_sided;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response, Role};
 use steerwright_formats::{
