@@ -249,7 +249,7 @@ pub(crate) enum Outcome {
 
 impl Outcome {
     /// Of an identification: a model that failed validation is a requirement not met.
-    pub(crate) fn of(quality: &steerwright_formats::Quality) -> Self {
+    pub(crate) fn from_quality(quality: &steerwright_formats::Quality) -> Self {
         Self::when(quality.allows_design())
     }
 

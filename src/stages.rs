@@ -168,7 +168,7 @@ pub fn accumulate(source: Source, options: Options<'_>) -> Result<Accumulated, F
     let progress = Progress::start("reading the logs");
     match source {
         Source::Files(paths) => {
-            merged(paths.iter().map(|path| accumulate::one(path, &options, &progress)))
+            merged(paths.iter().map(|path| accumulate::accumulate_drive(path, &options, &progress)))
         }
         Source::Tables(tables) => merged(tables.into_iter().map(|(name, columns)| {
             Ok(Accumulated::of_recording(in_memory(&name, columns)?, &options)?)
@@ -220,7 +220,7 @@ pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String
     let specified = arguments.specification.read()?;
     let model = Model::from_json(document, file)?;
     arguments.gate.check(file, model.quality())?;
-    let source = SourceFile::of(file.as_ref(), document.as_bytes());
+    let source = SourceFile::from_bytes(file.as_ref(), document.as_bytes());
     let progress = Progress::start("designing");
     let plant = DesignPlant::from_model(&model)?;
     let pid = design_command::designed(
@@ -255,13 +255,13 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
     let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
     let kinds = [
-        Kind::of::<Pid>(),
-        Kind::of::<PathFile>(),
-        Kind::of::<Torque>(),
-        Kind::of::<AccumulatedDrives>(),
-        Kind::of::<Plant>(),
-        Kind::of::<Bicycle>(),
-        Kind::of::<Vehicle>(),
+        Kind::for_document::<Pid>(),
+        Kind::for_document::<PathFile>(),
+        Kind::for_document::<Torque>(),
+        Kind::for_document::<AccumulatedDrives>(),
+        Kind::for_document::<Plant>(),
+        Kind::for_document::<Bicycle>(),
+        Kind::for_document::<Vehicle>(),
     ];
     let has =
         |kind: &Kind| matches!(kind, Kind::Document(schema) if tag.schema.starts_with(schema));

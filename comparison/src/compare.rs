@@ -215,7 +215,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         .iter()
         .map(|run| {
             let limits = plants[run.plant].model.map_or(limits, |_| Limits::default());
-            outcome::of(run, &controllers[run.controller], limits)
+            outcome::outcome_of_run(run, &controllers[run.controller], limits)
         })
         .collect();
     let verdict = Compared {

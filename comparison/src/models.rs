@@ -75,7 +75,7 @@ pub fn models(files: Vec<(PathBuf, SourceFile, Model)>) -> Result<Vec<ComparedMo
     let paths: Vec<PathBuf> = files.iter().map(|(path, ..)| path.clone()).collect();
     let mut models: Vec<ComparedModel> = Vec::new();
     for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
-        let failed = |e| Error::from(e).of(path.display());
+        let failed = |e| Error::from(e).within(path.display());
         let design = DesignPlant::from_model(&document).map_err(failed)?;
         models.push(ComparedModel { label, path, source, document, design });
     }
@@ -143,7 +143,7 @@ pub(crate) fn controllers(
         let own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
         if own.is_empty() {
             let pid = steerwright_control::design(&model.design, &model.source, &options)
-                .map_err(|e| Error::from(e).of(model.path.display()))?;
+                .map_err(|e| Error::from(e).within(model.path.display()))?;
             all.push(Controller::new(model.label.clone(), (index, model), pid, None, coupling)?);
             continue;
         }
@@ -154,7 +154,7 @@ pub(crate) fn controllers(
             let label =
                 if several { format!("{} ({name})", model.label) } else { model.label.clone() };
             let controller = Controller::new(label, (index, model), pid, Some(source), coupling);
-            all.push(controller.map_err(|e| e.of(path.display()))?);
+            all.push(controller.map_err(|e| e.within(path.display()))?);
         }
     }
     if all.len() < 2 {

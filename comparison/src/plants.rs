@@ -68,7 +68,7 @@ impl Setting<'_> {
     fn plant(&self, label: String, model: Option<usize>, archive: Archive) -> Result<Plant, Error> {
         let expected = self.expected_gain();
         let angle = TURN_MPS2 / (self.road.speed_mps * expected);
-        let turn = |angle: f64| self.turn(&archive, angle).map_err(|e| e.of(&label));
+        let turn = |angle: f64| self.turn(&archive, angle).map_err(|e| e.within(&label));
         let (left, right) = (turn(angle)?, turn(-angle)?);
         // Half the difference of both: a response that is the same to both sides has other causes.
         let [turning, held] = [0, 1].map(|i| left[i].less(&right[i]));

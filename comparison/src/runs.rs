@@ -50,7 +50,7 @@ impl Setting<'_> {
             for (place, plant) in plants.iter().enumerate() {
                 let run = self.run((index, controller), (place, plant), &road, &path, &pid);
                 let what = format!("the controller of {} on {}", controller.label, plant.label);
-                runs.push(run.map_err(|e| e.of(what))?);
+                runs.push(run.map_err(|e| e.within(what))?);
             }
         }
         Ok(runs)
@@ -96,7 +96,7 @@ impl Setting<'_> {
             controller: controller_index,
             plant: plant_index,
             errors: track.errors(),
-            effort: Effort::of(&track),
+            effort: Effort::from_track(&track),
             off_path_at_m: self.off_path_at(&track),
             csv,
             track,
@@ -163,7 +163,7 @@ fn with_pose_alone(mut recording: Recording, plant: &str) -> Recording {
 }
 
 impl Effort {
-    fn of(track: &Track) -> Self {
+    fn from_track(track: &Track) -> Self {
         let angle = &track.steering_rad;
         let rates = angle
             .windows(2)

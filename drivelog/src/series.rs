@@ -152,7 +152,7 @@ impl Series {
     }
 
     /// The channel on a grid: the steering as it drives a model whose input is held.
-    pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
+    pub(crate) fn interpolate(&self, grid: &Grid) -> Vec<f64> {
         let becomes = match self.role {
             Role::Steering => Becomes::Held(self.intersample),
             _ => return self.samples_on(grid),

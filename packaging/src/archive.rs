@@ -59,7 +59,7 @@ pub fn package(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let origin = Origin::of(fmu, document, file)?;
+    let origin = Origin::new(fmu, document, file)?;
     let sample_time = match fmu {
         Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
         _ => None,
@@ -89,7 +89,7 @@ pub fn package(
     description.license = Some("MIT OR Apache-2.0".into());
     description.vendor_annotations = vec![origin.annotation()];
 
-    let icon = icons::of(fmu);
+    let icon = icons::icon(fmu);
     let reference = reference::run(fmu, document, file, entries, &description, step)?;
     let extra = format!("extra/{DOMAIN}");
     let mut sorted = platforms.clone();
@@ -134,7 +134,7 @@ fn platforms(fmu: Fmu, binaries: &[Binary<'_>]) -> Result<Vec<(String, Platform)
         if platforms.iter().any(|(folder, _)| folder == platform) {
             return Err(Error::TwoBinaries { fmu: fmu.name(), platform: (*platform).to_owned() });
         }
-        platforms.push(((*platform).to_owned(), Platform::of(platform)?));
+        platforms.push(((*platform).to_owned(), Platform::from_folder(platform)?));
     }
     Ok(platforms)
 }

@@ -19,7 +19,7 @@ macro_rules! icon {
     };
 }
 
-pub(crate) const fn of(fmu: Fmu) -> Icon {
+pub(crate) const fn icon(fmu: Fmu) -> Icon {
     match fmu {
         Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
         Fmu::BicyclePlant => icon!("BicyclePlant"),

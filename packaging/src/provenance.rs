@@ -48,7 +48,7 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
+    pub(crate) fn new(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(Document::from_json(document, file)?),
             Fmu::BicyclePlant => bicycle(Document::from_json(document, file)?),

@@ -60,7 +60,7 @@ impl Arguments {
 }
 
 /// The R factor of one log.
-pub(crate) fn one(
+pub(crate) fn accumulate_drive(
     path: &Path,
     options: &AccumulateOptions,
     progress: &Progress,
@@ -77,14 +77,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let options = arguments.options()?;
     let out = Outputs::new(global.force, &arguments.logs)
-        .file(&arguments.out, Kind::of::<AccumulatedDrives>())?;
+        .file(&arguments.out, Kind::for_document::<AccumulatedDrives>())?;
     let progress = Progress::start("reading the logs");
-    let all = merged(
-        arguments
-            .logs
-            .iter()
-            .map(|path| if are_factors { factor(path) } else { one(path, &options, &progress) }),
-    )?;
+    let all = merged(arguments.logs.iter().map(|path| {
+        if are_factors { factor(path) } else { accumulate_drive(path, &options, &progress) }
+    }))?;
     drop(progress);
     let file = all.to_file();
     out.document(&file)?;

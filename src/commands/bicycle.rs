@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let out = Outputs::new(global.force, [&arguments.vehicle])
-        .file(&arguments.out, Kind::of::<Bicycle>())?;
+        .file(&arguments.out, Kind::for_document::<Bicycle>())?;
     let text = files::read_text(&arguments.vehicle)?;
     let bicycle =
         steerwright_control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;

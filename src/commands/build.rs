@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         text.push_str(&format!("\n{name} controller\n{summary}\n"));
     }
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
-    console::result(&text, &overview::of(&built))?;
+    console::result(&text, &overview::overview(&built))?;
     let identified = built.controllers.iter().find(|c| c.basis == pipeline::Basis::Identified);
     Ok(Outcome::when(identified.is_some_and(|c| c.pid.evidence.met)))
 }

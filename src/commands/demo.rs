@@ -167,7 +167,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         })?);
     }
     folder.commit()?;
-    let all: Vec<_> = built.iter().map(overview::of).collect();
+    let all: Vec<_> = built.iter().map(overview::overview).collect();
     console::result(&overview::table(&built), &all)?;
     // A weakly excited drive is there to show that no controller is designed on its model.
     Ok(Outcome::Done)

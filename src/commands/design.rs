@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let inputs = std::iter::once(&arguments.plant).chain(arguments.specification.files());
     let mut outputs = Outputs::new(global.force, inputs);
-    let out = outputs.file(&arguments.out, Kind::of::<Pid>())?;
+    let out = outputs.file(&arguments.out, Kind::for_document::<Pid>())?;
     let decided = |folder| outputs.files(folder, PLOTS, Kind::Svg);
     let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read()?;

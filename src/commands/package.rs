@@ -133,7 +133,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
             actuator: if archive.fmu.is_plant() { actuator } else { None },
-            platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
+            platforms: steerwright_binaries::libraries_of(archive.fmu.name())
+                .map(|l| l.platform)
+                .collect(),
             ..Written::default()
         });
     }

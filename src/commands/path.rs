@@ -66,7 +66,8 @@ enum PoorFixesName {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let inputs = [&arguments.track, &arguments.pid, &arguments.plant].into_iter().flatten();
-    let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::of::<PathFile>())?;
+    let out = Outputs::new(global.force, inputs)
+        .file(&arguments.out, Kind::for_document::<PathFile>())?;
     let mut outcome = Outcome::Done;
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
@@ -138,7 +139,7 @@ fn vehicle(
     }
     let model = Model::from_json(&text, &name)?;
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
-    path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
+    path.provenance.sources.push(SourceFile::from_bytes(file, text.as_bytes()));
     let sideslip = match (given, stated) {
         (Some(given), _) => given,
         (None, Some(stated)) => {
@@ -216,7 +217,7 @@ fn recorded(
 /// The path with the file that it was made from.
 fn of_this_version(mut path: PathFile, track: &Path, text: &str) -> PathFile {
     path.provenance.version = env!("CARGO_PKG_VERSION").into();
-    path.provenance.sources = vec![SourceFile::of(track, text.as_bytes())];
+    path.provenance.sources = vec![SourceFile::from_bytes(track, text.as_bytes())];
     path
 }
 

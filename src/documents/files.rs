@@ -70,5 +70,5 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
 pub(crate) fn read_document<D: Document>(path: &Path) -> Result<(D, SourceFile), Failure> {
     let text = read_text(path)?;
     let document = D::from_json(&text, &path.display().to_string())?;
-    Ok((document, SourceFile::of(path, text.as_bytes())))
+    Ok((document, SourceFile::from_bytes(path, text.as_bytes())))
 }

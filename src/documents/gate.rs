@@ -37,7 +37,7 @@ impl GateArguments {
         let file = path.display().to_string();
         let model = Model::from_json(&text, &file)?;
         self.check(&file, model.quality())?;
-        Ok((model, SourceFile::of(path, text.as_bytes()), text))
+        Ok((model, SourceFile::from_bytes(path, text.as_bytes()), text))
     }
 }
 

@@ -313,7 +313,8 @@ fn run_loops(
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
         let run = Loop { plant: archive, path: &path_archive, controller: &controller };
-        let csv = run.track(&path, pid.sample_time_s, COUPLING, &sideslip.at(speed))?.to_csv();
+        let csv =
+            run.track(&path, pid.sample_time_s, COUPLING, &sideslip.at_speed(speed))?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();
@@ -361,7 +362,7 @@ impl Writer {
         document.checked(name)?;
         let text = document.to_json();
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
+        Ok(SourceFile::from_bytes(Path::new(name), text.as_bytes()))
     }
 
     /// As [`Writer::document`], under the usual name.
@@ -369,7 +370,7 @@ impl Writer {
         let (name, text) = (model.structure().file_name(), model.to_json());
         model.checked(name)?;
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
+        Ok(SourceFile::from_bytes(Path::new(name), text.as_bytes()))
     }
 
     /// Packs a document's FMU into a folder below.

@@ -64,7 +64,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
     });
     for shortfall in &e.shortfalls {
         let (label, value): (&str, Box<dyn Fn(f64) -> String>) =
-            match Requirement::of(&shortfall.requirement) {
+            match Requirement::from_name(&shortfall.requirement) {
                 Some(r) => (r.label(), Box::new(move |v| r.text(v))),
                 None => (&shortfall.requirement, Box::new(|v| format!("{v:.4}"))),
             };
@@ -232,7 +232,8 @@ fn ranges(pid: &Pid, r: &Robustness) -> String {
     headers.extend(over_speed.then_some("at a speed of"));
     let mut table = Table::new(headers);
     for b in &r.latency {
-        let label = Requirement::of(&b.requirement).map_or(b.requirement.as_str(), |r| r.label());
+        let label =
+            Requirement::from_name(&b.requirement).map_or(b.requirement.as_str(), |r| r.label());
         let speed = r.speed.iter().find(|s| s.requirement == b.requirement);
         let mut row = vec![label.to_owned(), where_it_breaks(b, &|v| format!("{} ms", ms(v)))];
         let over_speeds = || "see over speed".into();

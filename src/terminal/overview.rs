@@ -46,7 +46,7 @@ struct TrackOverview {
 }
 
 /// A build for scripts.
-pub(crate) fn of(built: &Built) -> Overview<'_> {
+pub(crate) fn overview(built: &Built) -> Overview<'_> {
     let model = &built.model;
     Overview {
         name: model.name(),

@@ -82,7 +82,7 @@ fn reasons(over: &OverSpeed) -> String {
 fn worst<'a>(shortfalls: impl Iterator<Item = &'a Shortfall>) -> Option<String> {
     let beyond = |s: &Shortfall| (s.reached - s.required).abs();
     let worst = shortfalls.max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
-    let r = Requirement::of(&worst.requirement)?;
+    let r = Requirement::from_name(&worst.requirement)?;
     let (reached, required) = (r.text(worst.reached), r.text(worst.required));
     Some(format!("{} {reached} instead of {required}", r.label()))
 }

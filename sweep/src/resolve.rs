@@ -299,7 +299,7 @@ fn metrics(
         let convert = to_metric(found)?;
         let (kind, allowed) = (stated.kind, stated.at_most);
         let shows =
-            Shows::of(&found.1.name, kind, target, convert, allowed, max_cross_track_error_m);
+            Shows::new(&found.1.name, kind, target, convert, allowed, max_cross_track_error_m);
         let own = stated.unit.clone().or_else(|| found.1.unit.clone());
         metrics.push(Metric {
             name: stated.name.clone(),

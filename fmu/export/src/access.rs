@@ -24,7 +24,7 @@ pub(crate) enum Target<V> {
 impl<V> Target<V> {
     pub(crate) fn class(&self) -> Class {
         match self {
-            Self::Variable(_, row) => Class::of(row),
+            Self::Variable(_, row) => Class::from_row(row),
             Self::Exposed(exposed) => exposed.class(),
         }
     }

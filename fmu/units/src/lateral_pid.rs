@@ -104,7 +104,7 @@ impl LateralPid {
     /// The parameters that act at a speed, m/s.
     fn acting(&self, speed: f64) -> Cow<'_, PidParameters> {
         match &self.schedule {
-            Some(schedule) => Cow::Owned(schedule.at(&self.parameters, speed)),
+            Some(schedule) => Cow::Owned(schedule.parameters_at(&self.parameters, speed)),
             None => Cow::Borrowed(&self.parameters),
         }
     }

@@ -114,7 +114,7 @@ impl ReferencePath {
     /// The parameters that act at a speed, m/s.
     fn acting(&self, speed: f64) -> GuidanceParameters {
         let schedule = self.schedule.as_ref();
-        schedule.map_or(self.parameters, |schedule| schedule.at(&self.parameters, speed))
+        schedule.map_or(self.parameters, |schedule| schedule.parameters_at(&self.parameters, speed))
     }
 
     fn evaluate(&self, inputs: &Inputs) -> PathOutput {

@@ -54,13 +54,13 @@ pub(crate) fn run(
     let (inputs, outputs) = (of(Causality::Input), of(Causality::Output));
     let steps = steps(step);
     let every = steps.div_ceil(MOST_ROWS - 1);
-    let scenario = Scenario::of(fmu, document, file, f64::from(steps) * step)?;
+    let scenario = Scenario::new(fmu, document, file, f64::from(steps) * step)?;
 
     let mut input = Rows::new(&inputs);
     let mut result = Rows::new(&outputs);
     let mut largest = 0.0_f64;
     for k in 0..=steps {
-        let time = at(k, step);
+        let time = time_at(k, step);
         if k > 0 {
             // The step that ends here, with the inputs set at its beginning.
             let begin = f64::from(k - 1) * step;
@@ -103,7 +103,7 @@ pub(crate) fn run(
         input: "input.csv",
         result: "result.csv",
         start_time: 0.0,
-        stop_time: at(steps, step),
+        stop_time: time_at(steps, step),
         step_size: step,
         // A few parts in 1e12 where the numbers are large.
         absolute_tolerance: (largest * 1e-12).max(1e-9),
@@ -113,7 +113,7 @@ pub(crate) fn run(
 }
 
 /// The time after `k` steps, tidied unless steps are as small as the digits that would be cut.
-fn at(k: u32, step: f64) -> f64 {
+fn time_at(k: u32, step: f64) -> f64 {
     let time = f64::from(k) * step;
     if step >= 1e-6 { rounded(time) } else { time }
 }

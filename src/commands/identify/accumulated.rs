@@ -101,5 +101,5 @@ pub(crate) fn run(
     out.document(&plant)?;
     console::result(&evidence(&plant), &plant)?;
     console::note(format!("written to {out}"));
-    Ok(Outcome::of(&plant.quality))
+    Ok(Outcome::from_quality(&plant.quality))
 }

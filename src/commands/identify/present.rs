@@ -47,7 +47,7 @@ pub(super) fn present(
     };
     console::result(&text, model)?;
     console::note(format!("written to {out}{drawn}"));
-    Ok(Outcome::of(model.quality()))
+    Ok(Outcome::from_quality(model.quality()))
 }
 
 /// The evidence behind a model, for people.

@@ -119,7 +119,7 @@ impl Timed {
 fn archives() -> Vec<(String, Archive)> {
     let mut archives = Vec::new();
     for fmu in steerwright_packaging::Fmu::ALL {
-        let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
+        let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
         for (what, document) in examples::of(fmu.schema()) {

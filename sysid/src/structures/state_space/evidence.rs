@@ -40,7 +40,7 @@ impl Found<'_> {
         let part = &data.validation;
         let simulated = simulated(&chosen.model, data, part)?;
         let residuals = part.segments_of(&filter.validation_residuals);
-        let validation_input = part.of(&input);
+        let validation_input = part.samples(&input);
         let validation_input = part.segments_of(&validation_input);
         let instants = log.time_s();
         let prediction = on_validation_data(&Prediction {
@@ -65,8 +65,9 @@ impl Found<'_> {
             simulated: &traces.simulated_yaw_rate_radps,
             to_road_wheel: outcome.to_road_wheel(),
         };
-        let play =
-            steering_faults.play_rad.map(|width| steering_play(width, &|w| outcome.at(w / TAU)));
+        let play = steering_faults
+            .play_rad
+            .map(|width| steering_play(width, &|w| outcome.response_at(w / TAU)));
         let (excitation, frequency_response) = frequencies(log, &modelled, residual.sqrt());
         Ok(Evidence {
             method: chosen.method.name().into(),

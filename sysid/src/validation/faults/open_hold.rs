@@ -151,7 +151,7 @@ pub(crate) fn widened(
         let omega = TAU * band.frequency_hz;
         let half = 0.5 * omega * period_s;
         let by_model = response.as_ref().zip(held.as_ref());
-        let apart = by_model.map(|(moving_on, held)| held(omega) / moving_on.at(omega));
+        let apart = by_model.map(|(moving_on, held)| held(omega) / moving_on.value_at(omega));
         let apart = apart.filter(|a| a.re.is_finite() && a.im.is_finite());
         let apart = apart.unwrap_or_else(|| c64::cis(-half));
         let gain = (apart.re.hypot(apart.im) - 1.0).abs();

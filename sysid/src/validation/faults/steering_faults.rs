@@ -26,7 +26,7 @@ pub(crate) struct SteeringFaults {
 
 impl SteeringFaults {
     /// Those of a log of steering and yaw rate.
-    pub(crate) fn of(log: &DriveLog) -> Self {
+    pub(crate) fn from_log(log: &DriveLog) -> Self {
         let is_even = |signal: &Vec<f64>| signal.len() == log.len();
         if !(is_even(&log.output) && log.speed.as_ref().is_none_or(is_even)) {
             return Self::default();

@@ -247,7 +247,7 @@ impl Transform {
     /// Adds |U|², |Y|² and U*Y at the frequencies 1 to L/2 of one window.
     fn add(&self, u: &[f64], y: &[f64], sum: &mut [[f64; 4]]) {
         // In one complex transform, a large signal's rounding would be taken for a small signal.
-        let (u, y) = (self.of(u), self.of(y));
+        let (u, y) = (self.spectrum(u), self.spectrum(y));
         for (sum, (u, y)) in sum.iter_mut().zip(u[1..].iter().zip(&y[1..])) {
             sum[0] += u.0 * u.0 + u.1 * u.1;
             sum[1] += y.0 * y.0 + y.1 * y.1;
@@ -256,7 +256,7 @@ impl Transform {
         }
     }
 
-    fn of(&self, x: &[f64]) -> Vec<(f64, f64)> {
+    fn spectrum(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let m = mean(x);
         let mut z: Vec<(f64, f64)> =
             x.iter().zip(&self.window).map(|(x, w)| ((x - m) * w, 0.0)).collect();

@@ -108,7 +108,7 @@ mod tests {
                 for _ in 0..DRAWN {
                     let xi = [0; 3].map(|_| noise(&mut state));
                     let row: Vec<f64> = (0..entries)
-                        .map(|j| (0..3).map(|i| xi[i] * covariance_factor.at(i, j)).sum())
+                        .map(|j| (0..3).map(|i| xi[i] * covariance_factor.entry(i, j)).sum())
                         .collect();
                     let of_drawn = of(&moved(&model, &row, 1.0));
                     let d = of_drawn
