@@ -1,7 +1,7 @@
 //! Errors of the command line: message, hint, exit status.
 
-use crate::console;
-use crate::program;
+use crate::process::program;
+use crate::terminal::console;
 use std::fmt;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -251,7 +251,7 @@ pub(crate) enum Outcome {
 
 impl Outcome {
     /// Of an identification: a model that failed validation is a requirement not met.
-    pub(crate) fn of(quality: &steerwright_formats::Quality) -> Self {
+    pub(crate) fn from_quality(quality: &steerwright_formats::Quality) -> Self {
         Self::when(quality.allows_design())
     }
 

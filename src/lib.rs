@@ -1,49 +1,32 @@
 //! `steerwright`: from a recorded drive to steering FMUs that can be trusted.
 //!
-//! [`run`] is the command line. Each subcommand is a file: it decides where it writes, reads, calls a stage,
-//! writes and prints. Results go to stdout, everything else to stderr, both as JSON with `--json`; see `console`.
+//! [`run`] is the command line; each subcommand is a file or folder of `commands`. Results go to stdout, everything else
+//! to stderr, both as JSON with `--json`; see `terminal`.
 //!
 //! [`stages`] has the stages that compute in memory, with the options of the command line, for the Python package.
 
-mod accumulate;
-mod bicycle;
-mod build;
-mod check;
-mod compare;
-mod console;
-mod demo;
-mod design;
-mod design_summary;
-mod evidence;
-mod export;
+mod commands;
+mod documents;
 mod failure;
-mod feasibility;
-mod files;
-mod gate;
-mod guard;
-mod identify;
-mod inspect;
-mod log_options;
-mod manual;
+mod options;
 mod output;
-mod overview;
-mod package;
-mod path;
 mod pipeline;
-mod program;
-mod progress;
-mod quantity;
-mod simulate;
-mod specification;
-mod speed_summary;
+mod process;
 pub mod stages;
-mod sweep;
+mod terminal;
 
 use clap::{Parser, Subcommand};
+use commands::{
+    accumulate, bicycle, build, check, compare, demo, design, export, identify, inspect, manual,
+    package, path, simulate, sweep,
+};
 use failure::{Failure, Outcome};
-use guard::Interruption;
+use options::Global;
+use process::guard::{self, Interruption};
+use process::program;
 use std::ffi::OsString;
 use std::time::SystemTime;
+use terminal::{console, progress};
 
 /// From a recorded drive to steering FMUs that can be trusted.
 ///
@@ -59,24 +42,6 @@ struct Arguments {
     command: Command,
     #[command(flatten)]
     global: Global,
-}
-
-/// Options of every subcommand.
-#[derive(clap::Args, Debug, Clone, Copy)]
-struct Global {
-    /// Overwrite an existing file of any content, and replace a folder with changed files; an input is
-    /// never overwritten, a foreign file in a folder never removed
-    #[arg(long, global = true)]
-    force: bool,
-    /// Print the result as JSON on stdout, and errors as JSON on stderr
-    #[arg(long, global = true)]
-    json: bool,
-    /// Report progress at this interval, with --json
-    #[arg(long, global = true, hide = true, value_name = "TIME", value_parser = quantity::time)]
-    progress_interval: Option<f64>,
-    /// End when the process that holds the other end of standard input does
-    #[arg(long, global = true, hide = true)]
-    end_with_parent: bool,
 }
 
 #[derive(Subcommand)]

@@ -3,10 +3,10 @@
 //! Each function has the options of one subcommand, by name and text, with the same defaults and checks; so
 //! whatever calls them reads and computes what the command line does. [`options`] describes them.
 
-use crate::identify::accumulated::{check_factor_options, merged};
+use crate::commands::identify::accumulated::{check_factor_options, merged};
+use crate::commands::{accumulate, design as design_command, identify as identify_command};
 use crate::output::{Kind, Outputs};
-use crate::progress::{self, Progress};
-use crate::{accumulate, design as design_command, identify as identify_command};
+use crate::terminal::progress::{self, Progress};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
@@ -21,7 +21,7 @@ use steerwright_sysid::structures::IdentifiedModel;
 use steerwright_sysid::{Accumulated, Traces};
 
 pub use crate::failure::Failure;
-pub use crate::progress::Observer;
+pub use crate::terminal::progress::Observer;
 /// A temporary folder that a killed process does not leave for good.
 pub use steerwright_host::Scratch;
 
@@ -124,7 +124,7 @@ struct ReadArguments {
     #[arg(long, value_name = Response::WORDS, default_value = "yaw-rate")]
     response: Response,
     #[command(flatten)]
-    log: crate::log_options::LogArguments,
+    log: crate::options::log::LogArguments,
 }
 
 /// Reads a log, with the options of `read`.
@@ -169,7 +169,7 @@ pub fn accumulate(source: Source, options: Options<'_>) -> Result<Accumulated, F
     let progress = Progress::start("reading the logs");
     match source {
         Source::Files(paths) => {
-            merged(paths.iter().map(|path| accumulate::one(path, &options, &progress)))
+            merged(paths.iter().map(|path| accumulate::accumulate_drive(path, &options, &progress)))
         }
         Source::Tables(tables) => merged(tables.into_iter().map(|(name, columns)| {
             Ok(Accumulated::of_recording(in_memory(&name, columns)?, &options)?)
@@ -221,7 +221,7 @@ pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String
     let specified = arguments.specification.read()?;
     let model = Model::from_json(document, file)?;
     arguments.gate.check(file, model.quality())?;
-    let source = SourceFile::of(file.as_ref(), document.as_bytes());
+    let source = SourceFile::from_bytes(file.as_ref(), document.as_bytes());
     let progress = Progress::start("designing");
     let plant = DesignPlant::from_model(&model)?;
     let pid = design_command::designed(
@@ -256,14 +256,14 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
     let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
     let kinds = [
-        Kind::of::<Pid>(),
-        Kind::of::<PathFile>(),
-        Kind::of::<Torque>(),
-        Kind::of::<Longitudinal>(),
-        Kind::of::<AccumulatedDrives>(),
-        Kind::of::<Plant>(),
-        Kind::of::<Bicycle>(),
-        Kind::of::<Vehicle>(),
+        Kind::for_document::<Pid>(),
+        Kind::for_document::<PathFile>(),
+        Kind::for_document::<Torque>(),
+        Kind::for_document::<Longitudinal>(),
+        Kind::for_document::<AccumulatedDrives>(),
+        Kind::for_document::<Plant>(),
+        Kind::for_document::<Bicycle>(),
+        Kind::for_document::<Vehicle>(),
     ];
     let has =
         |kind: &Kind| matches!(kind, Kind::Document(schema) if tag.schema.starts_with(schema));

@@ -9,10 +9,11 @@
 mod pure_loop;
 mod support;
 
-use pure_loop::{Initialization, Master};
+use pure_loop::Initialization;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 use steerwright_formats::Document;
+use steerwright_formats::LoopCoupling;
 
 fn main() -> ExitCode {
     let stated = std::env::var_os("STEERWRIGHT_PYTHON");
@@ -53,7 +54,7 @@ fn main() -> ExitCode {
 }
 
 /// The roads: the demo's, and the same moved away from the origin, for which the loop is packed
-/// again; and the trajectories of the pure functions, under each importer's master and after
+/// again; and the trajectories of the pure functions, under each importer's coupling and after
 /// its initialization.
 fn write_references(folder: &Path) {
     let plant: steerwright_formats::Plant = support::document(&folder.join("plant.json"));
@@ -71,12 +72,12 @@ fn write_references(folder: &Path) {
         let (first, last) = (path.points.first().unwrap(), path.points.last().unwrap());
         let length = (last.distance_m - first.distance_m) / path.speed_mps;
         let steps = (length / pid.sample_time_s).floor() as usize;
-        for (name, master, initialization) in [
-            ("gauss_seidel-settled", Master::GaussSeidel, Initialization::Settled),
-            ("jacobi-settled", Master::Jacobi, Initialization::Settled),
-            ("jacobi-zeros", Master::Jacobi, Initialization::Zeros),
+        for (name, coupling, initialization) in [
+            ("gauss_seidel-settled", LoopCoupling::GaussSeidel, Initialization::Settled),
+            ("jacobi-settled", LoopCoupling::Jacobi, Initialization::Settled),
+            ("jacobi-zeros", LoopCoupling::Jacobi, Initialization::Zeros),
         ] {
-            let rows = pure_loop::run(&plant, path, &pid, master, initialization, steps);
+            let rows = pure_loop::run(&plant, path, &pid, coupling, initialization, steps);
             let file = folder.join(format!("reference/{road}-{name}.csv"));
             std::fs::write(file, pure_loop::to_csv(&rows)).unwrap();
         }
@@ -87,7 +88,7 @@ fn write_references(folder: &Path) {
 fn write_estimator(folder: &Path) {
     let package = "package plant.json path.json pid.json {data}/multibody/estimator.json \
                    --out fmu-estimator --ssp PoseLoop.ssp";
-    let simulate = "simulate fmu-estimator/PoseLoop.ssp --master jacobi \
+    let simulate = "simulate fmu-estimator/PoseLoop.ssp --coupling jacobi \
                     -o reference/estimator-jacobi.csv";
     for line in [package, simulate] {
         let output = support::steerwright(folder, &support::words(line, folder));

@@ -6,12 +6,12 @@ use crate::models::{self, ComparedModel, Controller, ControllerFile};
 use crate::outcome::{self, Outcome};
 use crate::plants::{Plant, Setting};
 use crate::runs::Run;
+use crate::step::coupling_of_host;
 use crate::truth::{self, Limits, Truth};
 use crate::verdict::{Compared, Verdict};
-use steerwright_control::{DesignOptions, Master, paths};
+use steerwright_control::{DesignOptions, paths};
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Path as PathFile, SourceFile};
-use steerwright_host::Coupling;
+use steerwright_formats::{LoopCoupling, Path as PathFile, SourceFile};
 use steerwright_sweep::Class;
 use steerwright_sysid::IdentifyOptions;
 
@@ -35,7 +35,7 @@ pub struct Job {
     pub road: Road,
     /// Growth of the path follower's integral, 1/s; by default the road's.
     pub cross_track_integral_per_s: Option<f64>,
-    pub master: Master,
+    pub coupling: LoopCoupling,
     /// A cross-track error beyond this is off the path, m.
     pub max_cross_track_error_m: f64,
 }
@@ -78,7 +78,7 @@ pub struct Comparison {
     pub outcomes: Vec<Outcome>,
     pub drive: Option<Drive>,
     pub verdict: Verdict,
-    pub master: Master,
+    pub coupling: LoopCoupling,
     /// A cross-track error beyond this is off the path, m.
     pub max_cross_track_error_m: f64,
     /// What limits the result.
@@ -110,13 +110,6 @@ impl Comparison {
     /// Whether a controller is on the model that it was designed on.
     pub(crate) fn is_own(&self, run: &Run) -> bool {
         self.plants[run.plant].model == Some(self.controllers[run.controller].model)
-    }
-
-    pub(crate) fn master_name(&self) -> &'static str {
-        match self.master {
-            Master::GaussSeidel => "gauss-seidel",
-            Master::Jacobi => "jacobi",
-        }
     }
 
     pub(crate) fn length(&self) -> f64 {
@@ -173,7 +166,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     let limits = truth.as_ref().map(|truth| truth::limits(&truth.archive)).unwrap_or_default();
     let ratio = models.first().map_or(1.0, |m| m.design.steering_ratio);
     let (design, kept) = limits.applied(&job.design, ratio);
-    let controllers = models::controllers(&models, job.controllers, &design, job.master)?;
+    let controllers = models::controllers(&models, job.controllers, &design, job.coupling)?;
     if controllers.iter().any(|c| c.source.is_none()) {
         remarks.extend(kept);
     }
@@ -213,10 +206,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         models: &models,
         controllers: &controllers,
         road: &road,
-        master: match job.master {
-            Master::GaussSeidel => Coupling::GaussSeidel,
-            Master::Jacobi => Coupling::Jacobi,
-        },
+        coupling: coupling_of_host(job.coupling),
         max_cross_track_error_m: job.max_cross_track_error_m,
     };
     let plants = setting.plants(archive)?;
@@ -225,7 +215,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         .iter()
         .map(|run| {
             let limits = plants[run.plant].model.map_or(limits, |_| Limits::default());
-            outcome::of(run, &controllers[run.controller], limits)
+            outcome::outcome_of_run(run, &controllers[run.controller], limits)
         })
         .collect();
     let verdict = Compared {
@@ -246,7 +236,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         runs,
         outcomes,
         drive,
-        master: job.master,
+        coupling: job.coupling,
         max_cross_track_error_m: job.max_cross_track_error_m,
         remarks,
         sources,

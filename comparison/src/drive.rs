@@ -50,7 +50,7 @@ pub(crate) fn validate(
     remarks.extend(unused_fixes(log, "the sideslip of each plant is read from a turn"));
     let mut validated = Vec::new();
     for model in models {
-        validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);
+        validated.push(on_log(model, log, options).map_err(|e| e.within(&model.label))?);
         remarks.extend(remark(model, log, options));
     }
     let first = validated.iter().map(|j| j.first_validation_sample).max().unwrap_or(0);

@@ -125,7 +125,7 @@ pub enum Error {
 impl Error {
     /// The same with the file, model or run that it concerns.
     #[must_use]
-    pub fn of(self, what: impl Display) -> Self {
+    pub fn within(self, what: impl Display) -> Self {
         Self::In { what: what.to_string(), source: Box::new(self) }
     }
 

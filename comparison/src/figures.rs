@@ -26,7 +26,7 @@ pub(crate) fn all(c: &Comparison) -> Vec<Drawn> {
     });
     for (index, controller) in c.controllers.iter().enumerate() {
         let runs: Vec<&Run> = (0..c.plants.len()).map(|plant| c.run(index, plant)).collect();
-        let names: Vec<String> = runs.iter().map(|run| on(c, run)).collect();
+        let names: Vec<String> = runs.iter().map(|run| plant_legend(c, run)).collect();
         let tracks: Vec<(&str, &Track)> =
             names.iter().zip(&runs).map(|(name, run)| (name.as_str(), &run.track)).collect();
         let title = format!("Controller of {} along the road", controller.label);
@@ -91,7 +91,7 @@ fn steps(c: &Comparison) -> Drawn {
         .filter(wanted)
         .map(|run| {
             let controller = &c.controllers[run.controller].label;
-            (format!("{controller} {}", on(c, run)), run)
+            (format!("{controller} {}", plant_legend(c, run)), run)
         })
         .collect();
     let steps: Vec<YawStep<'_>> = runs
@@ -117,7 +117,7 @@ fn steps(c: &Comparison) -> Drawn {
 }
 
 /// The plant of a run, for a legend.
-fn on(c: &Comparison, run: &Run) -> String {
+fn plant_legend(c: &Comparison, run: &Run) -> String {
     if c.is_own(run) {
         "on its own model".into()
     } else {

@@ -4,13 +4,13 @@ use crate::compare::Comparison;
 use crate::outcome::Outcome;
 use crate::verdict::Verdict;
 use serde::Serialize;
-use steerwright_formats::{Guidance, PidGains, SourceFile, StepMetrics};
+use steerwright_formats::{Guidance, LoopCoupling, PidGains, SourceFile, StepMetrics};
 
 /// A comparison for scripts.
 #[derive(Serialize)]
 pub struct Overview<'a> {
     version: &'static str,
-    master: &'static str,
+    coupling: LoopCoupling,
     sample_time_s: f64,
     road: RoadOverview<'a>,
     models: Vec<ModelOverview<'a>>,
@@ -160,7 +160,7 @@ pub fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
     });
     Overview {
         version: env!("CARGO_PKG_VERSION"),
-        master: c.master_name(),
+        coupling: c.coupling,
         sample_time_s: c.controllers.first().map_or(0.0, |k| k.pid.sample_time_s),
         road: RoadOverview {
             name: &c.road.name,

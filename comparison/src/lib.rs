@@ -3,7 +3,7 @@
 //!
 //! Each model is validated on a drive; a controller is read or designed for each; every controller
 //! follows one road on the plant of every model and on the truth, all as packed FMUs under the
-//! master. What is the same for all: the specification, the road, the rule by which look-ahead,
+//! coupling. What is the same for all: the specification, the road, the rule by which look-ahead,
 //! preview and feedforward follow from a controller, and the sideslip that the path follower uses,
 //! which is read for each plant in a turn.
 

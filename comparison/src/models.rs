@@ -2,9 +2,9 @@
 
 use crate::Error;
 use std::path::PathBuf;
-use steerwright_control::{DesignOptions, DesignPlant, Master};
+use steerwright_control::{DesignOptions, DesignPlant};
 use steerwright_formats::{
-    Guidance, Model, Path as PathFile, Pid, SourceFile, StatedActuator, StepMetrics,
+    Guidance, LoopCoupling, Model, Path as PathFile, Pid, SourceFile, StatedActuator, StepMetrics,
 };
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
@@ -43,7 +43,7 @@ pub struct Controller {
     pub pid: Pid,
     /// Its file; absent where it was designed here.
     pub source: Option<SourceFile>,
-    /// The specification's step on the model, in the order of the master.
+    /// The specification's step on the model, in the order of the coupling.
     pub predicted: StepMetrics,
 }
 
@@ -75,7 +75,7 @@ pub fn models(files: Vec<(PathBuf, SourceFile, Model)>) -> Result<Vec<ComparedMo
     let paths: Vec<PathBuf> = files.iter().map(|(path, ..)| path.clone()).collect();
     let mut models: Vec<ComparedModel> = Vec::new();
     for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
-        let failed = |e| Error::from(e).of(path.display());
+        let failed = |e| Error::from(e).within(path.display());
         let design = DesignPlant::from_model(&document).map_err(failed)?;
         models.push(ComparedModel { label, path, source, document, design });
     }
@@ -121,7 +121,7 @@ pub(crate) fn controllers(
     models: &[ComparedModel],
     files: Vec<ControllerFile>,
     options: &DesignOptions,
-    master: Master,
+    coupling: LoopCoupling,
 ) -> Result<Vec<Controller>, Error> {
     let mut found = Vec::new();
     for file in files {
@@ -143,8 +143,8 @@ pub(crate) fn controllers(
         let own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
         if own.is_empty() {
             let pid = steerwright_control::design(&model.design, &model.source, &options)
-                .map_err(|e| Error::from(e).of(model.path.display()))?;
-            all.push(Controller::new(model.label.clone(), (index, model), pid, None, master)?);
+                .map_err(|e| Error::from(e).within(model.path.display()))?;
+            all.push(Controller::new(model.label.clone(), (index, model), pid, None, coupling)?);
             continue;
         }
         let files: Vec<PathBuf> = own.iter().map(|(_, file)| file.path.clone()).collect();
@@ -153,8 +153,8 @@ pub(crate) fn controllers(
             let ControllerFile { path, pid, source, .. } = file;
             let label =
                 if several { format!("{} ({name})", model.label) } else { model.label.clone() };
-            let controller = Controller::new(label, (index, model), pid, Some(source), master);
-            all.push(controller.map_err(|e| e.of(path.display()))?);
+            let controller = Controller::new(label, (index, model), pid, Some(source), coupling);
+            all.push(controller.map_err(|e| e.within(path.display()))?);
         }
     }
     if all.len() < 2 {
@@ -199,13 +199,10 @@ impl Controller {
         (index, model): (usize, &ComparedModel),
         pid: Pid,
         source: Option<SourceFile>,
-        master: Master,
+        coupling: LoopCoupling,
     ) -> Result<Self, Error> {
-        // The delay of this master, whatever the design assumed.
-        let delay = match master {
-            Master::GaussSeidel => 0.0,
-            Master::Jacobi => pid.sample_time_s,
-        };
+        // The delay of this coupling, whatever the design assumed.
+        let delay = coupling.loop_delay_s(pid.sample_time_s);
         let plant = model.design.behind(pid.designed_for.actuator);
         let predicted = steerwright_control::step_metrics(&plant, &pid, delay)?;
         Ok(Self { label, model: index, pid, source, predicted })

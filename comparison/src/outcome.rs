@@ -26,7 +26,7 @@ pub struct Outcome {
 }
 
 /// The outcome of a run; `limits` are those that its plant states.
-pub(crate) fn of(run: &Run, controller: &Controller, limits: Limits) -> Outcome {
+pub(crate) fn outcome_of_run(run: &Run, controller: &Controller, limits: Limits) -> Outcome {
     let specification = &controller.pid.specification;
     let shortfalls = shortfalls(specification, &run.step);
     let outcome = if is_unstable(run, specification) {

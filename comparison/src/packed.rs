@@ -48,7 +48,7 @@ fn pack_with_start(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
+    let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
         .map(|l| Binary { platform: l.platform, bytes: l.bytes })
         .collect();
     Ok(steerwright_packaging::package(document, file, &binaries, step, start)?)
@@ -72,7 +72,7 @@ pub struct BehindActuator {
 /// # Errors
 /// An invalid document of a controller or a model.
 pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindActuator>, Error> {
-    let Some((text, file)) = of(documents, Fmu::LateralPid) else { return Ok(None) };
+    let Some((text, file)) = document_of_fmu(documents, Fmu::LateralPid) else { return Ok(None) };
     let designed_for = Pid::from_json(text, file)?.designed_for;
     let Some(actuator) = designed_for.actuator.filter(|a| a.time_constant_s + a.delay_s > 0.0)
     else {
@@ -94,7 +94,7 @@ pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindAc
 /// A packed loop.
 #[allow(missing_docs)]
 pub struct PackedLoop {
-    /// In the order in which a Gauss–Seidel master steps them.
+    /// In the order in which a Gauss–Seidel coupling steps them.
     pub fmus: Vec<Packed>,
     pub connections: Vec<Connection>,
     pub bytes: Vec<u8>,
@@ -177,7 +177,7 @@ fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, 
 }
 
 /// The document of an FMU.
-fn of<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
+fn document_of_fmu<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
     let schema = Some(fmu.schema());
     documents
         .iter()
@@ -187,10 +187,10 @@ fn of<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
 
 fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Error> {
     let read = |(text, file)| PathFile::from_json(text, file);
-    Ok(of(documents, Fmu::ReferencePath).map(read).transpose()?)
+    Ok(document_of_fmu(documents, Fmu::ReferencePath).map(read).transpose()?)
 }
 
 fn sample_time_of(documents: &[Named<'_>]) -> Result<Option<f64>, Error> {
     let read = |(text, file)| Pid::from_json(text, file).map(|pid| pid.sample_time_s);
-    Ok(of(documents, Fmu::LateralPid).map(read).transpose()?)
+    Ok(document_of_fmu(documents, Fmu::LateralPid).map(read).transpose()?)
 }

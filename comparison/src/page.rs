@@ -131,12 +131,11 @@ fn method(c: &Comparison) -> Section {
         ]);
     }
     let text = format!(
-        "The master is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
+        "The coupling is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
          follow from each controller by one rule. The path follower uses the sideslip of the \
          plant that it guides, read in a turn of each, the same for all controllers; an identified \
          plant has that of its file. A cross-track error beyond {} m is off the path.",
-        c.master_name(),
-        c.max_cross_track_error_m
+        c.coupling, c.max_cross_track_error_m
     );
     let blocks = vec![Block::Text(text), Block::Table(table)];
     Section::new("What was held equal", blocks)

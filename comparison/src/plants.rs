@@ -41,7 +41,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) controllers: &'a [Controller],
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
-    pub(crate) master: Coupling,
+    pub(crate) coupling: Coupling,
     /// A cross-track error beyond this is off the path, m.
     pub(crate) max_cross_track_error_m: f64,
 }
@@ -68,7 +68,7 @@ impl Setting<'_> {
     fn plant(&self, label: String, model: Option<usize>, archive: Archive) -> Result<Plant, Error> {
         let expected = self.expected_gain();
         let angle = TURN_MPS2 / (self.road.speed_mps * expected);
-        let turn = |angle: f64| self.turn(&archive, angle).map_err(|e| e.of(&label));
+        let turn = |angle: f64| self.turn(&archive, angle).map_err(|e| e.within(&label));
         let (left, right) = (turn(angle)?, turn(-angle)?);
         // Half the difference of both: a response that is the same to both sides has other causes.
         let [turning, held] = [0, 1].map(|i| left[i].less(&right[i]));
@@ -129,7 +129,7 @@ impl Setting<'_> {
         system.feed(InputTable::read(table.as_bytes(), "the turn")?);
         let names = ["x", "y", "yaw"].map(|v| format!("{plant}.{v}"));
         system.record(&names.each_ref().map(String::as_str))?;
-        let recording = system.run(self.master, 0.0, steps * step, step)?;
+        let recording = system.run(self.coupling, 0.0, steps * step, step)?;
         let about = (DIFFERENCE_S / step).round().max(1.0) as usize;
         let ramped = ramped.round() as usize;
         let rows = &recording.rows;

@@ -50,7 +50,7 @@ impl Setting<'_> {
             for (place, plant) in plants.iter().enumerate() {
                 let run = self.run((index, controller), (place, plant), &road, &path, &pid);
                 let what = format!("the controller of {} on {}", controller.label, plant.label);
-                runs.push(run.map_err(|e| e.of(what))?);
+                runs.push(run.map_err(|e| e.within(what))?);
             }
         }
         Ok(runs)
@@ -82,7 +82,7 @@ impl Setting<'_> {
         };
         let driven = behind.as_ref().unwrap_or(&plant.archive);
         let archives = Loop { plant: driven, path, controller: pid };
-        let recording = archives.track(road, step, self.master, &plant.sideslip)?;
+        let recording = archives.track(road, step, self.coupling, &plant.sideslip)?;
         let csv = recording.to_csv();
         let kept = with_pose_alone(recording, &name_of(driven));
         let track = Track::from_csv(kept.to_csv().as_bytes(), "the run")?;
@@ -96,7 +96,7 @@ impl Setting<'_> {
             controller: controller_index,
             plant: plant_index,
             errors: track.errors(),
-            effort: Effort::of(&track),
+            effort: Effort::from_track(&track),
             off_path_at_m: self.off_path_at(&track),
             csv,
             track,
@@ -123,7 +123,7 @@ impl Setting<'_> {
         drive_at(&mut system, plant, self.road.speed_mps)?;
         // The steering offset is taken up before.
         let first = ticks_before_step(&controller.pid);
-        let step = step_of(system, &name, &controller.pid, first, self.master)?;
+        let step = step_of(system, &name, &controller.pid, first, self.coupling)?;
         Ok((step.metrics, step.response))
     }
 
@@ -163,7 +163,7 @@ fn with_pose_alone(mut recording: Recording, plant: &str) -> Recording {
 }
 
 impl Effort {
-    fn of(track: &Track) -> Self {
+    fn from_track(track: &Track) -> Self {
         let angle = &track.steering_rad;
         let rates = angle
             .windows(2)

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
 use steerwright_control::{DesignPlant, model_behind};
-use steerwright_formats::{Document, FmuLoop, Model, Pid, Plant, StepMetrics};
+use steerwright_formats::{Document, FmuLoop, LoopCoupling, Model, Pid, Plant, StepMetrics};
 use steerwright_host::{Archive, Coupling, InputTable, Recording, System};
 use steerwright_report::StepResponse;
 
@@ -22,7 +22,7 @@ pub struct LoopStep {
     pub metrics: StepMetrics,
 }
 
-/// The step of plant and controller under a master, after a straight course on which the integral
+/// The step of plant and controller under a coupling, after a straight course on which the integral
 /// action has taken up the steering offset.
 ///
 /// # Errors
@@ -31,9 +31,9 @@ pub fn yaw_step(
     plant: &Archive,
     controller: &Archive,
     pid: &Pid,
-    master: Coupling,
+    coupling: Coupling,
 ) -> Result<LoopStep, Error> {
-    step(plant, controller, pid, ticks_before_step(pid), master)
+    step(plant, controller, pid, ticks_before_step(pid), coupling)
 }
 
 /// The step at the moment at which the specification's steering offset appears; `None` for a model whose FMU has no
@@ -45,11 +45,11 @@ pub fn yaw_step_with_offset(
     model: &Model,
     controller: &Archive,
     pid: &Pid,
-    master: Coupling,
+    coupling: Coupling,
 ) -> Result<Option<LoopStep>, Error> {
     let Some(plant) = model.plant() else { return Ok(None) };
     let offset = -steering_offset(pid, plant.steering_ratio);
-    step(&with_offset(plant, offset)?, controller, pid, 0, master).map(Some)
+    step(&with_offset(plant, offset)?, controller, pid, 0, coupling).map(Some)
 }
 
 /// Of the specification's second step, in steering coordinates, rad.
@@ -76,14 +76,14 @@ fn step(
     controller: &Archive,
     pid: &Pid,
     first: usize,
-    master: Coupling,
+    coupling: Coupling,
 ) -> Result<LoopStep, Error> {
     let mut system = System::new();
     let name = &plant.model().description().model_name;
     add(&mut system, plant, name)?;
     add(&mut system, controller, &controller.model().description().model_name)?;
     system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS)?;
-    step_of(system, name, pid, first, master)
+    step_of(system, name, pid, first, coupling)
 }
 
 /// The step in a system that is wired already, with a controller `LateralPid` and a plant of that
@@ -93,7 +93,7 @@ pub(crate) fn step_of(
     plant: &str,
     pid: &Pid,
     first: usize,
-    master: Coupling,
+    coupling: Coupling,
 ) -> Result<LoopStep, Error> {
     let s = &pid.specification;
     let ts = pid.sample_time_s;
@@ -105,7 +105,7 @@ pub(crate) fn step_of(
         table.push_str(&format!("{},{}\n", (first as f64 - 1.0) * ts, s.step_rad));
     }
     system.feed(InputTable::read(table.as_bytes(), "the step")?);
-    let recording = system.run(master, 0.0, steps as f64 * ts, ts)?;
+    let recording = system.run(coupling, 0.0, steps as f64 * ts, ts)?;
     let yaw = column(&recording, &format!("{plant}.yaw"))?;
     let steering = column(&recording, "LateralPid.steering_angle")?;
     let trace = steerwright_control::Trace {
@@ -124,7 +124,7 @@ pub(crate) fn step_of(
 }
 
 /// Writes into a controller's evidence what it reaches in the loop of the packed FMUs, under both
-/// masters, each with its own delay, behind the actuator that it was designed for. `document` is that of the model, and
+/// couplings, each with its own delay, behind the actuator that it was designed for. `document` is that of the model, and
 /// `plant` the model of the design.
 ///
 /// # Errors
@@ -141,13 +141,13 @@ pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), 
         None => (archive(&model.to_json(), "the plant")?, None),
     };
     pid.evidence.fmu_loops.clear();
-    for (name, master, delay) in [
-        ("gauss-seidel", Coupling::GaussSeidel, 0.0),
-        ("jacobi", Coupling::Jacobi, pid.sample_time_s),
-    ] {
-        let run = |plant: &Archive| step(plant, &controller, pid, 0, master).map(|s| s.metrics);
+    for coupling in LoopCoupling::ALL {
+        let delay = coupling.loop_delay_s(pid.sample_time_s);
+        let run = |plant: &Archive| {
+            step(plant, &controller, pid, 0, coupling_of_host(coupling)).map(|s| s.metrics)
+        };
         let found = FmuLoop {
-            master: name.into(),
+            coupling,
             loop_delay_s: delay,
             step: run(&straight)?,
             predicted: steerwright_control::step_metrics(plant, pid, delay)?,
@@ -156,6 +156,14 @@ pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), 
         pid.evidence.fmu_loops.push(found);
     }
     Ok(())
+}
+
+/// The same coupling for the host, which knows no documents.
+pub(crate) fn coupling_of_host(coupling: LoopCoupling) -> Coupling {
+    match coupling {
+        LoopCoupling::GaussSeidel => Coupling::GaussSeidel,
+        LoopCoupling::Jacobi => Coupling::Jacobi,
+    }
 }
 
 fn column(recording: &Recording, name: &str) -> Result<Vec<f64>, Error> {

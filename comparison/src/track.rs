@@ -31,7 +31,7 @@ impl Loop<'_> {
         &self,
         path: &PathFile,
         step: f64,
-        master: Coupling,
+        coupling: Coupling,
         sideslip: &Sideslip,
     ) -> Result<Recording, Error> {
         let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else {
@@ -74,7 +74,7 @@ impl Loop<'_> {
             system.set(PATH, name, value)?;
         }
         let steps = ((last.distance_m - first.distance_m) / path.speed_mps / step).floor();
-        Ok(system.run(master, 0.0, steps * step, step)?)
+        Ok(system.run(coupling, 0.0, steps * step, step)?)
     }
 }
 

@@ -26,7 +26,7 @@ impl Truth {
         let name = path.display().to_string();
         let archive = Archive::from_bytes(bytes, &name)?;
         check(&archive, &name)?;
-        Ok(Self { archive, source: SourceFile::of(path, bytes), remark: None })
+        Ok(Self { archive, source: SourceFile::from_bytes(path, bytes), remark: None })
     }
 
     /// The FMU of `vehicle.json`, `plant.json` or `bicycle.json`.
@@ -42,7 +42,7 @@ impl Truth {
     /// # Errors
     /// Vehicle data that cannot be read, and those of packing.
     pub fn from_vehicle_data(path: &Path, text: &str) -> Result<Self, Error> {
-        let name = SourceFile::of(path, text.as_bytes()).name;
+        let name = SourceFile::from_bytes(path, text.as_bytes()).name;
         let (document, remark) = from_data(text, &path.display().to_string(), &name)?;
         Self::packed(path, text, &document, Some(remark))
     }
@@ -58,7 +58,7 @@ impl Truth {
         if !packed.fmu.is_plant() {
             return Err(Error::NoVehicle { file: name, fmu: packed.fmu.name() });
         }
-        let source = SourceFile::of(path, text.as_bytes());
+        let source = SourceFile::from_bytes(path, text.as_bytes());
         Ok(Self { archive: Archive::from_bytes(&packed.bytes, &name)?, source, remark })
     }
 }

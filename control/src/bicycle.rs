@@ -46,7 +46,8 @@ pub fn bicycle_from_toml(text: &str, file: &str) -> Result<Bicycle, Error> {
         Error::Model { problem, .. } => Error::Model { model: file.into(), problem },
         other => other,
     })?;
-    bicycle.provenance.sources = vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
+    bicycle.provenance.sources =
+        vec![SourceFile::from_bytes(std::path::Path::new(file), text.as_bytes())];
     Ok(bicycle)
 }
 

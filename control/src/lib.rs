@@ -46,7 +46,7 @@ pub use design::options::{DesignOptions, RobustOptions};
 pub use design::over_speed::design_over_speeds;
 pub use error::Error;
 pub use guidance::demand::{Demand, OtherSpeed, Quantity, demands};
-pub use guidance::track::{Master, TrackTrace, track, track_with};
+pub use guidance::track::{TrackTrace, track, track_with};
 pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
 pub use model::{evidence_acceleration, model_behind, model_sideslip, plant_sideslip};
 pub use plants::design_plant::DesignPlant;

@@ -84,7 +84,7 @@ impl Requirement {
 
     /// The requirement of a name in a file.
     #[must_use]
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|r| r.name() == name)
     }
 
@@ -213,7 +213,7 @@ pub(crate) struct Reached {
 
 impl Reached {
     /// The values in the evidence of a file.
-    pub(crate) fn of(e: &DesignEvidence, s: &Specification) -> Self {
+    pub(crate) fn new(e: &DesignEvidence, s: &Specification) -> Self {
         Self {
             step: e.step,
             with_offset: e.step_with_offset.steady_state_error_percent,

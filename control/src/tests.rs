@@ -305,7 +305,7 @@ fn limits_hold_at_every_tick() {
 #[test]
 fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let plant = DesignPlant::from_matrices(&F, &G, &H, D, 0.02).unwrap();
-    let source = SourceFile::of("plant.json".as_ref(), b"");
+    let source = SourceFile::from_bytes("plant.json".as_ref(), b"");
     let options = DesignOptions { max_rate_radps: Some(1e3), ..DesignOptions::default() };
     let document = design(&plant, &source, &options).unwrap();
     let p = steerwright_models::files::pid_parameters(&document);

@@ -22,7 +22,7 @@ impl DriveLog {
                     kept.splits.extend(splits);
                     let (spans, reversing) = segments::without_reversing(drive, spans);
                     kept.add_reversing(drive, &reversing, &mut self.warnings)?;
-                    plans.push((drive, Clock::of(drive), spans));
+                    plans.push((drive, Clock::from_drive(drive), spans));
                 }
                 None => self.warnings.push(format!("{}: no window meets this drive", drive.name)),
             }
@@ -63,7 +63,7 @@ impl DriveLog {
                 let (from, to) = (grid.start - margin, end + margin);
                 channel.warn_bridged(from, to, options.max_gap_s, &mut self.warnings);
             }
-            let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+            let on_grid = |role: Role| Some(drive.channel(role)?.interpolate(&grid));
             let [input, output] = options.response.roles().map(on_grid);
             let output = output.unwrap_or_default();
             let speed = self.speed.as_ref().and_then(|_| on_grid(Role::Speed));
@@ -92,7 +92,7 @@ impl DriveLog {
             for run in runs {
                 for (role, samples) in &mut self.others {
                     let own = drive.channel(*role).map(|channel| match role {
-                        Role::Brake => channel.on(&grid),
+                        Role::Brake => channel.interpolate(&grid),
                         _ => channel.samples_on(&grid),
                     });
                     samples.extend_from_slice(&own.unwrap_or_default()[run.clone()]);

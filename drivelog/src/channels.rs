@@ -47,7 +47,7 @@ pub(crate) struct Selected {
 
 impl Selected {
     /// The group at `place` of its file, as the `index`-th of the drive; `None` if nothing of it is wanted.
-    pub(crate) fn of(
+    pub(crate) fn new(
         group: &Group,
         place: usize,
         index: usize,
@@ -178,7 +178,7 @@ pub(crate) fn read(
         let groups: Vec<Group> = file.groups().cloned().collect();
         let mut selected = Vec::new();
         for (group, &place) in groups.into_iter().zip(&file.places) {
-            let own = Selected::of(&group, place, index, sources, options)?;
+            let own = Selected::new(&group, place, index, sources, options)?;
             selected.extend(own.map(|own| (group, own)));
             index += 1;
         }
@@ -346,7 +346,7 @@ fn finished(
     }
     let mut rows_per_update = None;
     if series.is_sensor()
-        && let Some(mut updates) = Updates::of(&series)
+        && let Some(mut updates) = Updates::from_series(&series)
     {
         updates.take(&mut series);
         // A bad sample of a slow sensor is many equal rows.

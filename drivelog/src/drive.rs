@@ -141,9 +141,9 @@ fn leave_out_frozen(channels: &mut [Series]) {
     let mut freezes = Freezes::default();
     freezes.note(&yaw_rate.value, &steering.value);
     let rows = Moving {
-        yaw_rate: Sampled::of(yaw_rate),
-        steering: Sampled::of(steering),
-        speed: rest.iter().find(|c| c.role == Role::Speed).map(Sampled::of),
+        yaw_rate: Sampled::from_series(yaw_rate),
+        steering: Sampled::from_series(steering),
+        speed: rest.iter().find(|c| c.role == Role::Speed).map(Sampled::from_series),
         resolution: resolution(&yaw_rate.value),
     };
     (_, yaw_rate.frozen) = freezes.find(rows, None);

@@ -39,7 +39,7 @@ pub struct GnssDrive {
 }
 
 impl Gnss {
-    pub(crate) fn of(drives: &[Drive], options: &LogOptions) -> Option<Self> {
+    pub(crate) fn from_drives(drives: &[Drive], options: &LogOptions) -> Option<Self> {
         let drives: Vec<_> = drives.iter().filter_map(|d| of_drive(d, options)).collect();
         let (latency_s, antenna_x_m) = (options.gnss_latency_s, options.antenna_x_m);
         (!drives.is_empty()).then_some(Self { drives, latency_s, antenna_x_m })
@@ -57,7 +57,8 @@ fn of_drive(drive: &Drive, options: &LogOptions) -> Option<GnssDrive> {
     let mut of = GnssDrive {
         time_s: gyro.time.to_vec(),
         yaw_rate_radps: gyro.value.clone(),
-        speed_mps: speed.map_or_else(Vec::new, |s| gyro.time.iter().map(|t| at(s, *t)).collect()),
+        speed_mps: speed
+            .map_or_else(Vec::new, |s| gyro.time.iter().map(|t| value_at(s, *t)).collect()),
         ..GnssDrive::default()
     };
     let mut last = None;
@@ -101,7 +102,7 @@ fn fixes(east: &Series, north: &Series) -> Vec<(f64, [f64; 2])> {
 }
 
 /// The value of a series at an instant, by a straight line, held beyond its ends.
-fn at(series: &Series, time: f64) -> f64 {
+fn value_at(series: &Series, time: f64) -> f64 {
     let after = series.time.partition_point(|t| *t < time);
     let (Some(before), true) = (after.checked_sub(1), after < series.time.len()) else {
         return series.value[after.min(series.value.len() - 1)];

@@ -97,7 +97,7 @@ pub(crate) struct Updates {
 
 impl Updates {
     /// Of a sensor that is slower than the rows.
-    pub(crate) fn of(series: &Series) -> Option<Self> {
+    pub(crate) fn from_series(series: &Series) -> Option<Self> {
         rows_per_update(&series.value).map(|rows| Self { rows, ..Self::default() })
     }
 

@@ -32,7 +32,7 @@ pub(crate) fn find(
         return by_name(groups, options, role, warnings);
     };
     let (name, sign) = wanted.strip_prefix('-').map_or((wanted, 1.0), |n| (n, -1.0));
-    let (group, terms) = match one(groups, role, name) {
+    let (group, terms) = match only_column(groups, role, name) {
         Ok((group, channel)) => (group, vec![Term { factor: sign, channels: vec![channel] }]),
         Err(error) => expression(groups, role, wanted)?.ok_or(error)?,
     };
@@ -50,7 +50,7 @@ pub(crate) fn find(
 }
 
 /// The one channel of that name, as group and place in it.
-fn one(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error> {
+fn only_column(groups: &[Group], role: Role, name: &str) -> Result<(usize, usize), Error> {
     // A channel may have a colon in its own name, so the whole name is tried first.
     let mut hits: Vec<(usize, usize)> = hits(groups, name);
     if hits.is_empty()
@@ -116,7 +116,7 @@ fn expression(
     for (factor, names) in parsed {
         let mut channels = Vec::new();
         for name in names {
-            let (own, channel) = one(groups, role, name)?;
+            let (own, channel) = only_column(groups, role, name)?;
             if *group.get_or_insert(own) != own {
                 return Err(Error::SeveralClocks { role: role.name(), expression: text.into() });
             }

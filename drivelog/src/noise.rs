@@ -24,7 +24,7 @@ pub(crate) fn is_negligible(steering: &Series, yaw_rate: &Series) -> bool {
         return false;
     }
     let centred = |series: &Series| -> Vec<f64> {
-        let x = series.on(&grid);
+        let x = series.interpolate(&grid);
         let (middle, size) = (mean(&x), standard_deviation(&x).max(f64::MIN_POSITIVE));
         x.iter().map(|x| (x - middle) / size).collect()
     };

@@ -107,7 +107,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
         options: used,
     };
     log.fill(&drives, options)?;
-    log.gnss = Gnss::of(&drives, options);
+    log.gnss = Gnss::from_drives(&drives, options);
     if log.gnss.is_none() && (options.gnss_latency_s.is_some() || options.antenna_x_m != 0.0) {
         log.warnings.push(
             "the log has no fixes (x_m and y_m, or latitude and longitude): the stated latency of the receiver and place of the antenna are not used".into(),

@@ -268,7 +268,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    pub(crate) fn of(drive: &Drive) -> Self {
+    pub(crate) fn from_drive(drive: &Drive) -> Self {
         let [steering, yaw_rate] = [&drive.channels[0], &drive.channels[1]];
         let (a, b) = (steering.period, yaw_rate.period);
         let fast = a.min(b);

@@ -152,7 +152,7 @@ impl Series {
     }
 
     /// The channel on a grid: an input as it drives a model whose input is held.
-    pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
+    pub(crate) fn interpolate(&self, grid: &Grid) -> Vec<f64> {
         let becomes = match self.role {
             role if role.is_held() => Becomes::Held(self.intersample),
             _ => return self.samples_on(grid),

@@ -2,7 +2,7 @@
 
 Prints the processor's time a loop in ms, instances and all but the extraction of the archives
 included. The calls go through fmpy's own functions with arrays made beforehand, which is the
-fastest that fmpy offers a master written in Python.
+fastest that fmpy offers an importer written in Python.
 """
 
 import ctypes

@@ -15,7 +15,7 @@ use std::{env, fs};
 const LIBRARIES: &[(&str, &str)] = &include!("libraries.rs");
 
 /// The crates that the libraries link, whose manifests say with what features.
-const LINKED: [&str; 5] = ["formats", "modelDescription", "fmu/models", "fmu/export", "fmu/slaves"];
+const LINKED: [&str; 5] = ["formats", "modelDescription", "fmu/models", "fmu/export", "fmu/units"];
 
 /// What the outer cargo sets for its own build and the inner one must not inherit.
 const NOT_INHERITED: [&str; 9] = [

@@ -215,13 +215,38 @@ pub struct EngagementRow {
     pub largest_offset_m: Option<f64>,
 }
 
+/// The order of exchange between the FMUs of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoopCoupling {
+    /// One FMU after the other, each with the values that those before it have just computed: plant, path, controller.
+    #[default]
+    GaussSeidel,
+    /// All FMUs with the values at the start of the step: the yaw loop is late by a step.
+    Jacobi,
+}
+
+impl LoopCoupling {
+    /// The delay that it puts into the yaw loop, s.
+    #[must_use]
+    pub fn loop_delay_s(self, step_s: f64) -> f64 {
+        match self {
+            Self::GaussSeidel => 0.0,
+            Self::Jacobi => step_s,
+        }
+    }
+}
+
+crate::words!(LoopCoupling { GaussSeidel = "gauss-seidel", Jacobi = "jacobi" });
+
 /// The specification's steps in the loop of the packed FMUs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FmuLoop {
     /// `gauss-seidel` or `jacobi`.
-    pub master: String,
-    /// The delay that this master puts into the yaw loop, s.
+    #[serde(alias = "master")]
+    pub coupling: LoopCoupling,
+    /// The delay that this coupling puts into the yaw loop, s.
     pub loop_delay_s: f64,
     /// On the step.
     pub step: StepMetrics,

@@ -52,8 +52,8 @@ pub use bicycle_evidence::{
     BicycleEvidence, Estimated, LEAST_SPREAD, SpeedSummary, Stated, VehicleDirection, WithDelay,
 };
 pub use design::{
-    Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, OverEnsemble,
-    Robustness, Specification, TradeOff,
+    Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, LoopCoupling,
+    OverEnsemble, Robustness, Specification, TradeOff,
 };
 pub use document::{Checker, Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, Ranged, SensorNoise};

@@ -38,7 +38,7 @@ impl Matrix {
     /// # Panics
     /// The entry does not exist; documents are checked when they are read.
     #[must_use]
-    pub fn at(&self, i: usize, j: usize) -> f64 {
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
         self.0[i][j]
     }
 

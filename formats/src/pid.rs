@@ -137,7 +137,7 @@ pub struct DesignedFor {
     pub speed_mps: f64,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
-    /// Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel master).
+    /// Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel coupling).
     pub loop_delay_s: f64,
     /// Delay of the loop through the path beyond the model's own, s.
     #[serde(default)]

@@ -33,7 +33,7 @@ pub struct SourceFile {
 impl SourceFile {
     /// Names a file by the last part of its path and the hash of its bytes.
     #[must_use]
-    pub fn of(path: &std::path::Path, bytes: &[u8]) -> Self {
+    pub fn from_bytes(path: &std::path::Path, bytes: &[u8]) -> Self {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         Self::named(name, bytes)
     }

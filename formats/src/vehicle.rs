@@ -40,7 +40,7 @@ pub struct Vehicle {
     pub provenance: Option<Provenance>,
 }
 
-fn one() -> f64 {
+fn default_friction_balance() -> f64 {
     1.0
 }
 
@@ -96,7 +96,7 @@ pub struct Tyres {
     /// Peak lateral force over load at the static wheel load, of the front axle.
     pub friction_coefficient: f64,
     /// That of the rear axle over that of the front axle; 1 where it is not stated.
-    #[serde(default = "one")]
+    #[serde(default = "default_friction_balance")]
     pub friction_balance_rear: f64,
     /// C of the magic formula, 1 to 1.99.
     pub shape_factor: f64,

@@ -129,7 +129,7 @@ proptest! {
         let mut document = plant();
         document.discrete.b.0[0][0] = value;
         let back = Plant::from_json(&document.to_json(), "p").unwrap();
-        prop_assert_eq!(back.discrete.b.at(0, 0).to_bits(), value.to_bits());
+        prop_assert_eq!(back.discrete.b.entry(0, 0).to_bits(), value.to_bits());
     }
 }
 

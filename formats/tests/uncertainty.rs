@@ -110,11 +110,11 @@ fn a_member_is_the_model_moved_along_the_directions() {
     assert_eq!(still.discrete, plant.discrete);
     let member = plant.ensemble_member(&[2.0, -1.0]).unwrap();
     let (was, is) = (&plant.discrete, &member.discrete);
-    assert!((is.a.at(0, 1) - (was.a.at(0, 1) - 0.02)).abs() < 1e-15);
-    assert!((is.b.at(0, 0) - (was.b.at(0, 0) + 0.5 - 0.05)).abs() < 1e-15);
-    assert!((is.c.at(0, 1) - (was.c.at(0, 1) - 0.08)).abs() < 1e-15);
-    assert!((is.d.at(0, 0) + 0.09).abs() < 1e-15);
-    assert!((is.k.at(1, 0) - (was.k.at(1, 0) - 0.11)).abs() < 1e-15);
+    assert!((is.a.entry(0, 1) - (was.a.entry(0, 1) - 0.02)).abs() < 1e-15);
+    assert!((is.b.entry(0, 0) - (was.b.entry(0, 0) + 0.5 - 0.05)).abs() < 1e-15);
+    assert!((is.c.entry(0, 1) - (was.c.entry(0, 1) - 0.08)).abs() < 1e-15);
+    assert!((is.d.entry(0, 0) + 0.09).abs() < 1e-15);
+    assert!((is.k.entry(1, 0) - (was.k.entry(1, 0) - 0.11)).abs() < 1e-15);
     assert_eq!((member.continuous.clone(), member.uncertainty.clone()), (None, None));
     assert_eq!(Plant::from_json(&member.to_json(), "p").unwrap(), member);
 }

@@ -67,7 +67,7 @@ impl Check<'_> {
         let variable = match place {
             Place::Variable(position) => self.description.variables.get(position),
             Place::Unknown { list, position } => {
-                let unknown = list.of(self.description).get(position);
+                let unknown = list.unknowns(self.description).get(position);
                 unknown.and_then(|unknown| self.description.variable_at(unknown.index))
             }
             _ => None,

@@ -8,7 +8,7 @@ use crate::{Error, documentation, icons, provenance, reference, terminals};
 use model_description::{DefaultExperiment, ModelDescription};
 use std::io::{Cursor, Write};
 use steerwright_formats::{Document, Start};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -59,7 +59,7 @@ pub fn package(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let origin = Origin::of(fmu, document, file)?;
+    let origin = Origin::new(fmu, document, file)?;
     let sample_time = match fmu {
         Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
         _ => None,
@@ -84,12 +84,12 @@ pub fn package(
     };
     let mut description = fmu
         .describe(entries.clone(), experiment)
-        .map_err(|source| Error::Slave { file: file.into(), source })?;
+        .map_err(|source| Error::CoSimulationUnit { file: file.into(), source })?;
     description.generation_tool = Some(provenance::TOOL.into());
     description.license = Some("MIT OR Apache-2.0".into());
     description.vendor_annotations = vec![origin.annotation()];
 
-    let icon = icons::of(fmu);
+    let icon = icons::icon(fmu);
     let reference = reference::run(fmu, document, file, entries, &description, step)?;
     let extra = format!("extra/{DOMAIN}");
     let mut sorted = platforms.clone();
@@ -134,7 +134,7 @@ fn platforms(fmu: Fmu, binaries: &[Binary<'_>]) -> Result<Vec<(String, Platform)
         if platforms.iter().any(|(folder, _)| folder == platform) {
             return Err(Error::TwoBinaries { fmu: fmu.name(), platform: (*platform).to_owned() });
         }
-        platforms.push(((*platform).to_owned(), Platform::of(platform)?));
+        platforms.push(((*platform).to_owned(), Platform::from_folder(platform)?));
     }
     Ok(platforms)
 }

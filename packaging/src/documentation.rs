@@ -5,7 +5,7 @@ use crate::provenance::{Origin, cell, shortened};
 use model_description::{Causality, ModelDescription, Table, Value, Variable};
 use pulldown_cmark::{Options, Parser, html};
 use std::fmt::Write;
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 const BEGIN: &str = "<!-- variables:begin -->";
 const END: &str = "<!-- variables:end -->";

@@ -15,7 +15,7 @@ pub enum Error {
     Document(#[from] steerwright_formats::Error),
     #[error("{file}: {source}")]
     #[diagnostic(help("make the file again with the command that writes it"))]
-    Slave { file: String, source: steerwright_slaves::Error },
+    CoSimulationUnit { file: String, source: steerwright_units::Error },
     #[error("{fmu}: no library for any platform")]
     #[diagnostic(help(
         "this build holds no FMU libraries; build steerwright without STEERWRIGHT_FMU_BINARIES"
@@ -67,5 +67,5 @@ const SPACE: &str = "check the free space and try again";
 
 /// The schemas of the files that FMUs are made from.
 fn schemas() -> String {
-    steerwright_slaves::Fmu::ALL.map(steerwright_slaves::Fmu::schema).join(", ")
+    steerwright_units::Fmu::ALL.map(steerwright_units::Fmu::schema).join(", ")
 }

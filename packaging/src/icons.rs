@@ -1,6 +1,6 @@
 //! The pictures in an archive; each PNG is made from the SVG next to it (`tests/icons.rs`).
 
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Icon {
@@ -19,7 +19,7 @@ macro_rules! icon {
     };
 }
 
-pub(crate) const fn of(fmu: Fmu) -> Icon {
+pub(crate) const fn icon(fmu: Fmu) -> Icon {
     match fmu {
         Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
         Fmu::BicyclePlant => icon!("BicyclePlant"),

@@ -17,4 +17,4 @@ mod terminals;
 pub use archive::{Binary, Packed, fmu_of, package};
 pub use documentation::{table_markdown, with_variables};
 pub use error::Error;
-pub use steerwright_slaves::Fmu;
+pub use steerwright_units::Fmu;

@@ -20,7 +20,7 @@ const SYSTEMS: [[&str; 4]; 3] = [
 ];
 
 impl Platform {
-    pub(crate) fn of(folder: &str) -> Result<Self, Error> {
+    pub(crate) fn from_folder(folder: &str) -> Result<Self, Error> {
         let unknown = || Error::Platform { platform: folder.to_owned() };
         for system in SYSTEMS {
             match folder.strip_prefix(system[0]) {
@@ -75,7 +75,7 @@ mod tests {
             ("aarch64-darwin", "dylib"),
             ("aarch64-windows", "dll"),
         ] {
-            assert_eq!(Platform::of(folder).unwrap().extension(), extension, "{folder}");
+            assert_eq!(Platform::from_folder(folder).unwrap().extension(), extension, "{folder}");
         }
     }
 
@@ -84,7 +84,7 @@ mod tests {
         // No importer of FMI 2.0 looks for x86_64-linux: that is linux64 there.
         for folder in ["", "linux", "x86_64-linux", "../linux64", "Linux64", "amd64-linux", "win65"]
         {
-            assert!(Platform::of(folder).is_err(), "{folder}");
+            assert!(Platform::from_folder(folder).is_err(), "{folder}");
         }
     }
 }

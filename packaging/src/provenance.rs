@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use steerwright_formats::{Document, Provenance, SourceFile, sha256_hex};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 pub(crate) const TOOL: &str = concat!("steerwright ", env!("CARGO_PKG_VERSION"));
 
@@ -48,7 +48,7 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
+    pub(crate) fn new(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(Document::from_json(document, file)?),
             Fmu::BicyclePlant => bicycle(Document::from_json(document, file)?),

@@ -73,6 +73,12 @@ ReasonCode = Literal[
 ]
 """The subject of a reason; its name in files is stable."""
 
+LoopCoupling = Literal[
+    "gauss-seidel",
+    "jacobi",
+]
+"""The order of exchange between the FMUs of a loop."""
+
 Information = Literal[
     "good",
     "weak",
@@ -929,7 +935,7 @@ class DesignedFor(Record):
     steering_ratio: float
     """Steering angle over road-wheel angle."""
     loop_delay_s: float
-    """Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel master)."""
+    """Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel coupling)."""
     path_delay_s: Union[float, None]
     """Delay of the loop through the path beyond the model's own, s."""
     estimator_delay_s: Union[float, None]
@@ -1663,10 +1669,10 @@ class OnACurve(Record):
 class FmuLoop(Record):
     """The specification's steps in the loop of the packed FMUs."""
 
-    master: str
+    coupling: LoopCoupling
     """`gauss-seidel` or `jacobi`."""
     loop_delay_s: float
-    """The delay that this master puts into the yaw loop, s."""
+    """The delay that this coupling puts into the yaw loop, s."""
     step: StepMetrics
     """On the step."""
     predicted: StepMetrics

@@ -365,10 +365,10 @@ class DesignOptions(TypedDict, total=False):
     [default: 6m/s2]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
-    master: Literal["gauss-seidel", "jacobi"]
-    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    coupling: Literal["gauss-seidel", "jacobi"]
+    """Coupling of the co-simulation that the loop is designed for [default: gauss-seidel]."""
     latency: Quantity
-    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    """Measured latency of every loop, in addition to the delays of the model and the coupling."""
     loop_delay: Quantity
     """Additional delay of the yaw loop."""
     path_delay: Quantity
@@ -623,10 +623,10 @@ class CompareOptions(TypedDict, total=False):
     [default: 6m/s2]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
-    master: Literal["gauss-seidel", "jacobi"]
-    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    coupling: Literal["gauss-seidel", "jacobi"]
+    """Coupling of the co-simulation that the loop is designed for [default: gauss-seidel]."""
     latency: Quantity
-    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    """Measured latency of every loop, in addition to the delays of the model and the coupling."""
     loop_delay: Quantity
     """Additional delay of the yaw loop."""
     path_delay: Quantity
@@ -727,10 +727,10 @@ class BuildOptions(IdentifyOptions, total=False):
     [default: 6m/s2]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
-    master: Literal["gauss-seidel", "jacobi"]
-    """Master of the co-simulation that the loop is designed for [default: gauss-seidel]."""
+    coupling: Literal["gauss-seidel", "jacobi"]
+    """Coupling of the co-simulation that the loop is designed for [default: gauss-seidel]."""
     latency: Quantity
-    """Measured latency of every loop, in addition to the delays of the model and the master."""
+    """Measured latency of every loop, in addition to the delays of the model and the coupling."""
     loop_delay: Quantity
     """Additional delay of the yaw loop."""
     path_delay: Quantity
@@ -803,7 +803,7 @@ class SimulateOptions(TypedDict, total=False):
     """Start time; by default the earliest that an FMU recommends, or 0."""
     stop: Quantity
     """Stop time; by default the latest that an FMU recommends."""
-    master: Literal["gauss-seidel", "jacobi"]
+    coupling: Literal["gauss-seidel", "jacobi"]
     """Order of the FMUs within a step (default gauss-seidel)."""
     set: Union[Mapping[str, Any], Sequence[str], str]
     """Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated."""

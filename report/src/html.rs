@@ -83,7 +83,7 @@ pub enum Tone {
 /// The page, complete.
 #[must_use]
 pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
-    let drawn = Drawn::of(sections);
+    let drawn = Drawn::from_sections(sections);
     let mut figures = drawn.figures.iter();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -135,7 +135,7 @@ struct Still {
 }
 
 impl Drawn {
-    fn of(sections: &[Section]) -> Self {
+    fn from_sections(sections: &[Section]) -> Self {
         let figure = |block| match block {
             &Block::Figure { ref figure, height, .. } => Some((figure, height)),
             _ => None,

@@ -100,7 +100,7 @@ impl Table {
         let headers = clean(&self.headers);
         let rows: Vec<_> = self.rows.iter().map(|r| clean(r)).collect();
         let sizes: Vec<Size> = (0..headers.len())
-            .map(|k| Size::of(self.is_numeric(k), &headers[k], rows.iter().map(|r| r[k].as_str())))
+            .map(|k| Size::new(self.is_numeric(k), &headers[k], rows.iter().map(|r| r[k].as_str())))
             .collect();
         let mut text = String::new();
         for block in blocks(&sizes, columns) {
@@ -153,7 +153,7 @@ struct Size {
 }
 
 impl Size {
-    fn of<'a>(numeric: bool, header: &str, cells: impl Iterator<Item = &'a str>) -> Self {
+    fn new<'a>(numeric: bool, header: &str, cells: impl Iterator<Item = &'a str>) -> Self {
         let word = |text: &str| text.split(' ').map(width).max().unwrap_or(0);
         let (mut natural, mut wrapped) = (width(header), word(header));
         for cell in cells {

@@ -8,7 +8,7 @@
 use super::identity::{Identity, resolved};
 use super::manifest::{self, Manifest};
 use crate::failure::Failure;
-use crate::program::INTERRUPTED;
+use crate::process::program::INTERRUPTED;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -113,7 +113,7 @@ impl Folder {
     /// Puts what was written in its place.
     pub(crate) fn commit(self) -> Result<(), Failure> {
         let failed = |e: std::io::Error| Failure::file(&self.path, &e);
-        let manifest = Manifest::of(&self.stage, self.command).map_err(failed)?;
+        let manifest = Manifest::from_folder(&self.stage, self.command).map_err(failed)?;
         fs::write(self.stage.join(manifest::NAME), manifest.to_json()).map_err(failed)?;
         sync(&self.stage).map_err(failed)?;
         // Checked once more: someone may have put a file there meanwhile.
@@ -230,7 +230,7 @@ impl Lock {
             // Its last holder may have removed it between the two calls: then the lock is on a
             // file that no other process finds.
             let same = match (file.metadata(), fs::metadata(path)) {
-                (Ok(a), Ok(b)) => Identity::of(path, &a) == Identity::of(path, &b),
+                (Ok(a), Ok(b)) => Identity::new(path, &a) == Identity::new(path, &b),
                 _ => false,
             };
             if same {

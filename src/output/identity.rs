@@ -25,17 +25,17 @@ impl Identity {
         let path = if path == Path::new("-") { Path::new("/dev/stdin") } else { path };
         let metadata = fs::metadata(path).ok()?;
         // A terminal is read and written at the same time, and /dev/null as often as one likes.
-        (metadata.is_file() || is_fifo(&metadata)).then(|| Self::of(path, &metadata))
+        (metadata.is_file() || is_fifo(&metadata)).then(|| Self::new(path, &metadata))
     }
 
     #[cfg(unix)]
-    pub(super) fn of(_: &Path, metadata: &Metadata) -> Self {
+    pub(super) fn new(_: &Path, metadata: &Metadata) -> Self {
         use std::os::unix::fs::MetadataExt;
         Self::There(metadata.dev(), metadata.ino())
     }
 
     #[cfg(not(unix))]
-    pub(super) fn of(path: &Path, _: &Metadata) -> Self {
+    pub(super) fn new(path: &Path, _: &Metadata) -> Self {
         Self::There(fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()))
     }
 

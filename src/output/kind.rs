@@ -34,7 +34,7 @@ pub(crate) enum Kind {
 
 impl Kind {
     /// The kind of a document, of any version.
-    pub(crate) fn of<D: Document>() -> Self {
+    pub(crate) fn for_document<D: Document>() -> Self {
         let end = D::SCHEMA.rfind('/').map_or(D::SCHEMA.len(), |slash| slash + 1);
         Self::Document(&D::SCHEMA[..end])
     }
@@ -42,11 +42,11 @@ impl Kind {
     /// The kind of a model's file.
     pub(crate) fn of_model(structure: Structure) -> Self {
         match structure {
-            Structure::StateSpace => Self::of::<Plant>(),
-            Structure::Bicycle => Self::of::<Bicycle>(),
+            Structure::StateSpace => Self::for_document::<Plant>(),
+            Structure::Bicycle => Self::for_document::<Bicycle>(),
             Structure::SingleTrack => Self::IdentifiedVehicle,
-            Structure::Torque => Self::of::<Torque>(),
-            Structure::Longitudinal => Self::of::<Longitudinal>(),
+            Structure::Torque => Self::for_document::<Torque>(),
+            Structure::Longitudinal => Self::for_document::<Longitudinal>(),
         }
     }
 
@@ -79,7 +79,11 @@ impl Kind {
                 schema_of(file).is_some_and(|found| found.starts_with(schema))
             }
             Self::Model => {
-                let kinds = [Self::of::<Plant>(), Self::of::<Bicycle>(), Self::IdentifiedVehicle];
+                let kinds = [
+                    Self::for_document::<Plant>(),
+                    Self::for_document::<Bicycle>(),
+                    Self::IdentifiedVehicle,
+                ];
                 for kind in kinds {
                     if kind.is_in(path)? {
                         return Ok(true);

@@ -22,7 +22,7 @@ pub(super) struct Manifest {
 
 impl Manifest {
     /// Of the files of a folder, in the order of their names.
-    pub(super) fn of(folder: &Path, command: &str) -> std::io::Result<Self> {
+    pub(super) fn from_folder(folder: &Path, command: &str) -> std::io::Result<Self> {
         let mut names = Vec::new();
         walk(folder, "", &mut names)?;
         names.sort();

@@ -6,8 +6,8 @@ mod identity;
 mod kind;
 mod manifest;
 
-use crate::console;
 use crate::failure::Failure;
+use crate::terminal::console;
 use identity::{Identity, is_character_device, is_fifo, is_open_file, is_stdout};
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -57,9 +57,9 @@ impl Outputs {
             Destination::Open(path) => fs::metadata(&path)
                 .ok()
                 .filter(is_fifo)
-                .map(|metadata| Identity::of(&path, &metadata)),
+                .map(|metadata| Identity::new(&path, &metadata)),
             Destination::File(path) => Some(match fs::metadata(&path) {
-                Ok(metadata) => Identity::of(&path, &metadata),
+                Ok(metadata) => Identity::new(&path, &metadata),
                 Err(_) => Identity::of_new(&path),
             }),
         };
@@ -218,7 +218,7 @@ impl Output {
         if metadata.is_dir() {
             return refused(FOLDER.0, FOLDER.1);
         }
-        let here = Identity::of(&path, &metadata);
+        let here = Identity::new(&path, &metadata);
         if let Some((_, input)) = self.rules.inputs.iter().find(|(input, _)| *input == here) {
             let problem = if *input == self.path {
                 "this output is also an input, and is never written".to_owned()

@@ -4,12 +4,12 @@
 
 mod present;
 
-use crate::evidence;
+use crate::commands::identify::Wanted;
+use crate::documents::feasibility::Feasibility;
+use crate::documents::gate::GateArguments;
 use crate::failure::Failure;
-use crate::feasibility::Feasibility;
-use crate::gate::GateArguments;
-use crate::identify::Wanted;
-use crate::progress::Progress;
+use crate::terminal::evidence;
+use crate::terminal::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::Loop;
 use steerwright_control::paths::{self, PointOptions};
@@ -129,7 +129,7 @@ impl Basis {
 
 const LOOP: &str = "LateralLoop";
 /// The order in which the FMUs of these loops are stepped.
-const MASTER: Coupling = Coupling::GaussSeidel;
+const COUPLING: Coupling = Coupling::GaussSeidel;
 /// The page to read.
 pub(crate) const PAGE: &str = "report.html";
 /// Name of the road every drive is tried on.
@@ -289,10 +289,10 @@ fn run_loops(
     out.document(&format!("pid{suffix}.json"), &pid)?;
     let controller = Archive::open(out.archive(&folder, &pid.to_json())?)?;
 
-    let step = steerwright_comparison::yaw_step(archive, &controller, &pid, MASTER)?;
+    let step = steerwright_comparison::yaw_step(archive, &controller, &pid, COUPLING)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
     let with_offset =
-        steerwright_comparison::yaw_step_with_offset(model, &controller, &pid, MASTER)?;
+        steerwright_comparison::yaw_step_with_offset(model, &controller, &pid, COUPLING)?;
     if let Some(step) = &with_offset {
         out.bytes(&format!("step-with-offset{suffix}.csv"), step.csv.as_bytes())?;
     }
@@ -313,7 +313,8 @@ fn run_loops(
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
         let run = Loop { plant: archive, path: &path_archive, controller: &controller };
-        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip.at(speed))?.to_csv();
+        let csv =
+            run.track(&path, pid.sample_time_s, COUPLING, &sideslip.at_speed(speed))?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();
@@ -361,7 +362,7 @@ impl Writer {
         document.checked(name)?;
         let text = document.to_json();
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
+        Ok(SourceFile::from_bytes(Path::new(name), text.as_bytes()))
     }
 
     /// As [`Writer::document`], under the usual name.
@@ -369,7 +370,7 @@ impl Writer {
         let (name, text) = (model.structure().file_name(), model.to_json());
         model.checked(name)?;
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
+        Ok(SourceFile::from_bytes(Path::new(name), text.as_bytes()))
     }
 
     /// Packs a document's FMU into a folder below.

@@ -1,7 +1,7 @@
 //! Distributions of varied quantities.
 //!
 //! Real numbers have 53 random bits. Normal numbers are those of `rand_distr` (ziggurat), truncated
-//! ones drawn again until they lie within the bounds, which [`Distribution::of`] keeps from being
+//! ones drawn again until they lie within the bounds, which [`Distribution::from_study`] keeps from being
 //! rare. For Integer and Boolean variables, `uniform` draws whole numbers, both ends included.
 
 use crate::study::{Kind, Vary};
@@ -30,7 +30,7 @@ pub(crate) enum Distribution {
 
 impl Distribution {
     /// The distribution that a study describes; `whole` for variables that are no Reals.
-    pub(crate) fn of(vary: &Vary, whole: bool) -> Result<Self, String> {
+    pub(crate) fn from_study(vary: &Vary, whole: bool) -> Result<Self, String> {
         unused(vary)?;
         let need = |key: &str, value: Option<f64>| match value {
             None => Err(format!("{} needs {key}", vary.distribution.name())),
@@ -279,13 +279,13 @@ mod tests {
 
     const DRAWS: usize = 4_000;
 
-    fn of(text: &str, whole: bool) -> Result<Distribution, String> {
-        Distribution::of(&toml::from_str(text).unwrap(), whole)
+    fn parsed(text: &str, whole: bool) -> Result<Distribution, String> {
+        Distribution::from_study(&toml::from_str(text).unwrap(), whole)
     }
 
     /// Draws of as many runs, sorted.
     fn drawn(text: &str, whole: bool) -> Vec<f64> {
-        let distribution = of(text, whole).unwrap();
+        let distribution = parsed(text, whole).unwrap();
         let key = Key::new(1, "x");
         let value = |run| distribution.value(&mut key.stream(run), 0);
         let mut values: Vec<f64> = (0..DRAWS).map(value).collect();
@@ -344,7 +344,7 @@ mod tests {
     #[test]
     fn a_linspace_has_both_its_ends() {
         let text = "distribution = \"linspace\"\nminimum = 0.1\nmaximum = 0.7\ncount = 4";
-        let Ok(Distribution::Points(values)) = of(text, false) else { panic!("no points") };
+        let Ok(Distribution::Points(values)) = parsed(text, false) else { panic!("no points") };
         assert_eq!((values.len(), values[0], values[3]), (4, 0.1, 0.7));
         assert!((values[1] - 0.3).abs() < 1e-15);
     }

@@ -52,9 +52,9 @@ impl Disturbance {
         let unit: f64 = stream.sample(StandardNormal);
         Signal {
             shape: self.shape,
-            amplitude: self.factor * self.amplitude.of(draws),
-            start: self.start.of(draws),
-            duration: self.duration.of(draws),
+            amplitude: self.factor * self.amplitude.evaluate(draws),
+            start: self.start.evaluate(draws),
+            duration: self.duration.evaluate(draws),
             pole: (-2.0 * std::f64::consts::PI * self.bandwidth * step).exp(),
             noise: unit,
             stream,

@@ -39,7 +39,7 @@ pub(crate) enum Number {
 }
 
 impl Number {
-    pub(crate) fn of(self, draws: &[f64]) -> f64 {
+    pub(crate) fn evaluate(self, draws: &[f64]) -> f64 {
         match self {
             Self::Fixed(value) => value,
             Self::Drawn(index) => draws[index],

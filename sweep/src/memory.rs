@@ -24,7 +24,7 @@ impl Memory {
             _ => 0.0,
         };
         let target = match metric.target {
-            Target::Number(number) => number.of(draws),
+            Target::Number(number) => number.evaluate(draws),
             _ => 0.0,
         };
         Self { count: 0.0, sum: 0.0, value, first: 0.0, first_time: 0.0, inside: false, target }
@@ -39,10 +39,10 @@ impl Memory {
             return;
         }
         let target = match metric.target {
-            Target::Variable(slot, convert) => convert.of(values[slot]),
+            Target::Variable(slot, convert) => convert.apply(values[slot]),
             _ => self.target,
         };
-        let mut x = metric.convert.of(values[metric.slot]) - target;
+        let mut x = metric.convert.apply(values[metric.slot]) - target;
         if metric.absolute {
             x = x.abs();
         }

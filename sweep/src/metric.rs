@@ -107,7 +107,7 @@ pub(crate) struct Shows {
 impl Shows {
     /// Of a metric of the variable `name`, which `convert` takes to the metric's unit. What the
     /// study itself allows is not off the path.
-    pub(crate) fn of(
+    pub(crate) fn new(
         name: &str,
         kind: Kind,
         target: Target,
@@ -217,7 +217,7 @@ mod tests {
 
     fn shows(name: &str, kind: Kind, factor: f64, allowed: Option<f64>) -> Option<Shows> {
         let convert = Linear { factor, offset: 0.0 };
-        Shows::of(name, kind, Target::Nothing, convert, allowed, OFF_PATH_BEYOND_M)
+        Shows::new(name, kind, Target::Nothing, convert, allowed, OFF_PATH_BEYOND_M)
     }
 
     #[test]

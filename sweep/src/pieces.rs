@@ -162,7 +162,7 @@ impl Sweep {
         }
         results.finish()?;
         let outcomes: Vec<Outcome> = held.into_iter().flat_map(|piece| piece.outcomes).collect();
-        let summary = Summary::of(self, 0, &outcomes);
+        let summary = Summary::new(self, 0, &outcomes);
         Ok(Finished { resumed: 0, rows: outcomes.len(), threads: 1, fatal: None, summary })
     }
 

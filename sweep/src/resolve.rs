@@ -6,7 +6,7 @@ use crate::disturbance::Disturbance;
 use crate::draws::{Key as DrawKey, Number};
 use crate::metric::{Metric, OFF_PATH_BEYOND_M, Shows, Target};
 use crate::plan::{Plan, Reuse, Varied};
-use crate::study::{Coupling, Disturb, Instances, Quantity, Shape, Study};
+use crate::study::{Disturb, Instances, Quantity, Shape, Study};
 use crate::values::{Found, UNIT_HINT, conversion, find, values};
 use std::collections::{BTreeMap, BTreeSet};
 use steerwright_host::{
@@ -31,11 +31,7 @@ pub(crate) fn resolve(study: &Study, wired: &Wired, resets: Resets<'_>) -> Resul
     let signals = disturbed.len();
     let read = observed.clone();
     let options = PlanOptions { read, assigned, signals, composed, ..PlanOptions::default() };
-    let coupling = match study.raw.master {
-        Coupling::GaussSeidel => steerwright_host::Coupling::GaussSeidel,
-        Coupling::Jacobi => steerwright_host::Coupling::Jacobi,
-    };
-    let system = wired.system.plan(coupling, wired.grid, &options);
+    let system = wired.system.plan(study.raw.coupling, wired.grid, &options);
     let system = system.map_err(|e| host(study, study.raw.ssp.as_ref(), e))?;
     let metrics = metrics(study, wired, &varied, &system)?;
     unlike(study, &varied, &metrics)?;
@@ -303,7 +299,7 @@ fn metrics(
         let convert = to_metric(found)?;
         let (kind, allowed) = (stated.kind, stated.at_most);
         let shows =
-            Shows::of(&found.1.name, kind, target, convert, allowed, max_cross_track_error_m);
+            Shows::new(&found.1.name, kind, target, convert, allowed, max_cross_track_error_m);
         let own = stated.unit.clone().or_else(|| found.1.unit.clone());
         metrics.push(Metric {
             name: stated.name.clone(),

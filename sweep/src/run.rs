@@ -117,7 +117,7 @@ impl Sweep {
         written?;
         results.finish()?;
         self.earlier_trajectories(options, runs.start..runs.start + resumed)?;
-        let summary = Summary::of(self, runs.start, &outcomes);
+        let summary = Summary::new(self, runs.start, &outcomes);
         Ok(Finished { resumed, rows: outcomes.len(), threads, fatal, summary })
     }
 

@@ -10,6 +10,7 @@ use crate::metric::Kind as MetricKind;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use steerwright_host::Coupling;
 use toml::Spanned;
 
 /// A read study.
@@ -35,8 +36,8 @@ pub(crate) struct Raw {
     pub(crate) start_s: Option<f64>,
     pub(crate) stop_s: Option<Spanned<f64>>,
     pub(crate) step_s: Option<Spanned<f64>>,
-    #[serde(default)]
-    pub(crate) master: Coupling,
+    #[serde(default, alias = "master", with = "CouplingName")]
+    pub(crate) coupling: Coupling,
     #[serde(default)]
     pub(crate) instances: Instances,
     pub(crate) seed: u64,
@@ -84,10 +85,9 @@ pub(crate) struct Connect {
 }
 
 /// How values pass between FMUs within a step.
-#[derive(Debug, Clone, Copy, Deserialize, Default)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Coupling {
-    #[default]
+#[derive(Deserialize)]
+#[serde(remote = "Coupling", rename_all = "kebab-case")]
+enum CouplingName {
     GaussSeidel,
     Jacobi,
 }

@@ -88,7 +88,7 @@ pub struct MetricSummary {
 
 impl Summary {
     /// Of consecutive runs, of which `first` is the first.
-    pub(crate) fn of(sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> Self {
+    pub(crate) fn new(sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> Self {
         let plan = &sweep.plan;
         let errors: Vec<&String> = outcomes
             .iter()
@@ -105,8 +105,8 @@ impl Summary {
             first_error: errors.first().map(|text| (*text).clone()),
             outcomes: outcomes_of(&classes),
             failures: failures(sweep, first, &classes),
-            passed: plan.requires().then(|| Requirement::of(passed, outcomes.len())),
-            metrics: metrics.map(|(i, m)| MetricSummary::of(m, i, outcomes)).collect(),
+            passed: plan.requires().then(|| Requirement::new(passed, outcomes.len())),
+            metrics: metrics.map(|(i, m)| MetricSummary::new(m, i, outcomes)).collect(),
         }
     }
 
@@ -149,7 +149,7 @@ fn failures(sweep: &Sweep, first: usize, classes: &[Class]) -> Vec<FailureSummar
 }
 
 impl Requirement {
-    fn of(passed: usize, of: usize) -> Self {
+    fn new(passed: usize, of: usize) -> Self {
         let share = if of == 0 { 0.0 } else { passed as f64 / of as f64 };
         Self { passed, of, share, share_interval_95: wilson(passed, of) }
     }
@@ -171,7 +171,7 @@ fn wilson(passed: usize, of: usize) -> [f64; 2] {
 }
 
 impl MetricSummary {
-    fn of(metric: &Metric, index: usize, outcomes: &[Outcome]) -> Self {
+    fn new(metric: &Metric, index: usize, outcomes: &[Outcome]) -> Self {
         let all = outcomes.iter().filter_map(|outcome| match outcome {
             Outcome::Done(values) => Some(values[index]),
             Outcome::Failed(_) => None,
@@ -199,7 +199,7 @@ impl MetricSummary {
             q95: quantile(0.95),
             q99: quantile(0.99),
             maximum: quantile(1.0),
-            requirement: metric.is_required().then(|| Requirement::of(met, outcomes.len())),
+            requirement: metric.is_required().then(|| Requirement::new(met, outcomes.len())),
         }
     }
 }

@@ -118,7 +118,7 @@ fn fixed(
             let number: f64 = number.trim().parse().map_err(|_| bad())?;
             let convert = conversion(wired, (index, variable), Some(unit.trim()))
                 .map_err(|problem| study.fault(entry, problem, UNIT_HINT))?;
-            Value::Real(convert.of(number))
+            Value::Real(convert.apply(number))
         }
         (Kind::Integer, toml::Value::Integer(value)) => {
             Value::Integer(i32::try_from(*value).map_err(|_| bad())?)
@@ -211,12 +211,12 @@ fn quantity(
         targets.push((path, index, variable, convert));
     }
     let whole = targets.iter().any(|(_, _, variable, _)| variable.kind != Kind::Real);
-    let distribution = Distribution::of(vary, whole).map_err(|problem| {
+    let distribution = Distribution::from_study(vary, whole).map_err(|problem| {
         study.fault(entry, format!("{name}: {problem}"), "see the distributions in the example")
     })?;
     let (least, greatest) = distribution.reach();
     for (path, index, variable, convert) in targets {
-        let ends = (convert.of(least), convert.of(greatest));
+        let ends = (convert.apply(least), convert.apply(greatest));
         let ordered = (ends.0.min(ends.1), ends.0.max(ends.1));
         within(study, path, variable, ordered)?;
         fits(&distribution, variable, ordered)

@@ -52,7 +52,7 @@ pub(crate) fn sample(name: &str) -> &'static Sample {
 
 /// Packs and unpacks an FMU.
 fn unpacked(fmu: Fmu) -> Sample {
-    let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
+    let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
     let document = document(fmu.schema());

@@ -48,13 +48,18 @@ fn ticks(unit: &Unit<'_>) -> u64 {
     count.round() as u64
 }
 
-/// Steps from time to time as `master` has them; `per_tick` steps are a sample.
-fn run(sample_time: f64, steps: u32, per_tick: u32, master: impl Fn(u32, f64) -> (f64, f64)) {
-    let unit = counter(sample_time, master(0, 0.0).0);
+/// Steps from time to time as `steps_of_importer` has them; `per_tick` steps are a sample.
+fn run(
+    sample_time: f64,
+    steps: u32,
+    per_tick: u32,
+    steps_of_importer: impl Fn(u32, f64) -> (f64, f64),
+) {
+    let unit = counter(sample_time, steps_of_importer(0, 0.0).0);
     let (component, do_step) = (unit.component, unit.api.do_step);
-    let mut end = master(0, 0.0).0;
+    let mut end = steps_of_importer(0, 0.0).0;
     for k in 0..steps {
-        let (time, step) = master(k, end);
+        let (time, step) = steps_of_importer(k, end);
         // SAFETY: a live instance.
         let status = unsafe { do_step(component, time, step, 1) };
         assert_eq!(status, OK, "step {k} at {time}: {:?}", unit.lines.take());

@@ -11,8 +11,8 @@ use fmi_rs::fmi2::{CS, FMU2};
 use fmi_rs::model_description::fmi2::VariableType;
 use std::collections::HashMap;
 use std::sync::Arc;
-use support::master::Unit;
-use support::{Master, archive, compare};
+use support::run::Unit;
+use support::{LoopCoupling, archive, compare};
 
 /// One FMU, with its variables by name: value reference, and whether it is a Boolean.
 struct Slave {
@@ -84,7 +84,7 @@ impl Unit for Slave {
 
 #[test]
 fn fmi_rs_runs_the_closed_loop_of_the_pure_functions() {
-    for master in [Master::GaussSeidel, Master::Jacobi] {
-        compare("fmi-rs", master, Slave::open);
+    for coupling in [LoopCoupling::GaussSeidel, LoopCoupling::Jacobi] {
+        compare("fmi-rs", coupling, Slave::open);
     }
 }

@@ -18,8 +18,8 @@ use fmi::traits::FmiImport;
 use functions::functions;
 use std::collections::HashMap;
 use std::sync::Mutex;
-use support::master::Unit;
-use support::{Master, archive, compare};
+use support::run::Unit;
+use support::{LoopCoupling, archive, compare};
 
 #[derive(Clone, Copy)]
 enum Kind {
@@ -106,8 +106,8 @@ impl Unit for Rust {
 
 #[test]
 fn rust_fmi_runs_the_closed_loop_of_the_pure_functions() {
-    for master in [Master::GaussSeidel, Master::Jacobi] {
-        compare("rust-fmi", master, |name| Rust::open(name, true));
+    for coupling in [LoopCoupling::GaussSeidel, LoopCoupling::Jacobi] {
+        compare("rust-fmi", coupling, |name| Rust::open(name, true));
     }
 }
 

@@ -21,7 +21,7 @@ mod functions;
 
 use fmi2_export::calls::Call;
 use fmi2_export::model_description::{Table, Value, VariableSpec};
-use fmi2_export::{Log, Resources, Slave, VariableId, types};
+use fmi2_export::{Log, Resources, CoSimulationUnit, VariableId, types};
 use functions::functions;
 use std::mem::offset_of;
 
@@ -154,7 +154,7 @@ callbacks! {
     componentEnvironment component_environment: Environment;
 }
 
-/// A slave without variables; its argument is a place for code, see above.
+/// A unit without variables; its argument is a place for code, see above.
 #[derive(Clone)]
 struct Nothing<const FUNCTIONS: usize>;
 
@@ -174,7 +174,7 @@ impl VariableId for Variable {
     }
 }
 
-impl<const FUNCTIONS: usize> Slave for Nothing<FUNCTIONS> {
+impl<const FUNCTIONS: usize> CoSimulationUnit for Nothing<FUNCTIONS> {
     type Variable = Variable;
     const TABLE: &'static Table = &TABLE;
 

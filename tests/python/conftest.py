@@ -73,10 +73,10 @@ def out() -> Path:
 
 @pytest.fixture(scope="session")
 def reference(out: Path) -> Callable[[str, str, str], Reference]:
-    """The trajectory along a road under a master, after an initialization."""
+    """The trajectory along a road under a coupling, after an initialization."""
 
-    def read(road: str, master: str, initialization: str) -> Reference:
-        return Reference(out / "reference" / f"{road}-{master}-{initialization}.csv")
+    def read(road: str, coupling: str, initialization: str) -> Reference:
+        return Reference(out / "reference" / f"{road}-{coupling}-{initialization}.csv")
 
     return read
 

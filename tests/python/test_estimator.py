@@ -33,7 +33,7 @@ def packed(out: Path) -> Path:
 
 @pytest.fixture
 def expected(out: Path) -> dict[str, np.ndarray]:
-    """What `steerwright simulate --master jacobi` gives for the package."""
+    """What `steerwright simulate --coupling jacobi` gives for the package."""
     with open(out / "reference/estimator-jacobi.csv", newline="") as opened:
         header, *rows = csv.reader(opened)
     values = np.array([[float(cell) for cell in row] for row in rows])
@@ -67,7 +67,7 @@ def test_fmpy_runs_it(packed: Path, expected: dict[str, np.ndarray]) -> None:
         result["IdentifiedPlant.x"] - result["PoseEstimator.x"],
         result["IdentifiedPlant.y"] - result["PoseEstimator.y"],
     )
-    # A Jacobi master's estimate is a step old.
+    # A Jacobi coupling's estimate is a step old.
     speed = np.hypot(
         np.diff(result["IdentifiedPlant.x"]), np.diff(result["IdentifiedPlant.y"])
     ).max() / step

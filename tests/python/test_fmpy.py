@@ -1,4 +1,4 @@
-"""The closed loop under fmpy: its FMU2Slave by a master in Python, and its own `simulate_ssp`."""
+"""The closed loop under fmpy: its FMU2Slave coupled in Python, and its own `simulate_ssp`."""
 
 import zipfile
 from pathlib import Path
@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from loop import UNITS, WIRES
-from master import Unit, Wire, run
+from coupling import Unit, Wire, run
 
 
-@pytest.mark.parametrize("master", ["gauss_seidel", "jacobi"])
-def test_fmpy_steps_the_loop_of_the_pure_functions(out: Path, reference, master: str) -> None:
-    expected = reference("road", master, "settled")
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+def test_fmpy_steps_the_loop_of_the_pure_functions(out: Path, reference, coupling: str) -> None:
+    expected = reference("road", coupling, "settled")
     units = {name: Unit(out / "fmu" / f"{name}.fmu") for name in UNITS}
     wires = [Wire(units[a], output, units[b], input) for a, output, b, input in WIRES]
     got = run(
-        list(units.values()), wires, master, expected.steps, expected.step, expected.names
+        list(units.values()), wires, coupling, expected.steps, expected.step, expected.names
     )
     for unit in units.values():
         unit.close()
-    expected.agrees(f"fmpy, FMUs, {master}", dict(zip(expected.names, got.T[1:])))
+    expected.agrees(f"fmpy, FMUs, {coupling}", dict(zip(expected.names, got.T[1:])))
 
 
 def test_fmpy_runs_the_package(package: Path, road: str, reference) -> None:

@@ -2,32 +2,23 @@
 //! every importer is compared with.
 //!
 //! The three models are driven as an importer drives FMUs: inputs set, outputs read, steps taken,
-//! under either master and after the initialization of that importer. Importers differ in what
+//! under either coupling and after the initialization of that importer. Importers differ in what
 //! reaches an input before the first step, and the controller's tick 0 sees that.
 
 use std::fmt::Write;
 use std::sync::Arc;
-use steerwright_formats::{Path, Pid as PidFile, Plant};
+use steerwright_formats::{LoopCoupling, Path, Pid as PidFile, Plant};
 use steerwright_models::{
     GuidanceParameters, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput, PidOutput,
     PidParameters,
 };
-
-/// Who waits for whom within a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Master {
-    /// Plant, path, controller, each with what the one before has just computed.
-    GaussSeidel,
-    /// All with the values at the start of the step.
-    Jacobi,
-}
 
 /// What passes through the connections before the first step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(dead_code)] // not each importer's tests need each
 pub(crate) enum Initialization {
     /// Values are passed on in initialization mode until none changes, as by libcosim and by the
-    /// masters that step instances one by one. An FMU container passes them on once, in the order
+    /// importers that step instances one by one. An FMU container passes them on once, in the order
     /// plant, path, controller, which settles this loop as well.
     Settled,
     /// Nothing is read, and the inputs of the first step are 0, as by fmpy's `simulate_ssp`.
@@ -186,7 +177,7 @@ pub(crate) fn run(
     plant: &Plant,
     path: &Path,
     pid: &PidFile,
-    master: Master,
+    coupling: LoopCoupling,
     initialization: Initialization,
     steps: usize,
 ) -> Vec<Vec<f64>> {
@@ -211,15 +202,15 @@ pub(crate) fn run(
     }
     let mut rows = vec![row(0.0, &signals)];
     for k in 0..steps {
-        match master {
-            Master::GaussSeidel => {
+        match coupling {
+            LoopCoupling::GaussSeidel => {
                 for unit in 0..3 {
                     units.set(unit, &signals);
                     units.step(unit, h);
                     units.read(unit, &mut signals);
                 }
             }
-            Master::Jacobi => {
+            LoopCoupling::Jacobi => {
                 (0..3).for_each(|unit| units.set(unit, &signals));
                 (0..3).for_each(|unit| units.step(unit, h));
                 read_all(&mut units, &mut signals);

@@ -2,21 +2,21 @@
 
 use crate::support::{demo, document};
 use std::path::Path;
-use steerwright_control::{Master, PlantModel, TrackTrace};
-use steerwright_formats::{Bicycle, Path as PathFile, Pid, Plant};
+use steerwright_control::{PlantModel, TrackTrace};
+use steerwright_formats::{Bicycle, LoopCoupling, Path as PathFile, Pid, Plant};
 use steerwright_host::{Archive, Coupling, Instance, Recording, System};
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
 
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(folder: &Path, plant: &str, master: Coupling, stop: f64) -> Recording {
+fn fmus(folder: &Path, plant: &str, coupling: Coupling, stop: f64) -> Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
         system.add(Instance::new(&archive, name).unwrap()).unwrap();
     }
     system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS).unwrap();
-    system.run(master, 0.0, stop, 0.01).unwrap()
+    system.run(coupling, 0.0, stop, 0.01).unwrap()
 }
 
 fn largest_difference(recording: &Recording, plant: &str, trace: &TrackTrace) -> f64 {
@@ -37,12 +37,12 @@ fn largest_difference(recording: &Recording, plant: &str, trace: &TrackTrace) ->
     largest
 }
 
-fn compare(plant: &str, model: PlantModel, master: Master, host: Coupling) {
+fn compare(plant: &str, model: PlantModel, coupling: LoopCoupling, host: Coupling) {
     let folder = demo().folder.join("multibody");
     let pid: Pid = document(&folder.join("pid.json"));
     let path: PathFile = document(&folder.join("path.json"));
     let stop = 12.0;
-    let pure = steerwright_control::track(model, &pid, &path, stop, master).unwrap();
+    let pure = steerwright_control::track(model, &pid, &path, stop, coupling).unwrap();
     let recording = fmus(&folder.join("fmu"), plant, host, stop);
     assert!(largest_difference(&recording, plant, &pure) <= LARGEST_DIFFERENCE);
     let steered = pure.steering.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
@@ -53,13 +53,13 @@ fn compare(plant: &str, model: PlantModel, master: Master, host: Coupling) {
 fn identified_plant() {
     let plant: Plant = document(&demo().folder.join("multibody/plant.json"));
     let model = || PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model(), Master::GaussSeidel, Coupling::GaussSeidel);
-    compare("IdentifiedPlant", model(), Master::Jacobi, Coupling::Jacobi);
+    compare("IdentifiedPlant", model(), LoopCoupling::GaussSeidel, Coupling::GaussSeidel);
+    compare("IdentifiedPlant", model(), LoopCoupling::Jacobi, Coupling::Jacobi);
 }
 
 #[test]
 fn bicycle_plant() {
     let bicycle: Bicycle = document(&demo().folder.join("multibody/bicycle.json"));
     let model = PlantModel::from_bicycle(&bicycle).unwrap();
-    compare("BicyclePlant", model, Master::GaussSeidel, Coupling::GaussSeidel);
+    compare("BicyclePlant", model, LoopCoupling::GaussSeidel, Coupling::GaussSeidel);
 }

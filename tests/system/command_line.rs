@@ -241,7 +241,7 @@ fn packed_files_run_as_a_loop() {
 
     let jacobi = json(
         folder.path(),
-        &format!("simulate {LOOP} --master jacobi --step 5ms --stop 2s -o jacobi.csv"),
+        &format!("simulate {LOOP} --coupling jacobi --step 5ms --stop 2s -o jacobi.csv"),
     );
     assert_eq!(jacobi["steps"], 400);
     assert_eq!(column(&folder.path().join("jacobi.csv"), "time").len(), 401);

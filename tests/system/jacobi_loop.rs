@@ -1,10 +1,10 @@
-//! A design for a Jacobi master, in the loop of its FMUs under that master: path and estimator delay it
+//! A design for a Jacobi coupling, in the loop of its FMUs under that coupling: path and estimator delay it
 //! by two and three communication steps, which the design includes.
 
 use crate::support::{chain, column, document, run, text_of};
 use std::path::Path;
-use steerwright_control::{Master, PlantModel};
-use steerwright_formats::{Path as PathFile, Pid, Plant};
+use steerwright_control::PlantModel;
+use steerwright_formats::{LoopCoupling, Path as PathFile, Pid, Plant};
 
 /// Long, so that the delays of a step or three show.
 const SAMPLE_TIME: &str = "40ms";
@@ -27,11 +27,11 @@ fn cross_track(road: &PathFile, csv: &Path) -> f64 {
     (squares / x.len() as f64).sqrt()
 }
 
-/// Designs for a master and drives the road under Jacobi, without and with the estimator: RMS of the
+/// Designs for a coupling and drives the road under Jacobi, without and with the estimator: RMS of the
 /// cross-track error, m.
 fn driven(folder: &Path, designed_for: &str) -> [f64; 2] {
     let design = format!("design {{chain}}/plant.json --pid-sample-time {SAMPLE_TIME}");
-    done(folder, &format!("{design} --master {designed_for} -o pid.json"));
+    done(folder, &format!("{design} --coupling {designed_for} -o pid.json"));
     done(folder, "path --pid pid.json -o path.json");
     let road: PathFile = document(&folder.join("path.json"));
     ["", "{data}/multibody/estimator.json"].map(|estimator| {
@@ -39,7 +39,7 @@ fn driven(folder: &Path, designed_for: &str) -> [f64; 2] {
             folder,
             &format!("package {{chain}}/plant.json pid.json path.json {estimator} --ssp L.ssp"),
         );
-        done(folder, "simulate L.ssp --master jacobi -o result.csv");
+        done(folder, "simulate L.ssp --coupling jacobi -o result.csv");
         if estimator.is_empty() {
             as_predicted(folder, &road);
         }
@@ -57,7 +57,8 @@ fn as_predicted(folder: &Path, road: &PathFile) {
         .map(|name| column(&folder.join("result.csv"), name));
     let model = PlantModel::from_plant(&plant).unwrap();
     let stop = time[time.len() - 1];
-    let predicted = steerwright_control::track(model, &pid, road, stop, Master::Jacobi).unwrap();
+    let predicted =
+        steerwright_control::track(model, &pid, road, stop, LoopCoupling::Jacobi).unwrap();
     assert_eq!(predicted.y.len(), y.len());
     for (ours, theirs) in [(&predicted.y, &y), (&predicted.steering, &steering)] {
         let apart = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -8,9 +8,9 @@ use syn::{ItemMod, Macro, PatTupleStruct, Path};
 /// Files that match on the variants without the name `model.rs`, each with its reason.
 const EXCEPTIONS: [(&str, &str); 2] = [
     // It presents what was identified; there is no other use of the structures in `identify`.
-    ("steerwright", "identify::present"),
+    ("steerwright", "commands::identify::present"),
     // `control` makes a bicycle of a vehicle and `stacks` does not depend on it; a torque has options of its own.
-    ("steerwright", "export"),
+    ("steerwright", "commands::export"),
 ];
 
 /// Whether a pattern has a variant of the enumeration `Model` of `formats`, the only one of this name.

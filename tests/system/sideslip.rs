@@ -81,7 +81,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(text_of(&output).contains("more per (m/s²)²"), "{}", text_of(&output));
     let path = document::<steerwright_formats::Path>(&folder.join("own.json"));
     // The drive was a little slower than the path.
-    let law = steerwright_control::plant_sideslip(&plant).unwrap().at(path.speed_mps);
+    let law = steerwright_control::plant_sideslip(&plant).unwrap().at_speed(path.speed_mps);
     let (rate, growth, lead) = (law.per_yaw_rate, law.growth, law.per_yaw_acceleration);
     assert!((rate - found.sideslip_per_yaw_rate_s).abs() < 2e-4, "{rate} {found:?}");
     let guidance = path.guidance;

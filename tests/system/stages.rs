@@ -52,7 +52,7 @@ fn an_accumulated_drive_gives_a_plant_with_its_limits() {
     }
 }
 
-/// What the design predicts for each master is what the packed FMUs do under it. Under Jacobi the
+/// What the design predicts for each coupling is what the packed FMUs do under it. Under Jacobi the
 /// response is seen a sample late, which moves times by up to a sample and nothing else.
 #[test]
 fn a_design_is_proved_in_the_loop_of_the_fmus() {
@@ -62,17 +62,22 @@ fn a_design_is_proved_in_the_loop_of_the_fmus() {
     let pid = read_json(&folder.path().join("pid.json"));
     let sample_time = pid["sample_time_s"].as_f64().unwrap();
     let loops = pid["evidence"]["fmu_loops"].as_array().unwrap();
-    let masters: Vec<&str> = loops.iter().map(|l| l["master"].as_str().unwrap()).collect();
-    assert_eq!(masters, ["gauss-seidel", "jacobi"]);
+    let couplings: Vec<&str> = loops.iter().map(|l| l["coupling"].as_str().unwrap()).collect();
+    assert_eq!(couplings, ["gauss-seidel", "jacobi"]);
     for (in_fmus, late) in loops.iter().zip([0.0, sample_time]) {
         let (step, predicted) = (&in_fmus["step"], &in_fmus["predicted"]);
         assert_eq!(in_fmus["loop_delay_s"].as_f64().unwrap(), late);
         for key in ["overshoot_percent", "settling_time_s", "rise_time_s", "largest_angle_rad"] {
             let apart = (step[key].as_f64().unwrap() - predicted[key].as_f64().unwrap()).abs();
             let allowed = 1e-6 + if key == "settling_time_s" { late } else { 0.0 };
-            assert!(apart <= allowed, "{} {key}: {apart}", in_fmus["master"]);
+            assert!(apart <= allowed, "{} {key}: {apart}", in_fmus["coupling"]);
         }
     }
+    // The key's old name is read.
+    let text = std::fs::read_to_string(folder.path().join("pid.json")).unwrap();
+    std::fs::write(folder.path().join("old.json"), text.replace("\"coupling\"", "\"master\""))
+        .unwrap();
+    done(folder.path(), "package old.json --out fmu");
     for name in ["bode", "nyquist", "step", "step-with-offset"] {
         assert!(folder.path().join(format!("plots/{name}.svg")).is_file(), "{name}");
     }
@@ -84,14 +89,14 @@ fn a_design_is_proved_in_the_loop_of_the_fmus() {
 #[ignore = "slow: cargo xtask test"]
 fn a_latency_that_the_fmus_lack_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let unlike = "have no latency but their master's";
+    let unlike = "have no latency but their coupling's";
     done(folder.path(), &format!("identify {LOG} -o plant.json"));
     for latency in ["60 ms", "14 ms"] {
         let line = format!("design plant.json --latency {} -o late.json", latency.replace(' ', ""));
         let text = done(folder.path(), &line);
         assert!(text.contains(unlike) && text.contains(latency), "{text}");
     }
-    let text = done(folder.path(), "design plant.json --master jacobi -o jacobi.json");
+    let text = done(folder.path(), "design plant.json --coupling jacobi -o jacobi.json");
     assert!(!text.contains(unlike), "{text}");
 }
 

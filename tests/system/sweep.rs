@@ -156,19 +156,19 @@ fn a_package_is_swept_as_it_is_wired() {
 #[test]
 fn a_run_is_that_of_simulate_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
-    for master in ["gauss-seidel", "jacobi"] {
+    for coupling in ["gauss-seidel", "jacobi"] {
         let text = format!(
-            "seed = 1\nruns = 1\nstep_s = 0.01\nstop_s = 6.0\nmaster = {master:?}\n\
+            "seed = 1\nruns = 1\nstep_s = 0.01\nstop_s = 6.0\nmaster = {coupling:?}\n\
              record = [\"IdentifiedPlant.yaw_rate\", \"LateralPid.saturated\"]\n\
              fmu = [{{ file = \"IdentifiedPlant.fmu\" }}, {{ file = \"ReferencePath.fmu\" }}, \
              {{ file = \"LateralPid.fmu\" }}]\n"
         );
-        let file = study(&format!("{master}.toml"), &text);
+        let file = study(&format!("{coupling}.toml"), &text);
         let swept = sweep(folder.path(), &file, &["--trajectories", ".", "--of", "0"]);
         assert_eq!(swept.status.code(), Some(0), "{}", text_of(&swept));
         let line = format!(
             "simulate {{chain}}/IdentifiedPlant.fmu {{chain}}/ReferencePath.fmu \
-             {{chain}}/LateralPid.fmu --step 10ms --stop 6s --master {master}"
+             {{chain}}/LateralPid.fmu --step 10ms --stop 6s --coupling {coupling}"
         );
         let simulated = steerwright(folder.path(), &crate::support::words(&line, archives()));
         assert_eq!(simulated.status.code(), Some(0), "{}", text_of(&simulated));
@@ -183,7 +183,7 @@ fn a_run_is_that_of_simulate_to_the_bit() {
         ] {
             let ours = recorded("run-0.csv", name);
             assert_eq!(ours.len(), 601);
-            assert_eq!(ours, recorded("result.csv", name), "{master}: {name}");
+            assert_eq!(ours, recorded("result.csv", name), "{coupling}: {name}");
         }
     }
 }

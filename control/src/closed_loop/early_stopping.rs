@@ -35,7 +35,7 @@ pub(crate) struct Decay {
 
 impl Decay {
     /// For a step of a height, rad, evaluated at the time `until`, s.
-    pub(crate) fn of(height: f64, until: f64, sample_time: f64) -> Self {
+    pub(crate) fn new(height: f64, until: f64, sample_time: f64) -> Self {
         let [.., read] = READ_AT;
         let last = (until * read / sample_time).round();
         Self { height, ticks: READ_AT.map(|share| (share / read * last).round() as usize) }
@@ -63,7 +63,7 @@ mod tests {
     /// The first 3 s of `1 − e^{−t/τ}` determine its value at 5 s; those of two modes do not.
     #[test]
     fn the_end_of_one_mode_is_known_early() {
-        let decay = Decay::of(0.1, 5.0, 0.01);
+        let decay = Decay::new(0.1, 5.0, 0.01);
         assert_eq!(decay.tick(), 300);
         let yaw = |second: f64| -> Vec<f64> {
             let t = (0..=300).map(|k| 0.01 * f64::from(k));

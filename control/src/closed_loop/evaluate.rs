@@ -80,14 +80,14 @@ pub fn step_response(
 }
 
 /// The metrics of the specification's step with another delay of the loop than the one designed for,
-/// such as that of another master.
+/// such as that of another coupling.
 ///
 /// # Errors
 /// As [`evaluate`].
 pub fn step_metrics(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<StepMetrics, Error> {
     let sampled = sampled_for(plant, pid, loop_delay)?;
     let (parameters, spec) = (pid_parameters_at(pid, plant.speed), &pid.specification);
-    let step = Step::of(spec);
+    let step = Step::from_specification(spec);
     Ok(simulated_step(&mut Simulator::default(), &sampled, &parameters, spec, step).step)
 }
 
@@ -146,9 +146,14 @@ pub(crate) fn evidence(
     let mut simulator = Simulator::default();
     let largest = pid.largest_angle(sampled.speed);
     let offset = spec.steering_offset_within(largest, plant.steering_ratio);
-    let step = simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
-    let with_offset =
-        simulated_step(&mut simulator, sampled, pid, spec, Step { offset, ..Step::of(spec) });
+    let step = simulated_step(&mut simulator, sampled, pid, spec, Step::from_specification(spec));
+    let with_offset = simulated_step(
+        &mut simulator,
+        sampled,
+        pid,
+        spec,
+        Step { offset, ..Step::from_specification(spec) },
+    );
     let small = simulated_step(&mut simulator, sampled, pid, spec, Step::small(spec));
     let mut evidence = DesignEvidence {
         step: step.step,
@@ -162,12 +167,12 @@ pub(crate) fn evidence(
     evidence.steps = HEIGHTS_DEG
         .map(|degrees: f64| {
             let height = degrees.to_radians();
-            let step = Step { height, until: LARGE_STEPS_S, ..Step::of(spec) };
+            let step = Step { height, until: LARGE_STEPS_S, ..Step::from_specification(spec) };
             let step = simulated_step(&mut simulator, sampled, pid, spec, step).step;
             HeightStep { height_rad: height, step }
         })
         .to_vec();
-    evidence.shortfalls = Reached::of(&evidence, spec).shortfalls(spec);
+    evidence.shortfalls = Reached::new(&evidence, spec).shortfalls(spec);
     evidence.met = evidence.shortfalls.is_empty();
     evidence
 }

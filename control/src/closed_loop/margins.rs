@@ -193,7 +193,7 @@ struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    fn at(&self, angle: f64) -> Complex<f64> {
+    fn response_at(&self, angle: f64) -> Complex<f64> {
         let z = Complex::from_polar(1.0, angle);
         controller(self.pid, z) * self.plant.response(z)
     }
@@ -220,15 +220,15 @@ impl Loop<'_> {
             return change;
         }
         let angle = 0.5 * (a.0 + b.0);
-        let middle = (angle, self.at(angle) + Complex::new(1.0, 0.0));
+        let middle = (angle, self.response_at(angle) + Complex::new(1.0, 0.0));
         self.turn(a, middle, depth - 1) + self.turn(middle, b, depth - 1)
     }
 
     fn bisect(&self, mut a: f64, mut b: f64, f: impl Fn(Complex<f64>) -> f64) -> f64 {
-        let sign = f(self.at(a)) > 0.0;
+        let sign = f(self.response_at(a)) > 0.0;
         for _ in 0..60 {
             let middle = 0.5 * (a + b);
-            if (f(self.at(middle)) > 0.0) == sign { a = middle } else { b = middle }
+            if (f(self.response_at(middle)) > 0.0) == sign { a = middle } else { b = middle }
         }
         0.5 * (a + b)
     }
@@ -238,16 +238,16 @@ impl Loop<'_> {
         let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
         for _ in 0..60 {
             let (c, d) = (b - ratio * (b - a), a + ratio * (b - a));
-            if f(self.at(c)) < f(self.at(d)) { b = d } else { a = c }
+            if f(self.response_at(c)) < f(self.response_at(d)) { b = d } else { a = c }
         }
-        f(self.at(0.5 * (a + b)))
+        f(self.response_at(0.5 * (a + b)))
     }
 }
 
 pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     let open = Loop { plant, pid };
     let grid = open.grid();
-    let values: Vec<Complex<f64>> = grid.iter().map(|a| open.at(*a)).collect();
+    let values: Vec<Complex<f64>> = grid.iter().map(|a| open.response_at(*a)).collect();
     if !is_stable(&open, &grid, &values) {
         return Margins {
             gain_margin_db: Some(0.0),
@@ -264,7 +264,7 @@ pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     for k in 0..last {
         let (a, b) = (values[k], values[k + 1]);
         if (a.im > 0.0) != (b.im > 0.0) && a.re.min(b.re) < 0.0 {
-            let l = open.at(open.bisect(grid[k], grid[k + 1], |l| l.im));
+            let l = open.response_at(open.bisect(grid[k], grid[k + 1], |l| l.im));
             // More gain reaches −1 only from inside; a jump of sign at a pole is no crossing.
             if l.re < 0.0 && l.re > -1.0 && l.im.abs() < 1e-6 {
                 gain = gain.min(-1.0 / l.re);
@@ -272,7 +272,7 @@ pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
         }
         if (a.norm() > 1.0) != (b.norm() > 1.0) {
             let angle = open.bisect(grid[k], grid[k + 1], |l| l.norm() - 1.0);
-            let margin = (-open.at(angle)).arg();
+            let margin = (-open.response_at(angle)).arg();
             if phase.is_none_or(|p| margin.abs() < p.abs()) {
                 phase = Some(margin);
             }

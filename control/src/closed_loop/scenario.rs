@@ -112,8 +112,8 @@ impl Scenario {
         view: View,
     ) -> f64 {
         let offset = spec.steering_offset_within(pid.largest_angle(self.plant.speed), self.ratio);
-        let step = Step { offset, until: view.until, ..Step::of(spec) };
-        let decay = Decay::of(step.height, view.until, self.plant.sample_time);
+        let step = Step { offset, until: view.until, ..Step::from_specification(spec) };
+        let decay = Decay::new(step.height, view.until, self.plant.sample_time);
         let bounds = StoppingBounds { decay: view.early.then_some(decay), ..StoppingBounds::NONE };
         let whole = simulator.follow(&self.plant, pid, &step.excitation(), &bounds);
         let known = if whole { None } else { decay.error(&simulator.trace.yaw) };
@@ -144,12 +144,12 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    pub(crate) fn of(spec: &Specification) -> Self {
+    pub(crate) fn from_specification(spec: &Specification) -> Self {
         Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s, quiet: 0.0 }
     }
 
     pub(crate) fn small(spec: &Specification) -> Self {
-        Self { height: SMALL * spec.step_rad, ..Self::of(spec) }
+        Self { height: SMALL * spec.step_rad, ..Self::from_specification(spec) }
     }
 
     fn excitation(self) -> Excitation {
@@ -160,7 +160,7 @@ impl Step {
 
 fn step_of(spec: &Specification, view: View) -> Step {
     let quiet = if view.early { quiet(spec) } else { 0.0 };
-    Step { until: view.until, quiet, ..Step::of(spec) }
+    Step { until: view.until, quiet, ..Step::from_specification(spec) }
 }
 
 /// The distance from the step at rest, rad: a quarter of the tightest requirement.

@@ -1,6 +1,6 @@
 //! The sampled closed loop, with the controller that runs in the FMU.
 //!
-//! Timing as under a Gauss–Seidel master: at tick k the controller sees the yaw of tick k, and its output acts
+//! Timing as under a Gauss–Seidel coupling: at tick k the controller sees the yaw of tick k, and its output acts
 //! from tick k on. The loop is at rest with reference 0 at tick −1.
 
 use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
@@ -81,11 +81,11 @@ impl Simulator {
         }
         // Loops with a number of states known at compile time are several times as fast.
         let (ticks, to_the_end) = match plant.order {
-            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e, bounds),
-            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e, bounds),
-            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e, bounds),
-            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e, bounds),
-            _ => ticks(trace, &mut Large::of(plant), plant, pid, e, bounds),
+            0..=4 => ticks(trace, &mut Small::<4>::from_plant(plant), plant, pid, e, bounds),
+            5 => ticks(trace, &mut Small::<5>::from_plant(plant), plant, pid, e, bounds),
+            6 => ticks(trace, &mut Small::<6>::from_plant(plant), plant, pid, e, bounds),
+            7..=8 => ticks(trace, &mut Small::<8>::from_plant(plant), plant, pid, e, bounds),
+            _ => ticks(trace, &mut Large::from_plant(plant), plant, pid, e, bounds),
         };
         for column in
             [&mut trace.time, &mut trace.yaw_reference, &mut trace.yaw, &mut trace.steering]
@@ -114,7 +114,7 @@ struct Small<const N: usize> {
 }
 
 impl<const N: usize> Small<N> {
-    fn of(plant: &Sampled) -> Self {
+    fn from_plant(plant: &Sampled) -> Self {
         let n = plant.order.min(N);
         let rest = N - n;
         let column =
@@ -160,7 +160,7 @@ struct Large<'a> {
 }
 
 impl<'a> Large<'a> {
-    fn of(plant: &'a Sampled) -> Self {
+    fn from_plant(plant: &'a Sampled) -> Self {
         Self { plant, state: vec![0.0; plant.order], next: vec![0.0; plant.order] }
     }
 }

@@ -28,7 +28,7 @@ pub(crate) struct Member {
 
 impl<'a> Ensemble<'a> {
     /// The ensemble of the options; `None` for a design on the nominal plant alone.
-    pub(crate) fn of(
+    pub(crate) fn new(
         plant: &'a DesignPlant,
         options: &'a DesignOptions,
         objective: &Objective,

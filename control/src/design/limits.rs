@@ -73,7 +73,7 @@ pub(crate) fn large_errors(
     spec: &Specification,
 ) -> LargeErrors {
     let mut simulator = Simulator::default();
-    simulated_step(&mut simulator, plant, pid, spec, Step::of(spec));
+    simulated_step(&mut simulator, plant, pid, spec, Step::from_specification(spec));
     let trace = &simulator.trace;
     let taken = time_at_largest_rate(pid, trace.steering_before, &trace.steering);
     LargeErrors {

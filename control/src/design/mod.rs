@@ -74,7 +74,7 @@ fn documented(
 ) -> Result<Pid, Error> {
     let Tuned { found, objective, common_settling_s, stable, gains, limits, pid, feedforward } =
         tuned;
-    let ensemble = Ensemble::of(plant, options, &objective);
+    let ensemble = Ensemble::new(plant, options, &objective);
     let sampled = &objective.scenarios[0].plant;
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &feedforward);
     evidence.robustness =
@@ -152,7 +152,7 @@ impl Tuned {
     ) -> Result<Self, Error> {
         let objective = Objective::new(plant, options)?;
         let Robust { found, objective, common_settling_s } =
-            match &Ensemble::of(plant, options, &objective) {
+            match &Ensemble::new(plant, options, &objective) {
                 Some(ensemble) => ensemble.find(objective, near)?,
                 None => {
                     let found = nominal::find(&objective, options.seed, false)?;

@@ -85,7 +85,7 @@ fn shortened(objective: &Objective, mut best: Found, begin: &[Vec<f64>]) -> Resu
         if !found.met {
             break;
         }
-        best = Found::of(objective, vec![found.variables]);
+        best = Found::new(objective, vec![found.variables]);
     }
     Ok(best)
 }

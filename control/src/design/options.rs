@@ -45,7 +45,7 @@ pub struct DesignOptions {
 pub struct RobustOptions {
     /// Plants drawn from the identified uncertainty.
     pub members: usize,
-    /// Latency above and below the one designed for, s; by default that of another master.
+    /// Latency above and below the one designed for, s; by default that of another coupling.
     pub latency_s: f64,
     /// Lowest and highest gain of the plant over the nominal one: tyres saturate beyond the lateral
     /// acceleration of the drive, which the uncertainty of a linear model does not contain.

@@ -52,11 +52,11 @@ impl Found {
         effort: Effort,
     ) -> Result<Self, Error> {
         let points = minimise(&|x, most| objective.cost(x, target, most), starts, effort)?;
-        Ok(Self::of(objective, points.into_iter().map(|(x, _)| x).collect()))
+        Ok(Self::new(objective, points.into_iter().map(|(x, _)| x).collect()))
     }
 
     /// The controller of the first of these points, rounded unless that breaks a requirement.
-    pub(crate) fn of(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
+    pub(crate) fn new(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
         // A search always returns a point.
         let variables = if points.is_empty() { Vec::new() } else { points.remove(0) };
         let mut simulator = Simulator::default();

@@ -188,7 +188,7 @@ impl Road {
             let distance = self.places[index];
             let value = match quantity {
                 Quantity::LateralAcceleration => {
-                    speed * speed * self.geometry.at(distance).curvature_per_m
+                    speed * speed * self.geometry.point_at(distance).curvature_per_m
                 }
                 Quantity::SteeringAngle => self.steering(distance, speed),
                 Quantity::SteeringRate if !self.is_within(distance, speed) => 0.0,
@@ -207,7 +207,7 @@ impl Road {
     /// Whether the curvature that a vehicle steers for lies on the path now and a sample later. Beyond its ends an
     /// open path is straight, which is no change of curvature that anybody drives.
     fn is_within(&self, distance: f64, speed: f64) -> bool {
-        let behind = speed * self.law.sideslip().at(speed).per_yaw_rate.abs();
+        let behind = speed * self.law.sideslip().at_speed(speed).per_yaw_rate.abs();
         let next = distance + speed * self.sample_time;
         self.geometry.is_closed()
             || (distance - behind >= self.geometry.start() && next + behind <= self.geometry.end())
@@ -215,7 +215,7 @@ impl Road {
 
     /// The steering angle of a vehicle on the path, rad.
     fn steering(&mut self, distance: f64, speed: f64) -> f64 {
-        let on_path = self.geometry.at(distance);
+        let on_path = self.geometry.point_at(distance);
         self.law.guidance.feedforward_gain_radm = self.steady_turn.steering_per_curvature(speed);
         self.follower.commit(&PathOutput { distance, ..PathOutput::default() });
         let (x, y, yaw) = (on_path.x_m, on_path.y_m, on_path.heading_rad);

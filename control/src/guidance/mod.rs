@@ -29,7 +29,7 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let Some(schedule) = guidance_over_speed(start, &guidance_schedule(pid)) else {
         return of_design;
     };
-    schedule.at(&start, speed).guidance
+    schedule.parameters_at(&start, speed).guidance
 }
 
 /// Guidance over speed for a controller's loop; empty where one set of gains holds at every speed.
@@ -70,7 +70,7 @@ fn by_advice(pid: &Pid, advice: &GuidanceAdvice, speed: f64) -> Guidance {
 /// The guidance of a vehicle with a sideslip, at the speed (m/s) of the path.
 #[must_use]
 pub fn with_sideslip(guidance: Guidance, sideslip: &Sideslip, speed: f64) -> Guidance {
-    let here = sideslip.at(speed);
+    let here = sideslip.at_speed(speed);
     Guidance {
         sideslip_per_yaw_rate_s: here.per_yaw_rate,
         sideslip_per_yaw_acceleration_s2: here.per_yaw_acceleration,
@@ -90,5 +90,5 @@ pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option
         return Ok(None);
     }
     let stated = model_sideslip(&Model::from_json(document, file)?, speed)?;
-    Ok(stated.map(|s| s.at(speed.unwrap_or(s.reference_speed))))
+    Ok(stated.map(|s| s.at_speed(speed.unwrap_or(s.reference_speed))))
 }

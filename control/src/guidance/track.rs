@@ -1,6 +1,6 @@
-//! The whole loop in one process: plant, path and controller, stepped as a master steps the FMUs.
+//! The whole loop in one process: plant, path and controller, stepped as an importer steps the FMUs.
 //!
-//! A Jacobi master delays the yaw loop by a step and the loop through the path by two. The step is the
+//! A Jacobi coupling delays the yaw loop by a step and the loop through the path by two. The step is the
 //! controller's sample time. Tick 0 sees the initial pose, on the path and along it.
 
 use crate::Error;
@@ -8,17 +8,8 @@ use crate::error::positive;
 use crate::guidance::guidance_for;
 use crate::plants::plant_model::{PlantModel, model_error};
 use std::sync::Arc;
-use steerwright_formats::{Guidance, Path, Pid as PidFile};
+use steerwright_formats::{Guidance, LoopCoupling, Path, Pid as PidFile};
 use steerwright_models::{PathFollower, PathOutput, Pid, PidInput};
-
-/// The order in which a master steps the FMUs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Master {
-    /// One after the other: plant, path, PID.
-    GaussSeidel,
-    /// All at once.
-    Jacobi,
-}
 
 /// A drive along a path; a row for each tick.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -68,9 +59,9 @@ pub fn track(
     pid: &PidFile,
     path: &Path,
     duration: f64,
-    master: Master,
+    coupling: LoopCoupling,
 ) -> Result<TrackTrace, Error> {
-    track_with(plant, pid, path, &guidance_for(pid, path.speed_mps), duration, master)
+    track_with(plant, pid, path, &guidance_for(pid, path.speed_mps), duration, coupling)
 }
 
 /// As [`track`], with another guidance.
@@ -83,7 +74,7 @@ pub fn track_with(
     path: &Path,
     guidance: &Guidance,
     duration: f64,
-    master: Master,
+    coupling: LoopCoupling,
 ) -> Result<TrackTrace, Error> {
     positive([("duration", duration, " s")])?;
     let Some(start) = path.points.first() else {
@@ -110,12 +101,12 @@ pub fn track_with(
     let ticks = (duration / h).round() as usize;
     let mut pose = plant.outputs();
     let mut guide = follow(&mut follower, pose);
-    // The values on the connections of PID and path, which a Jacobi master reads a step later.
+    // The values on the connections of PID and path, which a Jacobi coupling reads a step later.
     let (mut stale_pose, mut stale_guide) = (pose, guide);
     let mut steering = tick(&guide, pose[2]);
     let mut trace = TrackTrace::default();
     for k in 0..=ticks {
-        let used = if master == Master::Jacobi { &stale_guide } else { &guide };
+        let used = if coupling == LoopCoupling::Jacobi { &stale_guide } else { &guide };
         trace.time.push(k as f64 * h);
         trace.x.push(pose[0]);
         trace.y.push(pose[1]);
@@ -134,9 +125,9 @@ pub fn track_with(
         pose = plant.outputs();
         let next = follow(&mut follower, pose);
         follower.integrate(&law, &next, speed, h);
-        steering = match master {
-            Master::GaussSeidel => tick(&next, pose[2]),
-            Master::Jacobi => {
+        steering = match coupling {
+            LoopCoupling::GaussSeidel => tick(&next, pose[2]),
+            LoopCoupling::Jacobi => {
                 let steering = tick(&stale_guide, stale_pose[2]);
                 // The path used the pose at the start of the step: `guide`.
                 (stale_pose, stale_guide) = (pose, guide);

@@ -98,7 +98,8 @@ pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error>
         return Err(fault(0, "the road has no segments".into()));
     }
     let mut path = composer.finish(&road.name, speed)?;
-    path.provenance.sources = vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
+    path.provenance.sources =
+        vec![SourceFile::from_bytes(std::path::Path::new(file), text.as_bytes())];
     Ok(path)
 }
 

@@ -77,10 +77,10 @@ pub(crate) fn plant_behind(plant: &Plant, actuator: StatedActuator) -> Plant {
     let matrices = |state: &Matrix, input: &Matrix, output: &Matrix| {
         let n = state.rows();
         Matrices {
-            state: DMatrix::from_fn(n, n, |i, j| state.at(i, j)),
-            input: DVector::from_fn(n, |i, _| input.at(i, 0)),
-            output: DVector::from_fn(n, |i, _| output.at(0, i)),
-            feedthrough: d.d.at(0, 0),
+            state: DMatrix::from_fn(n, n, |i, j| state.entry(i, j)),
+            input: DVector::from_fn(n, |i, _| input.entry(i, 0)),
+            output: DVector::from_fn(n, |i, _| output.entry(0, i)),
+            feedthrough: d.d.entry(0, 0),
         }
     };
     let kept = (-d.sample_time_s / lag).exp();
@@ -95,7 +95,7 @@ pub(crate) fn plant_behind(plant: &Plant, actuator: StatedActuator) -> Plant {
         let [f, g, h] = documented(&continuous);
         behind.continuous = Some(Continuous { f, g, h });
     }
-    let mut gain: Vec<f64> = (0..d.k.rows()).map(|i| d.k.at(i, 0)).collect();
+    let mut gain: Vec<f64> = (0..d.k.rows()).map(|i| d.k.entry(i, 0)).collect();
     gain.push(0.0);
     // The steering of the actuator is straight ahead at the start, and no innovation moves it.
     behind.discrete.x0.push(0.0);

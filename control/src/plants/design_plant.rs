@@ -74,10 +74,10 @@ impl DesignPlant {
         let matrices = |state: &Matrix, input: &Matrix, output: &Matrix| {
             let n = state.rows();
             Matrices {
-                state: DMatrix::from_fn(n, n, |i, j| state.at(i, j)),
-                input: DVector::from_fn(n, |i, _| scale * input.at(i, 0)),
-                output: DVector::from_fn(n, |i, _| output.at(0, i)),
-                feedthrough: scale * d.d.at(0, 0),
+                state: DMatrix::from_fn(n, n, |i, j| state.entry(i, j)),
+                input: DVector::from_fn(n, |i, _| scale * input.entry(i, 0)),
+                output: DVector::from_fn(n, |i, _| output.entry(0, i)),
+                feedthrough: scale * d.d.entry(0, 0),
             }
         };
         let dynamics = match &plant.continuous {

@@ -34,9 +34,9 @@ fn textbook(b: &Bicycle, s: Complex<f64>) -> Complex<f64> {
 fn eq13(b: &Bicycle, s: Complex<f64>) -> Complex<f64> {
     let a = DMatrix::from_fn(5, 5, |i, k| {
         let diagonal = if i == k { s } else { Complex::new(0.0, 0.0) };
-        diagonal - b.state_matrix.at(i, k)
+        diagonal - b.state_matrix.entry(i, k)
     });
-    let input = DVector::from_fn(5, |i, _| Complex::new(b.input_matrix.at(i, 0), 0.0));
+    let input = DVector::from_fn(5, |i, _| Complex::new(b.input_matrix.entry(i, 0), 0.0));
     a.lu().solve(&input).expect("a regular matrix")[3]
 }
 

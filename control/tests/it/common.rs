@@ -25,7 +25,7 @@ pub(crate) fn requiring(change: impl Fn(&mut Specification)) -> DesignOptions {
 
 /// The file that the plants of the tests come from.
 pub(crate) fn source() -> SourceFile {
-    SourceFile::of(std::path::Path::new("plant.json"), b"{}")
+    SourceFile::from_bytes(std::path::Path::new("plant.json"), b"{}")
 }
 
 pub(crate) fn designed(plant: &DesignPlant, options: &DesignOptions) -> Pid {

@@ -3,10 +3,10 @@
 use crate::common::{car, source};
 use steerwright_control::paths::PathComposer;
 use steerwright_control::{
-    Demand, DesignOptions, DesignPlant, Master, OtherSpeed, PlantModel, Quantity, demands, design,
+    Demand, DesignOptions, DesignPlant, OtherSpeed, PlantModel, Quantity, demands, design,
     guidance_for, model_sideslip, track_with, with_sideslip,
 };
-use steerwright_formats::{Model, Path, Pid, ScheduleEntry};
+use steerwright_formats::{LoopCoupling, Model, Path, Pid, ScheduleEntry};
 
 /// A car at 15 m/s with an actuator of 0.6 rad/s, and its controller.
 fn controller() -> Pid {
@@ -61,7 +61,8 @@ fn a_bend_needs_what_a_car_on_it_steers() {
     // The car in closed loop steers by this angle, and by more than this rate where the curvature begins to change.
     // Its feedforward alone is less.
     let plant = PlantModel::from_bicycle(&car(1.0)).unwrap();
-    let trace = track_with(plant, &pid, &path, &path.guidance, 30.0, Master::GaussSeidel).unwrap();
+    let trace =
+        track_with(plant, &pid, &path, &path.guidance, 30.0, LoopCoupling::GaussSeidel).unwrap();
     let steered = trace.steering.iter().fold(0.0_f64, |most, angle| most.max(angle.abs()));
     println!("steered {steered}, needed {}", angle.needed);
     assert!((steered / angle.needed - 1.0).abs() < 0.1, "{steered} {}", angle.needed);

@@ -97,7 +97,7 @@ fn the_latency_at_which_requirements_break_is_reported() {
     assert!((robust.loop_delay_range_s[1] - 0.07).abs() < 1e-12);
     let mut reported = 0;
     for b in &robust.latency {
-        let requirement = Requirement::of(&b.requirement).expect("a known name");
+        let requirement = Requirement::from_name(&b.requirement).expect("a known name");
         let Some(above) = b.above else { continue };
         assert!(above > 0.07 - 1e-3, "{b:?}");
         let required = requirement.required(&pid.specification).expect("required");

@@ -3,10 +3,10 @@
 use crate::common::{car, designed, identified_car, options as usual};
 use steerwright_control::paths::{PathComposer, reference_road};
 use steerwright_control::{
-    DesignOptions, DesignPlant, Master, PlantModel, TrackTrace, guidance_for, track, track_with,
+    DesignOptions, DesignPlant, PlantModel, TrackTrace, guidance_for, track, track_with,
     with_sideslip,
 };
-use steerwright_formats::Pid;
+use steerwright_formats::{LoopCoupling, Pid};
 
 fn pid(plant: &DesignPlant, loop_delay_s: f64) -> Pid {
     designed(plant, &DesignOptions { loop_delay_s, ..usual() })
@@ -33,7 +33,8 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     let pid = pid(&DesignPlant::from_plant(&plant).expect("a plant"), 0.0);
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = PlantModel::from_plant(&plant).expect("a model");
-    let trace = track(model.clone(), &pid, &road, 60.0, Master::GaussSeidel).expect("a drive");
+    let trace =
+        track(model.clone(), &pid, &road, 60.0, LoopCoupling::GaussSeidel).expect("a drive");
     print("identified, Gauss-Seidel", &trace);
     assert!(trace.finished);
     assert!(rms(&trace) < 0.05, "{}", rms(&trace));
@@ -44,7 +45,7 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     // It drives straight on after the road with the offset of its steering, 0.01 rad.
     assert!((trace.steering[trace.steering.len() - 1] - 0.01).abs() < 2e-3);
 
-    let jacobi = track(model, &pid, &road, 60.0, Master::Jacobi).expect("a drive");
+    let jacobi = track(model, &pid, &road, 60.0, LoopCoupling::Jacobi).expect("a drive");
     print("identified, Jacobi", &jacobi);
     assert!(jacobi.finished && largest(&jacobi) < 0.15);
     assert_ne!(jacobi.yaw, trace.yaw);
@@ -61,7 +62,7 @@ fn the_bicycle_needs_its_sideslip() {
     let sideslip = steerwright_models::files::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
     let guidance = with_sideslip(plain, &sideslip, 15.0);
     let drive =
-        |g| track_with(model(), &pid, &road, g, 60.0, Master::GaussSeidel).expect("a drive");
+        |g| track_with(model(), &pid, &road, g, 60.0, LoopCoupling::GaussSeidel).expect("a drive");
     let trace = drive(&guidance);
     print("bicycle, Gauss-Seidel", &trace);
     assert!(trace.finished && largest(&trace) < 0.1);
@@ -82,8 +83,8 @@ fn a_circle_is_kept_exactly() {
     let sideslip = steerwright_models::files::bicycle_parameters(&bicycle.vehicle).sideslip(15.0);
     let guidance = with_sideslip(guidance_for(&pid, 15.0), &sideslip, 15.0);
     let model = PlantModel::from_bicycle(&bicycle).expect("a model");
-    let trace =
-        track_with(model, &pid, &circle, &guidance, 36.0, Master::GaussSeidel).expect("a drive");
+    let trace = track_with(model, &pid, &circle, &guidance, 36.0, LoopCoupling::GaussSeidel)
+        .expect("a drive");
     let last = trace.cross_track_error.len() - 1;
     assert!(trace.distance[last] > 500.0);
     assert!(trace.cross_track_error[last].abs() < 1e-3, "{}", trace.cross_track_error[last]);
@@ -92,18 +93,18 @@ fn a_circle_is_kept_exactly() {
 /// A bend that the path shows at one tick is steered for at that tick under Gauss–Seidel, and two
 /// ticks later under Jacobi, where the way through the path is two connections long.
 #[test]
-fn masters_delay_what_they_should() {
+fn couplings_delay_what_they_should() {
     let mut plant = identified_car();
     plant.operating_point.steering_offset_rad = 0.0;
     let pid = pid(&DesignPlant::from_plant(&plant).expect("a plant"), 0.0);
     let road = PathComposer::new().straight(30.0).arc(0.01, 30.0).finish("bend", 15.0);
     let road = road.expect("a path");
-    let first = |master| {
+    let first = |coupling| {
         let model = PlantModel::from_plant(&plant).expect("a model");
-        let trace = track(model, &pid, &road, 3.0, master).expect("a drive");
+        let trace = track(model, &pid, &road, 3.0, coupling).expect("a drive");
         trace.steering.iter().position(|u| *u != 0.0).expect("it steers")
     };
-    assert_eq!(first(Master::Jacobi), first(Master::GaussSeidel) + 2);
+    assert_eq!(first(LoopCoupling::Jacobi), first(LoopCoupling::GaussSeidel) + 2);
 }
 
 /// A kink of 1.1 degrees throws the vehicle off the road; it comes back without swinging across.
@@ -120,7 +121,7 @@ fn an_error_dies_out_without_swinging() {
         .finish("kink", 15.0)
         .expect("a path");
     let model = PlantModel::from_plant(&plant).expect("a model");
-    let trace = track(model, &pid, &road, 60.0, Master::GaussSeidel).expect("a drive");
+    let trace = track(model, &pid, &road, 60.0, LoopCoupling::GaussSeidel).expect("a drive");
     let errors = &trace.cross_track_error;
     let from = trace.distance.iter().position(|d| *d > 17.0).expect("driven");
     let (low, high) =
@@ -137,7 +138,7 @@ fn a_design_for_the_jacobi_delay_tracks_under_jacobi() {
     let pid = pid(&DesignPlant::from_plant(&plant).expect("a plant"), 0.01);
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = PlantModel::from_plant(&plant).expect("a model");
-    let trace = track(model, &pid, &road, 60.0, Master::Jacobi).expect("a drive");
+    let trace = track(model, &pid, &road, 60.0, LoopCoupling::Jacobi).expect("a drive");
     print("identified, Jacobi, designed for it", &trace);
     assert!(trace.finished && largest(&trace) < 0.1);
 }

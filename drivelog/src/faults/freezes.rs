@@ -12,7 +12,7 @@ pub(crate) struct Sampled<'a> {
 }
 
 impl<'a> Sampled<'a> {
-    pub(crate) fn of(series: &'a Series) -> Self {
+    pub(crate) fn from_series(series: &'a Series) -> Self {
         Self { time: &series.time, value: &series.value }
     }
 

@@ -20,7 +20,7 @@ mod tests {
     use crate::signal::tests::noise;
 
     fn spikes(time: &[f64], x: &[f64]) -> Vec<usize> {
-        Jumps::of(time, x).unwrap().spikes(time, x).into_iter().flatten().collect()
+        Jumps::from_samples(time, x).unwrap().spikes(time, x).into_iter().flatten().collect()
     }
 
     fn frozen(

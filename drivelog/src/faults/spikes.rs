@@ -37,7 +37,7 @@ pub(crate) struct Jumps {
 
 impl Jumps {
     /// `None` of too few rows.
-    pub(crate) fn of(time: &[f64], x: &[f64]) -> Option<Self> {
+    pub(crate) fn from_samples(time: &[f64], x: &[f64]) -> Option<Self> {
         let period = median_period(time);
         let mut sizes: Vec<f64> = (1..x.len().saturating_sub(1))
             .filter(|&i| joined(time, i - 1, i + 1, period))
@@ -134,7 +134,7 @@ impl SpikeFilter {
         let (rows, passed) = (series.value.len(), self.passed);
         let end = if are_last { rows } else { rows.saturating_sub(NEIGHBOURS).max(passed) };
         // The last rows of a file may be too few to determine what is usual.
-        if let Some(jumps) = Jumps::of(&series.time, &series.value)
+        if let Some(jumps) = Jumps::from_samples(&series.time, &series.value)
             && self.jumps.is_none_or(|earlier| 2 * jumps.count >= earlier.count)
         {
             self.jumps = Some(jumps);

@@ -79,7 +79,7 @@ impl Channel {
                 to.intersample = intersample::of_input(&new, options);
                 new.intersample = to.intersample;
             }
-            self.updates = if new.is_sensor() { Updates::of(&new) } else { None };
+            self.updates = if new.is_sensor() { Updates::from_series(&new) } else { None };
         }
         if let Some(updates) = &mut self.updates {
             updates.take(&mut new);

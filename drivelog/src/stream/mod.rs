@@ -99,7 +99,7 @@ fn in_chunks<E: From<Error>>(
     }
     let mut clocks = Vec::new();
     for (index, (group, &place)) in groups.iter().zip(&file.places).enumerate() {
-        let selected = Selected::of(group, place, index, &sources, options)?;
+        let selected = Selected::new(group, place, index, &sources, options)?;
         clocks.extend(selected.map(|selected| OfClock::new(group, selected)));
     }
     let wanted: Vec<Wanted> = clocks.iter().map(|own| own.selected.wanted.clone()).collect();
@@ -122,7 +122,7 @@ fn in_chunks<E: From<Error>>(
             }
             None if is_last || reading.is_known() => {
                 let ratio = reading.begin(options, &mut warnings)?;
-                let clock = Clock::of(&reading.drive);
+                let clock = Clock::from_drive(&reading.drive);
                 let step = segments::sample_time(&[&clock], options)?;
                 reading.drive.steering_ratio = ratio;
                 let unit = reading.drive.channels[STEERING].unit;
@@ -306,9 +306,9 @@ impl Reading {
     fn leave_out_frozen(&mut self, most: Option<usize>) {
         let mut tail = self.drive.channels[YAW_RATE].split_off(self.alive);
         let rows = Moving {
-            yaw_rate: Sampled::of(&tail),
-            steering: Sampled::of(&self.drive.channels[STEERING]),
-            speed: self.drive.channels.get(SPEED).map(Sampled::of),
+            yaw_rate: Sampled::from_series(&tail),
+            steering: Sampled::from_series(&self.drive.channels[STEERING]),
+            speed: self.drive.channels.get(SPEED).map(Sampled::from_series),
             resolution: self.channels[YAW_RATE].resolution,
         };
         let (decided, runs) = self.freezes.find(rows, most);

@@ -152,7 +152,7 @@ impl Spans {
             return Ok(());
         }
         self.sent += grid.count;
-        let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+        let on_grid = |role: Role| Some(drive.channel(role)?.interpolate(&grid));
         let steering = on_grid(Role::Steering).unwrap_or_default();
         let yaw_rate = on_grid(Role::YawRate).unwrap_or_default();
         let mut speed = on_grid(Role::Speed);

@@ -163,7 +163,7 @@ fn revs(file: &Path) -> Result<(), String> {
             format!("Revs, {name}"),
             plant.order(),
             e.horizon,
-            if plant.discrete.d.at(0, 0) == 0.0 { "no" } else { "yes" },
+            if plant.discrete.d.entry(0, 0) == 0.0 { "no" } else { "yes" },
             e.fit.estimation,
             e.fit.validation,
             theirs.first().map_or(f64::NAN, |fit| fit - 0.3),
@@ -191,7 +191,7 @@ fn revs(file: &Path) -> Result<(), String> {
                         let plant = identify(&log, &options).map_err(|e| e.to_string())?.plant;
                         let a = &plant.discrete.a;
                         let n = plant.order();
-                        let a = Mat::from_fn(n, n, |i, j| a.at(i, j));
+                        let a = Mat::from_fn(n, n, |i, j| a.entry(i, j));
                         let blank = |r, c| Mat::zeros(r, c);
                         let radius =
                             StateSpace { a, b: blank(n, 1), c: blank(1, n), d: blank(1, 1) }

@@ -210,10 +210,10 @@ impl Found {
                 faer::Mat::from_fn(rows, columns, at)
             };
             Continuous(StateSpace {
-                a: by(n, n, &|i, j| c.f.at(i, j)),
-                b: by(n, 1, &|i, j| c.g.at(i, j)),
-                c: by(1, n, &|i, j| c.h.at(i, j)),
-                d: by(1, 1, &|i, j| plant.discrete.d.at(i, j)),
+                a: by(n, n, &|i, j| c.f.entry(i, j)),
+                b: by(n, 1, &|i, j| c.g.entry(i, j)),
+                c: by(1, n, &|i, j| c.h.entry(i, j)),
+                d: by(1, 1, &|i, j| plant.discrete.d.entry(i, j)),
             })
         });
         Ok(Self {

@@ -26,6 +26,6 @@ pub fn get(name: &str, platform: &str) -> Option<&'static [u8]> {
 }
 
 /// Every library of an FMU, one for each platform.
-pub fn of(name: &str) -> impl Iterator<Item = &'static Library> {
+pub fn libraries_of(name: &str) -> impl Iterator<Item = &'static Library> {
     LIBRARIES.iter().filter(move |l| l.name == name)
 }

@@ -2,7 +2,7 @@
 #![deny(unsafe_code)] // the macro allows it for itself
 
 use fmi2_export::model_description::{DependsOn::Nothing, Table, Value};
-use fmi2_export::{Log, Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Log, Resources};
 
 fmi2_export::variables! {
     /// Variables of the integrator.
@@ -12,7 +12,7 @@ fmi2_export::variables! {
     Y = 2, real "y", Output, Continuous, .unit("m").depends_on(Nothing).initial_depends_on(Nothing);
 }
 
-/// The slave: its input and parameter, and its state.
+/// The unit: its input and parameter, and its state.
 #[derive(Debug, Clone)]
 pub(crate) struct Integrator {
     u: f64,
@@ -20,7 +20,7 @@ pub(crate) struct Integrator {
     y: f64,
 }
 
-impl Slave for Integrator {
+impl CoSimulationUnit for Integrator {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
 

@@ -6,7 +6,9 @@
 #![deny(unsafe_code)] // the macro allows it for itself
 
 use fmi2_export::model_description::{DependencyKind, DependsOn::Nothing, Initial, Table, Value};
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, export};
+use fmi2_export::{
+    Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, export,
+};
 
 fmi2_export::variables! {
     /// Variables of the oscillator. The position is the first state, so it depends on no variable.
@@ -18,7 +20,7 @@ fmi2_export::variables! {
         .depends_on(Nothing).initial_depends_on(Nothing);
 }
 
-/// The slave: its input and parameters, and its states.
+/// The unit: its input and parameters, and its states.
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
     force: f64,
@@ -37,7 +39,7 @@ impl Oscillator {
     }
 }
 
-impl Slave for Oscillator {
+impl CoSimulationUnit for Oscillator {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;

@@ -5,8 +5,8 @@ use crate::calls::State;
 use crate::exposed::Exposed;
 use crate::instance::{Instance, Outcome};
 use crate::logger::Category;
-use crate::slave::{Slave, VariableId};
 use crate::types::Status;
+use crate::unit::{CoSimulationUnit, VariableId};
 use model_description::{Causality, Kind, Value, VariableSpec};
 use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
@@ -24,7 +24,7 @@ pub(crate) enum Target<V> {
 impl<V> Target<V> {
     pub(crate) fn class(&self) -> Class {
         match self {
-            Self::Variable(_, row) => Class::of(row),
+            Self::Variable(_, row) => Class::from_row(row),
             Self::Exposed(exposed) => exposed.class(),
         }
     }
@@ -37,7 +37,7 @@ impl<V> Target<V> {
     }
 }
 
-impl<S: Slave> Instance<S> {
+impl<S: CoSimulationUnit> Instance<S> {
     /// The table's variable of a reference if it has the type: the fast path.
     #[inline]
     fn row(reference: u32, kind: Kind) -> Option<(S::Variable, &'static VariableSpec)> {
@@ -118,7 +118,7 @@ impl<S: Slave> Instance<S> {
     #[inline]
     fn value(&mut self, reference: u32, kind: Kind) -> Result<Value, String> {
         match Self::row(reference, kind) {
-            Some((variable, _)) => Ok(self.core.slave.get(variable)),
+            Some((variable, _)) => Ok(self.core.unit.get(variable)),
             None => self.exposed_value(reference, kind),
         }
     }
@@ -126,8 +126,8 @@ impl<S: Slave> Instance<S> {
     #[inline(never)]
     fn exposed_value(&mut self, reference: u32, kind: Kind) -> Result<Value, String> {
         Ok(match self.find(reference, kind)? {
-            Target::Variable(variable, _) => self.core.slave.get(variable),
-            Target::Exposed(exposed) => Value::Real(exposed.value(&mut *self.core.slave)),
+            Target::Variable(variable, _) => self.core.unit.get(variable),
+            Target::Exposed(exposed) => Value::Real(exposed.value(&mut *self.core.unit)),
         })
     }
 
@@ -214,7 +214,7 @@ impl<S: Slave> Instance<S> {
             if self.core.state == State::Instantiated {
                 self.log_early_set(row);
             }
-            self.core.slave.set(variable, &wrap(value));
+            self.core.unit.set(variable, &wrap(value));
         }
         self.core.set_since_step |= !references.is_empty();
         Ok(status)
@@ -265,7 +265,7 @@ impl<S: Slave> Instance<S> {
         }
         for (reference, value) in references.iter().zip(values) {
             if let Some((variable, _)) = Self::row(*reference, Kind::Real) {
-                self.core.slave.set(variable, &Value::Real(*value));
+                self.core.unit.set(variable, &Value::Real(*value));
             }
         }
         self.core.set_since_step |= !references.is_empty();
@@ -290,7 +290,7 @@ impl<S: Slave> Instance<S> {
         for (reference, value) in references.iter().zip(values) {
             if let Target::Exposed(exposed) = self.find(*reference, Kind::Real)? {
                 // States have no limits; the model rejects values that it cannot use.
-                exposed.set(&mut *self.core.slave, *value);
+                exposed.set(&mut *self.core.unit, *value);
             } else {
                 let (reference, value) =
                     (std::slice::from_ref(reference), std::slice::from_ref(value));

@@ -84,7 +84,7 @@ impl Class {
     /// The class of a table's row.
     #[must_use]
     #[inline]
-    pub const fn of(row: &VariableSpec) -> Self {
+    pub const fn from_row(row: &VariableSpec) -> Self {
         // First in the match, since inputs are set at every step.
         if matches!(row.causality, Causality::Input) {
             return Self::Input;
@@ -257,5 +257,5 @@ impl Class {
 #[must_use]
 #[inline]
 pub const fn set_access(state: State, row: &VariableSpec) -> Access {
-    Class::of(row).set_access(state)
+    Class::from_row(row).set_access(state)
 }

@@ -11,7 +11,7 @@
 //! | 1 | flag: a variable was set since the last step |
 //! | 4 + 4 n | value references of inputs whose clipping was logged |
 //! | 4 + 12 n | value references and derivatives of inputs with a derivative in the next step |
-//! | 4 + n | bytes of [`Slave::save`] |
+//! | 4 + n | bytes of [`CoSimulationUnit::save`] |
 //! | 32 | SHA-256 of all bytes before |
 //!
 //! Numbers are little-endian. The GUID needs SHA-256 already, so the digest adds no code; unlike a
@@ -21,7 +21,7 @@
 
 use crate::calls::State;
 use crate::instance::{Core, Experiment, Instance, Snapshot};
-use crate::slave::{Slave, VariableId};
+use crate::unit::{CoSimulationUnit, VariableId};
 use model_description::{Causality, Variability};
 use sha2::{Digest, Sha256};
 
@@ -30,7 +30,7 @@ const VERSION: u32 = 1;
 const DIGEST: usize = 32;
 
 /// Serializes a state.
-pub(crate) fn encode<S: Slave>(snapshot: &Snapshot<S>) -> Vec<u8> {
+pub(crate) fn encode<S: CoSimulationUnit>(snapshot: &Snapshot<S>) -> Vec<u8> {
     let core = &snapshot.core;
     let mut bytes = Vec::from(MAGIC);
     bytes.extend(VERSION.to_le_bytes());
@@ -53,7 +53,7 @@ pub(crate) fn encode<S: Slave>(snapshot: &Snapshot<S>) -> Vec<u8> {
         bytes.extend(reference.to_le_bytes());
         bytes.extend(derivative.to_le_bytes());
     }
-    blob(&mut bytes, &core.slave.save());
+    blob(&mut bytes, &core.unit.save());
     let digest = Sha256::digest(&bytes);
     bytes.extend(&digest[..]);
     bytes
@@ -64,7 +64,7 @@ fn length<T>(list: &[T]) -> u32 {
     u32::try_from(list.len()).unwrap_or(u32::MAX)
 }
 
-impl<S: Slave> Instance<S> {
+impl<S: CoSimulationUnit> Instance<S> {
     /// Deserializes a state; the instance does not change.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ impl<S: Slave> Instance<S> {
     }
 
     /// The fields after the GUID, whose checksum is correct: `None` if they are invalid, an error if
-    /// the slave rejects its bytes.
+    /// the unit rejects its bytes.
     fn decode_core(&self, reader: &mut Reader<'_>) -> Option<Result<Core<S>, String>> {
         let code = reader.byte()?;
         let state = State::ALL.into_iter().find(|state| *state as u8 == code)?;
@@ -128,13 +128,13 @@ impl<S: Slave> Instance<S> {
         if !possible {
             return None;
         }
-        let mut slave = self.pristine.clone();
-        if let Err(problem) = slave.load(saved) {
+        let mut unit = self.pristine.clone();
+        if let Err(problem) = unit.load(saved) {
             return Some(Err(format!("the serialized FMU state cannot be loaded: {problem}")));
         }
-        // The slave need not save them.
+        // The unit need not save them.
         for &(reference, derivative) in &input_derivatives {
-            slave.set_input_derivative(S::Variable::from_reference(reference)?, derivative);
+            unit.set_input_derivative(S::Variable::from_reference(reference)?, derivative);
         }
         let core = Core {
             state,
@@ -143,19 +143,19 @@ impl<S: Slave> Instance<S> {
             set_since_step,
             clipped,
             input_derivatives,
-            ..Core::new(slave)
+            ..Core::new(unit)
         };
         Some(Ok(core))
     }
 }
 
-fn is_input<S: Slave>(reference: u32) -> bool {
+fn is_input<S: CoSimulationUnit>(reference: u32) -> bool {
     S::Variable::from_reference(reference)
         .is_some_and(|variable| variable.spec().causality == Causality::Input)
 }
 
 /// Whether a value reference is an input whose derivative can be set.
-fn is_continuous_input<S: Slave>(reference: u32) -> bool {
+fn is_continuous_input<S: CoSimulationUnit>(reference: u32) -> bool {
     S::Variable::from_reference(reference).is_some_and(|variable| {
         let row = variable.spec();
         row.causality == Causality::Input && row.variability == Variability::Continuous

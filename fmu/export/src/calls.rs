@@ -1,12 +1,12 @@
 //! Legal calls by state: table 4.2.4 of FMI 2.0.5 as data, with the accepted deviations.
 //!
 //! [`Call::ALL`] with [`Call::is_legal_in`] is the table. Its footnotes, which restrict reading and
-//! setting of variables, are [`RULES`], one for each [`Class`] of variables; [`Class::of`] is the class
+//! setting of variables, are [`RULES`], one for each [`Class`] of variables; [`Class::from_row`] is the class
 //! of a row. [`Class::is_unknown_in`] and [`Class::is_known_in`] define the variables that
 //! `fmi2GetDirectionalDerivative` accepts. A test of a built library can check all of it. A call that a
 //! [`Leniency`] accepts returns `fmi2OK`; the first one of an instance logs a debug line.
 //!
-//! The table has the calls of optional capabilities for every slave; without the capability they
+//! The table has the calls of optional capabilities for every unit; without the capability they
 //! return `fmi2Error` in every state.
 //!
 //! The states "step in progress", "step failed" and "step canceled" are missing because they cannot be

@@ -75,10 +75,10 @@ fn message(payload: Box<dyn std::any::Any + Send>) -> String {
     }
 }
 
-/// A slave whose panicking destructor cannot abort the process.
+/// A unit whose panicking destructor cannot abort the process.
 ///
 /// A panic of a destructor while another panic unwinds aborts the process. This wrapper catches the
-/// panic of the slave's destructor. It cannot help if two fields of one slave both panic when they are
+/// panic of the unit's destructor. It cannot help if two fields of one unit both panic when they are
 /// dropped, since both belong to one destructor.
 #[derive(Debug)]
 pub(crate) struct Contained<T>(ManuallyDrop<T>);

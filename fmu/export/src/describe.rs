@@ -1,16 +1,16 @@
-//! The model description of a slave.
+//! The model description of a unit.
 
 use crate::exposed;
 use crate::log::Log;
 use crate::logger::LOG_CATEGORIES;
 use crate::resources::Resources;
-use crate::slave::{Slave, VariableId};
 use crate::structure::structure;
+use crate::unit::{CoSimulationUnit, VariableId};
 use model_description::{
     CoSimulation, DefaultExperiment, ExposedState, LogCategory, ModelDescription, UnitSpec, Value,
 };
 
-/// Why a slave cannot be described.
+/// Why a unit cannot be described.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum DescribeError {
@@ -56,9 +56,9 @@ impl DescribeError {
     }
 }
 
-/// The capabilities of a slave: those of this layer with [`Slave::CAPABILITIES`].
+/// The capabilities of a unit: those of this layer with [`CoSimulationUnit::CAPABILITIES`].
 #[must_use]
-pub fn capabilities<S: Slave>() -> CoSimulation {
+pub fn capabilities<S: CoSimulationUnit>() -> CoSimulation {
     CoSimulation {
         model_identifier: S::TABLE.model_name.into(),
         can_handle_variable_communication_step_size: true,
@@ -73,29 +73,28 @@ pub fn capabilities<S: Slave>() -> CoSimulation {
     }
 }
 
-/// The GUID of a slave with resources, which `fmi2Instantiate` expects.
+/// The GUID of a unit with resources, which `fmi2Instantiate` expects.
 #[must_use]
-pub fn guid<S: Slave>(resources: &Resources) -> String {
+pub fn guid<S: CoSimulationUnit>(resources: &Resources) -> String {
     model_description::guid(S::TABLE, resources.entries())
 }
 
-/// The description of a slave with resources.
+/// The description of a unit with resources.
 ///
 /// The start values are the values at the first communication point if no variable is set before or
 /// during initialization; the time is the experiment's start time.
 ///
 /// # Errors
-/// [`DescribeError`] if the slave rejects the resources or contradicts its table.
-pub fn describe<S: Slave>(
+/// [`DescribeError`] if the unit rejects the resources or contradicts its table.
+pub fn describe<S: CoSimulationUnit>(
     resources: &Resources,
     default_experiment: Option<DefaultExperiment>,
 ) -> Result<ModelDescription, DescribeError> {
     let table = S::TABLE;
     let model = table.model_name;
-    let mut slave = S::open(resources).map_err(|problem| DescribeError::Open { model, problem })?;
+    let mut unit = S::open(resources).map_err(|problem| DescribeError::Open { model, problem })?;
     let start_time = default_experiment.and_then(|e| e.start_time).unwrap_or(0.0);
-    slave
-        .exit_initialization(start_time, &mut Log::default())
+    unit.exit_initialization(start_time, &mut Log::default())
         .map_err(|problem| DescribeError::Initialize { model, problem })?;
     if let Some(row) = table.variables.iter().find(|row| row.reference >= exposed::FIRST) {
         let (variable, reference) = (row.name, row.reference);
@@ -105,7 +104,7 @@ pub fn describe<S: Slave>(
         .variables
         .iter()
         .map(|row| match S::Variable::from_reference(row.reference) {
-            Some(variable) if variable.spec().name == row.name => Ok(slave.get(variable)),
+            Some(variable) if variable.spec().name == row.name => Ok(unit.get(variable)),
             _ => {
                 Err(DescribeError::Unmapped { model, variable: row.name, reference: row.reference })
             }
@@ -113,9 +112,9 @@ pub fn describe<S: Slave>(
         .collect::<Result<Vec<Value>, _>>()?;
     let guid = guid::<S>(resources);
     let mut description = ModelDescription::from_table(table, &start, &guid, default_experiment)?;
-    description.expose_states(&states(&mut slave)?, exposed::FIRST);
-    let settable: Vec<bool> = slave.states().iter().map(|state| state.settable).collect();
-    structure(&slave, &settable, &mut description);
+    description.expose_states(&states(&mut unit)?, exposed::FIRST);
+    let settable: Vec<bool> = unit.states().iter().map(|state| state.settable).collect();
+    structure(&unit, &settable, &mut description);
     description.co_simulation = Some(capabilities::<S>());
     description.log_categories = LOG_CATEGORIES
         .iter()
@@ -125,8 +124,8 @@ pub fn describe<S: Slave>(
 }
 
 /// The states for the description.
-fn states<S: Slave>(slave: &mut S) -> Result<Vec<ExposedState>, DescribeError> {
-    let specs = slave.states().into_iter().enumerate();
+fn states<S: CoSimulationUnit>(unit: &mut S) -> Result<Vec<ExposedState>, DescribeError> {
+    let specs = unit.states().into_iter().enumerate();
     specs
         .map(|(index, spec)| {
             let model = S::TABLE.model_name;
@@ -135,7 +134,7 @@ fn states<S: Slave>(slave: &mut S) -> Result<Vec<ExposedState>, DescribeError> {
             if let Some(unit) = units.find(|unit| UnitSpec::named(unit).is_none()) {
                 return Err(DescribeError::Unit { model, number, unit });
             }
-            let value = slave.state(index);
+            let value = unit.state(index);
             if spec.settable && !value.is_finite() {
                 return Err(DescribeError::State { model, number, value });
             }

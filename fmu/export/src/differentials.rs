@@ -1,7 +1,7 @@
 //! Time derivatives of inputs and outputs, and directional derivatives.
 //!
 //! A directional derivative is `Δunknown = Σ ∂unknown/∂known · Δknown` (section 2.1.9). A partial
-//! derivative is zero without a dependency; otherwise it is the slave's value, or a central difference
+//! derivative is zero without a dependency; otherwise it is the unit's value, or a central difference
 //! on clones. With x the known and n its nominal value (default 1), the step is `∛ε · max(|x|, n)`,
 //! which balances truncation and rounding errors, limited to the known's range.
 
@@ -10,16 +10,16 @@ use crate::calls::State;
 use crate::contain::Contained;
 use crate::exposed::Exposed;
 use crate::instance::{Instance, Outcome};
-use crate::slave::{Known, Slave, Unknown, VariableId};
 use crate::structure::depends_initially;
 use crate::types::Status;
+use crate::unit::{CoSimulationUnit, Known, Unknown, VariableId};
 use model_description::{Causality, Kind, Value, Variability, VariableSpec};
 use std::mem::MaybeUninit;
 
 /// The only order of time derivatives that is supported.
 const ORDER: i32 = 1;
 
-impl<S: Slave> Instance<S> {
+impl<S: CoSimulationUnit> Instance<S> {
     /// A continuous variable with a causality, if it has a derivative of the order.
     fn find_continuous(
         &self,
@@ -61,7 +61,7 @@ impl<S: Slave> Instance<S> {
                 Some((_, derivative)) => *derivative = value,
                 None => pending.push((reference, value)),
             }
-            self.core.slave.set_input_derivative(variable, value);
+            self.core.unit.set_input_derivative(variable, value);
         }
         Ok(Status::Ok)
     }
@@ -77,7 +77,7 @@ impl<S: Slave> Instance<S> {
         }
         for ((&reference, &order), slot) in references.iter().zip(orders).zip(values) {
             let (variable, row) = self.find_continuous(reference, order, Causality::Output)?;
-            let derivative = self.core.slave.output_derivative(variable);
+            let derivative = self.core.unit.output_derivative(variable);
             if !derivative.is_finite() {
                 return Err(format!("the derivative of `{}` is {derivative}", row.name));
             }
@@ -162,7 +162,7 @@ impl<S: Slave> Instance<S> {
         known: Target<S::Variable>,
         difference: &mut Option<CentralDifference<S>>,
     ) -> Result<f64, String> {
-        let slave = &mut self.core.slave;
+        let unit = &mut self.core.unit;
         let to = match unknown {
             Target::Variable(variable, _) => Unknown::Variable(variable),
             Target::Exposed(Exposed::State { index, .. }) => Unknown::State(index),
@@ -175,17 +175,17 @@ impl<S: Slave> Instance<S> {
             }
         };
         let depends = match self.core.state {
-            State::Initialization => depends_initially(&**slave, to, by).is_some(),
-            _ => slave.dependency(to, by).is_some(),
+            State::Initialization => depends_initially(&**unit, to, by).is_some(),
+            _ => unit.dependency(to, by).is_some(),
         };
         if !depends {
             return Ok(0.0);
         }
-        if let Some(partial) = slave.partial_derivative(to, by) {
+        if let Some(partial) = unit.partial_derivative(to, by) {
             return Ok(partial);
         }
         if difference.is_none() {
-            *difference = Some(CentralDifference::new(slave, known)?);
+            *difference = Some(CentralDifference::new(unit, known)?);
         }
         difference.as_mut().map_or(Ok(0.0), |difference| difference.difference(unknown))
     }
@@ -199,17 +199,17 @@ struct CentralDifference<S> {
     width: f64,
 }
 
-impl<S: Slave> CentralDifference<S> {
-    fn new(slave: &mut Contained<S>, known: Target<S::Variable>) -> Result<Self, String> {
+impl<S: CoSimulationUnit> CentralDifference<S> {
+    fn new(unit: &mut Contained<S>, known: Target<S::Variable>) -> Result<Self, String> {
         let (at, nominal, min, max) = match known {
             Target::Variable(variable, row) => {
-                let at = slave.get(variable).as_number();
+                let at = unit.get(variable).as_number();
                 let limit = |limit: Option<f64>, other| limit.unwrap_or(other);
                 let (min, max) = (limit(row.min, f64::MIN), limit(row.max, f64::MAX));
                 (at, row.nominal.unwrap_or(1.0), min, max)
             }
             Target::Exposed(Exposed::State { index, settable: true }) => {
-                (Some(slave.state(index)), 1.0, f64::MIN, f64::MAX)
+                (Some(unit.state(index)), 1.0, f64::MIN, f64::MAX)
             }
             Target::Exposed(_) => (None, 1.0, 0.0, 0.0),
         };
@@ -227,7 +227,7 @@ impl<S: Slave> CentralDifference<S> {
             ));
         }
         let shifted = |value: f64| {
-            let mut clone = slave.clone();
+            let mut clone = unit.clone();
             match known {
                 Target::Variable(variable, _) => clone.set(variable, &Value::Real(value)),
                 Target::Exposed(exposed) => exposed.set(&mut *clone, value),
@@ -238,9 +238,9 @@ impl<S: Slave> CentralDifference<S> {
     }
 
     fn difference(&mut self, unknown: Target<S::Variable>) -> Result<f64, String> {
-        let value = |slave: &mut S| match unknown {
-            Target::Variable(variable, _) => slave.get(variable).as_number(),
-            Target::Exposed(exposed) => Some(exposed.value(slave)),
+        let value = |unit: &mut S| match unknown {
+            Target::Variable(variable, _) => unit.get(variable).as_number(),
+            Target::Exposed(exposed) => Some(exposed.value(unit)),
         };
         match (value(&mut self.below), value(&mut self.above)) {
             (Some(below), Some(above)) => Ok((above - below) / self.width),

@@ -1,12 +1,12 @@
 //! The macro that exports the functions of the boundary under their C names.
 
-/// Exports the 34 functions of FMI 2.0 for Co-Simulation for one [`Slave`](crate::Slave).
+/// Exports the 34 functions of FMI 2.0 for Co-Simulation for one [`CoSimulationUnit`](crate::CoSimulationUnit).
 ///
 /// Use it once in a library of crate type `cdylib`. Two libraries that use it cannot be linked into
 /// one binary, since they export the same symbols.
 #[macro_export]
 macro_rules! export {
-    ($slave:ty) => {
+    ($unit:ty) => {
         // An unnamed constant hides the items from the caller's scope and sees its names.
         #[allow(unsafe_code, non_snake_case, clippy::missing_safety_doc)]
         const _: () = {
@@ -14,7 +14,7 @@ macro_rules! export {
             use ::std::primitive::{f64, i32, u32, usize};
             use $crate::boundary as layer;
 
-            type Slave = $slave;
+            type Exported = $unit;
 
             $crate::__export! {
                 fmi2SetDebugLogging => set_debug_logging(on: i32, n: usize, names: *const *const c_char);
@@ -71,7 +71,7 @@ macro_rules! export {
             ) -> *mut c_void {
                 // SAFETY: the standard's contract with the importer, passed on.
                 unsafe {
-                    layer::instantiate::<Slave>(
+                    layer::instantiate::<Exported>(
                         name, fmu_type, guid, location, callbacks, visible, logging_on,
                     )
                 }
@@ -80,7 +80,7 @@ macro_rules! export {
             #[unsafe(no_mangle)]
             unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
                 // SAFETY: the standard's contract with the importer, passed on.
-                unsafe { layer::free_instance::<Slave>(component) }
+                unsafe { layer::free_instance::<Exported>(component) }
             }
         };
     };
@@ -94,7 +94,7 @@ macro_rules! __export {
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $symbol(component: *mut c_void, $($argument: $kind),*) -> i32 {
             // SAFETY: the standard's contract with the importer, passed on.
-            unsafe { layer::$function::<Slave>(component, $($argument),*) }
+            unsafe { layer::$function::<Exported>(component, $($argument),*) }
         }
     )*};
 }

@@ -1,8 +1,8 @@
-//! The exposed states of a slave with [`Slave::states`](crate::Slave::states): state i has the
+//! The exposed states of a unit with [`CoSimulationUnit::states`](crate::CoSimulationUnit::states): state i has the
 //! variables `state[i+1]` and `der(state[i+1])`, with value references above those of the table.
 
 use crate::access_rules::Class;
-use crate::slave::Slave;
+use crate::unit::CoSimulationUnit;
 
 /// The first value reference of the states; the value references of tables are smaller.
 pub(crate) const FIRST: u32 = 0x1000_0000;
@@ -54,16 +54,16 @@ impl Exposed {
         }
     }
 
-    pub(crate) fn value<S: Slave>(self, slave: &mut S) -> f64 {
+    pub(crate) fn value<S: CoSimulationUnit>(self, unit: &mut S) -> f64 {
         match self {
-            Self::State { index, .. } => slave.state(index),
-            Self::Derivative { index } => slave.state_derivative(index),
+            Self::State { index, .. } => unit.state(index),
+            Self::Derivative { index } => unit.state_derivative(index),
         }
     }
 
-    pub(crate) fn set<S: Slave>(self, slave: &mut S, value: f64) {
+    pub(crate) fn set<S: CoSimulationUnit>(self, unit: &mut S, value: f64) {
         if let Self::State { index, .. } = self {
-            slave.set_state(index, value);
+            unit.set_state(index, value);
         }
     }
 }

@@ -7,8 +7,8 @@ use crate::describe;
 use crate::log::{Level, Log, Repetitions};
 use crate::logger::{Category, Logger};
 use crate::resources::Resources;
-use crate::slave::{Slave, VariableId};
 use crate::types::Status;
+use crate::unit::{CoSimulationUnit, VariableId};
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ pub(crate) struct Experiment {
 /// The content of an FMU state: everything that the result of a later call can depend on.
 #[derive(Debug, Clone)]
 pub(crate) struct Core<S> {
-    pub(crate) slave: Contained<S>,
+    pub(crate) unit: Contained<S>,
     pub(crate) state: State,
     pub(crate) experiment: Option<Experiment>,
     /// The expected start of the next step, s.
@@ -51,7 +51,7 @@ pub(crate) struct Snapshot<S> {
 /// One instance.
 pub(crate) struct Instance<S> {
     pub(crate) core: Core<S>,
-    /// The slave that `open` returned, which `fmi2Reset` restores.
+    /// The unit that `open` returned, which `fmi2Reset` restores.
     pub(crate) pristine: Contained<S>,
     /// For each state, whether it is settable.
     pub(crate) settable: Box<[bool]>,
@@ -63,10 +63,10 @@ pub(crate) struct Instance<S> {
     pub(crate) strings: Vec<CString>,
 }
 
-impl<S: Slave> Core<S> {
-    pub(crate) fn new(slave: Contained<S>) -> Self {
+impl<S: CoSimulationUnit> Core<S> {
+    pub(crate) fn new(unit: Contained<S>) -> Self {
         Self {
-            slave,
+            unit,
             state: State::Instantiated,
             experiment: None,
             time: 0.0,
@@ -77,11 +77,11 @@ impl<S: Slave> Core<S> {
     }
 }
 
-impl<S: Slave> Instance<S> {
+impl<S: CoSimulationUnit> Instance<S> {
     /// Creates an instance.
     ///
     /// # Errors
-    /// The GUID is not that of this library with these resources, or the slave rejects them.
+    /// The GUID is not that of this library with these resources, or the unit rejects them.
     pub(crate) fn new(guid: &CStr, resources: &Resources, logger: Logger) -> Result<Self, String> {
         let expected = describe::guid::<S>(resources);
         if guid.to_bytes() != expected.as_bytes() {
@@ -156,7 +156,7 @@ impl<S: Slave> Instance<S> {
         }
     }
 
-    /// Passes the lines that the slave logged during a call to the importer.
+    /// Passes the lines that the unit logged during a call to the importer.
     #[inline]
     fn flush(&mut self) -> Status {
         if self.log.lines().is_empty() { Status::Ok } else { self.flush_lines() }
@@ -223,7 +223,7 @@ impl<S: Slave> Instance<S> {
 
     pub(crate) fn exit_initialization_mode(&mut self) -> Outcome {
         let core = &mut self.core;
-        let result = core.slave.exit_initialization(core.time, &mut self.log);
+        let result = core.unit.exit_initialization(core.time, &mut self.log);
         let status = self.flush();
         result?;
         self.core.state = State::StepComplete;
@@ -247,10 +247,10 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
-    /// Replaces the core; then a panic of the old slave's destructor propagates.
+    /// Replaces the core; then a panic of the old unit's destructor propagates.
     fn replace_core(&mut self, core: Core<S>) {
         let old = std::mem::replace(&mut self.core, core);
-        old.slave.release();
+        old.unit.release();
     }
 
     /// One step from `time` by `step`, both s.
@@ -269,7 +269,7 @@ impl<S: Slave> Instance<S> {
         {
             self.check_time(time, step, slack)?;
         }
-        let result = self.core.slave.step(time, step, &mut self.log);
+        let result = self.core.unit.step(time, step, &mut self.log);
         let status = self.flush();
         result?;
         self.core.time = end;
@@ -285,7 +285,7 @@ impl<S: Slave> Instance<S> {
     fn clear_input_derivatives(&mut self) {
         for (reference, _) in self.core.input_derivatives.drain(..) {
             if let Some(variable) = S::Variable::from_reference(reference) {
-                self.core.slave.set_input_derivative(variable, 0.0);
+                self.core.unit.set_input_derivative(variable, 0.0);
             }
         }
     }

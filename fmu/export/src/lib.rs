@@ -23,8 +23,8 @@ mod log;
 #[allow(unsafe_code)]
 mod logger;
 mod resources;
-mod slave;
 mod structure;
+mod unit;
 pub mod uri;
 mod variables;
 
@@ -38,4 +38,4 @@ pub use log::{Level, Log};
 pub use logger::LOG_CATEGORIES;
 pub use model_description;
 pub use resources::{ResourceError, Resources};
-pub use slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
+pub use unit::{Capabilities, CoSimulationUnit, Known, StateSpec, Unknown, VariableId};

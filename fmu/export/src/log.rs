@@ -1,6 +1,6 @@
-//! The log lines of a slave during a call, and the limit on repeated lines.
+//! The log lines of a unit during a call, and the limit on repeated lines.
 //!
-//! A slave that warns at every step would flood the importer's log. Lines that differ only in numbers
+//! A unit that warns at every step would flood the importer's log. Lines that differ only in numbers
 //! are one kind. Of each kind the 1st, 10th, 100th line and so on is logged, with its number. After
 //! [`KINDS`] kinds all new ones count as one kind. The status of a call does not depend on this. The
 //! counts are not part of an FMU state, so restoring a state repeats no line; `fmi2Reset` clears them.

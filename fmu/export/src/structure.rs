@@ -1,19 +1,19 @@
-//! The model structure of a slave with its states: Outputs, Derivatives and InitialUnknowns with
+//! The model structure of a unit with its states: Outputs, Derivatives and InitialUnknowns with
 //! their dependencies (section 2.2.8).
 //!
-//! At a communication point the knowns are the inputs and the states, and [`Slave::dependency`]
+//! At a communication point the knowns are the inputs and the states, and [`CoSimulationUnit::dependency`]
 //! returns the dependencies. In initialization mode the knowns are the inputs and the variables with
 //! `initial="exact"`. There a row of the table lists the variables that it depends on, and
-//! [`Slave::dependency`] adds the other dependencies, for example a feedthrough that is defined by the
+//! [`CoSimulationUnit::dependency`] adds the other dependencies, for example a feedthrough that is defined by the
 //! resources.
 
-use crate::slave::{Known, Slave, Unknown, VariableId, listed};
+use crate::unit::{CoSimulationUnit, Known, Unknown, VariableId, listed};
 use model_description as xml;
 use model_description::{Causality, DependencyKind, Initial, ModelDescription};
 
 /// How an unknown depends on a known in initialization mode.
-pub(crate) fn depends_initially<S: Slave>(
-    slave: &S,
+pub(crate) fn depends_initially<S: CoSimulationUnit>(
+    unit: &S,
     unknown: Unknown<S::Variable>,
     known: Known<S::Variable>,
 ) -> Option<DependencyKind> {
@@ -32,7 +32,7 @@ pub(crate) fn depends_initially<S: Slave>(
             None
         }
         // The standard defines no other kinds in initialization mode.
-        _ => match slave.dependency(unknown, known)? {
+        _ => match unit.dependency(unknown, known)? {
             DependencyKind::Constant => Some(DependencyKind::Constant),
             _ => Some(DependencyKind::Dependent),
         },
@@ -40,8 +40,8 @@ pub(crate) fn depends_initially<S: Slave>(
 }
 
 /// Fills in the model structure of a description that has the table's variables and the states.
-pub(crate) fn structure<S: Slave>(
-    slave: &S,
+pub(crate) fn structure<S: CoSimulationUnit>(
+    unit: &S,
     settable: &[bool],
     description: &mut ModelDescription,
 ) {
@@ -71,7 +71,7 @@ pub(crate) fn structure<S: Slave>(
 
     let at_points = knowns(variables(&is_input), states(&|_| true));
     let later = |index: u32, unknown: Unknown<S::Variable>| {
-        list(index, &at_points, |known| slave.dependency(unknown, known))
+        list(index, &at_points, |known| unit.dependency(unknown, known))
     };
     description.outputs = variables(&|row| row.causality == Causality::Output)
         .into_iter()
@@ -83,7 +83,7 @@ pub(crate) fn structure<S: Slave>(
 
     let at_first = knowns(variables(&|row| is_input(row) || is_exact(row)), states(&|exact| exact));
     let first = |index: u32, unknown: Unknown<S::Variable>| {
-        list(index, &at_first, |known| depends_initially(slave, unknown, known))
+        list(index, &at_first, |known| depends_initially(unit, unknown, known))
     };
     let of_table = description.initial_unknowns.iter().filter_map(|unknown| {
         let row = rows.get(usize::try_from(unknown.index).ok()?.checked_sub(1)?)?;

@@ -8,8 +8,8 @@
 /// [`VariableSpec`](crate::model_description::VariableSpec). Rows that FMI 2.0 forbids and duplicate value
 /// references or names do not compile. The version of the FMU is that of the calling package.
 ///
-/// With `Enum of Slave` a row may also have, after its variability, `at field.field`, the place of a Real in the
-/// slave, which the function `place` of the enum gives.
+/// With `Enum of CoSimulationUnit` a row may also have, after its variability, `at field.field`, the place of a Real in the
+/// unit, which the function `place` of the enum gives.
 ///
 /// ```
 /// use fmi2_export::model_description::DependsOn::Nothing;
@@ -33,12 +33,12 @@
 /// ```
 #[macro_export]
 macro_rules! variables {
-    // The place of a row in the slave, or none.
-    (@place $slave:ident) => { None };
-    (@place $slave:ident $($place:ident).+) => { Some(&mut $slave.$($place).+) };
+    // The place of a row in the unit, or none.
+    (@place $unit:ident) => { None };
+    (@place $unit:ident $($place:ident).+) => { Some(&mut $unit.$($place).+) };
     (
         $(#[$documentation:meta])*
-        $name:ident of $slave:ty, $model:literal, $description:literal;
+        $name:ident of $unit:ty, $model:literal, $description:literal;
         $($variant:ident = $reference:literal, $kind:ident $variable:literal, $causality:ident,
             $variability:ident $(, at $($place:ident).+)? $(, $(.$setter:ident($($argument:expr),*))+)?;)*
     ) => {
@@ -50,11 +50,11 @@ macro_rules! variables {
         }
 
         impl $name {
-            /// Where the slave keeps a Real that can be set; `None` for the others.
+            /// Where the unit keeps a Real that can be set; `None` for the others.
             #[inline]
-            fn place(self, slave: &mut $slave) -> Option<&mut f64> {
+            fn place(self, unit: &mut $unit) -> Option<&mut f64> {
                 match self {
-                    $(Self::$variant => $crate::variables!(@place slave $($($place).+)?),)*
+                    $(Self::$variant => $crate::variables!(@place unit $($($place).+)?),)*
                 }
             }
         }

@@ -1,3 +1,3 @@
 #![doc = include_str!("../README.md")]
 
-fmi2_export::export!(steerwright_slaves::LateralPid);
+fmi2_export::export!(steerwright_units::LateralPid);

@@ -32,7 +32,7 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
         a: entries(&discrete.a),
         b: entries(&discrete.b),
         c: entries(&discrete.c),
-        d: discrete.d.at(0, 0),
+        d: discrete.d.entry(0, 0),
         k: entries(&discrete.k),
         continuous: plant.continuous.as_ref().map(|c| Continuous {
             f: entries(&c.f),
@@ -103,7 +103,7 @@ pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
 #[must_use]
 pub fn pid_parameters_at(pid: &Pid, speed: f64) -> PidParameters {
     let start = pid_parameters(pid);
-    pid_schedule(pid).map_or(start, |schedule| schedule.at(&start, speed))
+    pid_schedule(pid).map_or(start, |schedule| schedule.parameters_at(&start, speed))
 }
 
 /// The controller of gains and limits, at a sample time, s.

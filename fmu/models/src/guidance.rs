@@ -147,7 +147,7 @@ impl GuidanceParameters {
     /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
     /// it changes; with what is added to the sideslip per yaw rate, s.
     fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, added: f64) -> [f64; 2] {
-        let mut sideslip = self.sideslip().at(speed);
+        let mut sideslip = self.sideslip().at_speed(speed);
         sideslip.per_yaw_rate += added;
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;

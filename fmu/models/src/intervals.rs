@@ -18,7 +18,7 @@ pub(crate) struct Intervals {
 
 impl Intervals {
     /// Of distances that do not fall.
-    pub(crate) fn of(distances: &[f64]) -> Self {
+    pub(crate) fn from_distances(distances: &[f64]) -> Self {
         let count = 2 * distances.len().saturating_sub(1).max(1);
         let (start, end) = match distances {
             [first, .., last] => (*first, *last),
@@ -77,7 +77,7 @@ mod tests {
             for (step, exponent) in steps {
                 all.push(all[all.len() - 1] + step * 10.0_f64.powi(exponent));
             }
-            let table = Intervals::of(&all);
+            let table = Intervals::from_distances(&all);
             let end = all[all.len() - 1];
             let between = start + at * (end - start);
             let odd = [between, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -f64::MAX];
@@ -96,7 +96,7 @@ mod tests {
     fn evenly_spaced_distances_are_found_at_once() {
         for count in [2, 100, 100_000] {
             let all: Vec<f64> = (0..count).map(|i| 7.3 + 0.1 * f64::from(i)).collect();
-            let table = Intervals::of(&all);
+            let table = Intervals::from_distances(&all);
             let near = |d: &f64| {
                 let interval = table.interval(d + 0.05);
                 table.before[interval + 1] - table.before[interval]
@@ -110,7 +110,7 @@ mod tests {
     fn no_distance_is_too_large() {
         let equal = vec![186_020.5; 2];
         for all in [vec![-f64::MAX, 0.0, f64::MAX], vec![0.0, 1e-310, 2e-310], equal, vec![]] {
-            let table = Intervals::of(&all);
+            let table = Intervals::from_distances(&all);
             for d in all.iter().copied().chain([0.0, 5e-311, 1e300, -1e300, f64::INFINITY]) {
                 assert_eq!(table.count(d), all.partition_point(|x| *x <= d));
             }

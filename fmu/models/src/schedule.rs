@@ -28,7 +28,7 @@ macro_rules! over_speed {
 
             /// The parameters `p` with those that have their start value from the table at a speed, m/s.
             #[must_use]
-            pub fn at(&self, p: &$parameters, speed: f64) -> $parameters {
+            pub fn parameters_at(&self, p: &$parameters, speed: f64) -> $parameters {
                 let (below, above, share) = place(&self.speeds, speed);
                 let mut now = *p;
                 if let (Some(a), Some(b)) = (self.entries.get(below), self.entries.get(above)) {

@@ -42,7 +42,7 @@ impl Sideslip {
     /// The same law referred to a speed, m/s: S(v), Q(v) and C(v).
     #[inline]
     #[must_use]
-    pub fn at(&self, speed: f64) -> Self {
+    pub fn at_speed(&self, speed: f64) -> Self {
         if self.distance_rear == 0.0 {
             return Self { reference_speed: speed, ..*self };
         }
@@ -86,7 +86,7 @@ impl Sideslip {
     #[must_use]
     pub fn by_speed(&self, speed: f64, yaw_rate: f64, yaw_acceleration: f64) -> f64 {
         let grows = (speed * yaw_rate).abs() < GRAVITY;
-        let growth = self.at(speed).growth;
+        let growth = self.at_speed(speed).growth;
         let turning = if grows { 2.0 * growth * speed * yaw_rate.powi(3) } else { 0.0 };
         if self.distance_rear == 0.0 || speed < BLEND_SPEED {
             return turning;

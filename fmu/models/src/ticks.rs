@@ -78,9 +78,9 @@ mod tests {
         }
     }
 
-    /// h taken from differences of absolute times, as masters do it.
+    /// h taken from differences of absolute times, as importers do it.
     #[test]
-    fn masters_by_product_and_by_sum() {
+    fn importers_by_product_and_by_sum() {
         for (rate, per_tick) in [(100.0, 1_u64), (60.0, 1), (100.0, 4), (60.0, 7)] {
             let ts: f64 = 1.0 / rate;
             let h = ts / per_tick as f64;
@@ -97,7 +97,7 @@ mod tests {
         }
     }
 
-    /// Whatever side of the period a master's steps round to, and however often it changes.
+    /// Whatever side of the period an importer's steps round to, and however often it changes.
     #[test]
     fn steps_an_ulp_apart() {
         for rate in [100.0, 60.0] {

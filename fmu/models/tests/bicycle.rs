@@ -96,8 +96,8 @@ fn both_forms_are_one_at_constant_speed() {
         let (f, g) = bicycle_body_frame(&p, v);
         let h = 0.01;
         let (a5, b5) = sample(
-            &DMatrix::from_fn(5, 5, |i, j| state.at(i, j)),
-            &DMatrix::from_fn(5, 1, |i, _| input.at(i, 0)),
+            &DMatrix::from_fn(5, 5, |i, j| state.entry(i, j)),
+            &DMatrix::from_fn(5, 1, |i, _| input.entry(i, 0)),
             h,
         );
         let (a3, b3) = sample(
@@ -155,7 +155,8 @@ fn sideslip_leads_a_change_of_the_yaw_rate() {
             let mut plant = BicyclePlant::new(p).unwrap();
             plant.speed = v;
             let (mut largest, mut before, mut scale) = (0.0_f64, [0.0; 2], 0.0_f64);
-            let Sideslip { per_yaw_rate: s, per_yaw_acceleration: c, .. } = p.sideslip(12.0).at(v);
+            let Sideslip { per_yaw_rate: s, per_yaw_acceleration: c, .. } =
+                p.sideslip(12.0).at_speed(v);
             for k in 0..(30.0 / h) as usize {
                 plant.steering_angle = 0.1 * (omega * (k as f64 + 0.5) * h).sin();
                 plant.step(h).unwrap();

@@ -42,7 +42,7 @@ fn interpolation_is_true_to_the_road() {
     let sparse = PathGeometry::new(&road(200.0, 4.0, winding), false).unwrap();
     for k in 0..2000 {
         let s = f64::from(k) * 0.1;
-        let (a, b) = (exact.at(s), sparse.at(s));
+        let (a, b) = (exact.point_at(s), sparse.point_at(s));
         assert!((a.x_m - b.x_m).hypot(a.y_m - b.y_m) < 1e-5, "{s}: {a:?} {b:?}");
         assert!((a.heading_rad - b.heading_rad).abs() < 1e-4);
         assert!((b.curvature_per_m - winding(s)).abs() < 3e-4);
@@ -51,7 +51,7 @@ fn interpolation_is_true_to_the_road() {
     let circle = PathGeometry::new(&road(60.0, 5.0, |_| 0.1), false).unwrap();
     for k in 0..600 {
         let s = f64::from(k) * 0.1;
-        let p = circle.at(s);
+        let p = circle.point_at(s);
         assert!((p.x_m.hypot(p.y_m - 10.0) - 10.0).abs() < 1e-5, "{s}");
     }
 }
@@ -61,7 +61,7 @@ proptest! {
     #[test]
     fn finds_the_foot(s in 1.0..199.0_f64, offset in -8.0..8.0_f64, from in -9.0..9.0_f64) {
         let path = PathGeometry::new(&road(200.0, 1.0, winding), false).unwrap();
-        let p = path.at(s);
+        let p = path.point_at(s);
         let (x, y) = (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
         let found = path.project(x, y, s + from);
         prop_assert!((found.foot.distance_m - s).abs() < 1e-9, "{} {s}", found.foot.distance_m);
@@ -89,7 +89,7 @@ proptest! {
             preview_time_s: 0.3, feedforward_gain_radm: 40.0, sideslip_per_yaw_rate_s: 0.05,
             ..Guidance::default()
         });
-        let p = here.at(s);
+        let p = here.point_at(s);
         let (x, y) = (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
         let a = PathFollower::new(here).evaluate(&guidance, x, y, yaw, 10.0);
         let (x, y) = moved(x, y);
@@ -119,7 +119,7 @@ fn guidance_law() {
         sideslip_per_yaw_rate_s: -0.03,
         ..Guidance::default()
     });
-    let p = path.at(50.0);
+    let p = path.point_at(50.0);
     let (x, y) = (p.x_m - 2.0 * p.heading_rad.sin(), p.y_m + 2.0 * p.heading_rad.cos());
     for (speed, lookahead) in [(10.0, 6.0), (20.0, 10.0)] {
         let out = follower.evaluate(&g, x, y, p.heading_rad + 0.1 + TAU, speed);
@@ -266,7 +266,7 @@ fn progress_is_monotone_and_never_jumps_on_an_eight() {
             let (mut before, mut reference) = (0.0, None::<f64>);
             for k in 0..(5.0 * length / step) as i32 {
                 let s = f64::from(k) * step;
-                let p = path.at(s);
+                let p = path.point_at(s);
                 let (x, y) =
                     (p.x_m - offset * p.heading_rad.sin(), p.y_m + offset * p.heading_rad.cos());
                 let guidance = GuidanceParameters::default();
@@ -323,7 +323,7 @@ fn goes_on_straight_beyond_the_ends() {
     let mut k = 0;
     for i in -60..=220 {
         let s = f64::from(i) * 0.5;
-        let p = path.at(s);
+        let p = path.point_at(s);
         let out = follower.evaluate(
             &g,
             p.x_m - p.heading_rad.sin(),
@@ -341,11 +341,11 @@ fn goes_on_straight_beyond_the_ends() {
         follower.commit(&out);
     }
     assert!(k > 100);
-    assert!((path.at(80.0).heading_rad - 1.0).abs() < 1e-12);
+    assert!((path.point_at(80.0).heading_rad - 1.0).abs() < 1e-12);
     // And back in again.
-    let p = path.at(40.0);
+    let p = path.point_at(40.0);
     let mut end = PathFollower::new(path.clone());
-    end.commit(&follower.evaluate(&g, path.at(60.0).x_m, path.at(60.0).y_m, 1.0, 10.0));
+    end.commit(&follower.evaluate(&g, path.point_at(60.0).x_m, path.point_at(60.0).y_m, 1.0, 10.0));
     assert!((end.evaluate(&g, p.x_m, p.y_m, 0.8, 10.0).distance - 40.0).abs() < 1e-9);
 }
 
@@ -367,7 +367,7 @@ fn a_closed_path_closes_itself() {
     let path = PathGeometry::new(&circle, true).unwrap();
     assert!((path.end() - TAU * 30.0).abs() < 1e-9);
     for lap in [-2.0, 0.0, 7.0] {
-        let p = path.at(lap * path.end() + 40.0);
+        let p = path.point_at(lap * path.end() + 40.0);
         assert!((p.heading_rad - (40.0 / 30.0 + FRAC_PI_2 + lap * TAU)).abs() < 1e-7);
         assert!((p.x_m - 30.0 * (40.0_f64 / 30.0).cos()).abs() < 1e-7);
     }

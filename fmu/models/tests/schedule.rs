@@ -57,10 +57,10 @@ fn schedule() -> PidSchedule {
 fn entries_hold_at_their_speeds_and_beyond_the_ends() {
     let table = schedule();
     for (speed, expected) in [(0.0, slow()), (5.0, slow()), (30.0, fast()), (80.0, fast())] {
-        assert_eq!(table.at(&slow(), speed), expected, "{speed}");
+        assert_eq!(table.parameters_at(&slow(), speed), expected, "{speed}");
     }
-    assert_eq!(table.at(&slow(), f64::NAN), slow());
-    let middle = table.at(&slow(), 17.5);
+    assert_eq!(table.parameters_at(&slow(), f64::NAN), slow());
+    let middle = table.parameters_at(&slow(), 17.5);
     assert!((middle.gains.kp - 3.45).abs() < 1e-12 && (middle.gains.ki - 9.45).abs() < 1e-12);
     assert!((middle.large_errors.rate_reserve_time_s - 0.3).abs() < 1e-12);
     assert!((middle.large_errors.yaw_rate_lag_s - 0.2).abs() < 1e-12);
@@ -71,7 +71,7 @@ fn entries_hold_at_their_speeds_and_beyond_the_ends() {
 fn a_parameter_that_was_set_holds_at_every_speed() {
     let set =
         PidParameters { gains: PidGains { kp: 2.0, ..slow().gains }, max_angle: 0.1, ..slow() };
-    let now = schedule().at(&set, 30.0);
+    let now = schedule().parameters_at(&set, 30.0);
     assert_eq!(
         now,
         PidParameters { gains: PidGains { kp: 2.0, ..fast().gains }, max_angle: 0.1, ..fast() }
@@ -81,12 +81,12 @@ fn a_parameter_that_was_set_holds_at_every_speed() {
     let start = guided(Guidance { feedforward_gain_radm: 2.0, ..Guidance::default() });
     let table = GuidanceSchedule::new(start, entries);
     let set = guided(Guidance { feedforward_gain_radm: 2.0, ..preview });
-    assert_eq!(table.at(&set, 7.0), guided(preview));
+    assert_eq!(table.parameters_at(&set, 7.0), guided(preview));
 }
 
 #[test]
 fn without_entries_nothing_changes() {
-    assert_eq!(PidSchedule::new(slow(), vec![]).at(&fast(), 12.0), fast());
+    assert_eq!(PidSchedule::new(slow(), vec![]).parameters_at(&fast(), 12.0), fast());
 }
 
 fn at(speed: f64, error: f64, yaw: f64) -> PidInput {
@@ -107,7 +107,7 @@ fn the_output_does_not_jump_with_the_speed() {
         let mut pid = Pid::default();
         let mut before: Option<f64> = None;
         for k in 0..1200 {
-            let p = table.at(&slow(), speed(k));
+            let p = table.parameters_at(&slow(), speed(k));
             let input = at(speed(k), ERROR, YAW_INCREMENT * f64::from(k));
             let now = pid.tick(&p, &input).steering_angle;
             if let Some(before) = before.filter(|_| k >= 200) {

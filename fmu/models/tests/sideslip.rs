@@ -136,7 +136,7 @@ fn a_steady_turn_asks_for_the_steady_sideslip() {
     let turns = [(15.0, 0.0178), (15.0, -0.0178), (5.0, 0.1), (20.0, 0.1)];
     for ((speed, curvature), offset) in turns.into_iter().zip([0.0, 0.02, -0.03, -2.0]) {
         let path = PathGeometry::new(&road(60.0, 0.5, |_| curvature), false).unwrap();
-        let point = path.at(30.0);
+        let point = path.point_at(30.0);
         let mut follower = PathFollower::new(Arc::new(path));
         let law =
             GuidanceParameters { sideslip_per_yaw_rate_offset: offset, ..guided(knowing(s, q, c)) };
@@ -156,7 +156,7 @@ fn a_steady_turn_asks_for_the_steady_sideslip() {
 fn a_clothoid_asks_for_the_lead_exactly() {
     let (speed, slope) = (12.0, 0.0008);
     let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
-    let point = path.at(40.0);
+    let point = path.point_at(40.0);
     let follower = PathFollower::new(Arc::new(path));
     for (s, c) in [(0.1, 0.001), (0.1, 0.02), (-0.05, 0.004), (0.0, 0.004), (0.0, -0.004)] {
         let out = follower.evaluate(&guided(knowing(s, 0.0, c)), point.x_m, point.y_m, 0.0, speed);
@@ -172,7 +172,7 @@ fn a_clothoid_asks_for_the_lead_exactly() {
 fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {
     let (speed, slope, s) = (12.0, 0.0008, 0.1);
     let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
-    let point = path.at(40.0);
+    let point = path.point_at(40.0);
     let follower = PathFollower::new(Arc::new(path));
     for (c, gain) in [(0.0, -0.006), (0.0, 0.01), (0.002, -0.006), (0.002, 0.004), (0.02, 0.015)] {
         let guided = guided(Guidance { yaw_acceleration_gain_s2: gain, ..knowing(s, 0.0, c) });
@@ -191,7 +191,7 @@ fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {
 fn a_growing_change_asks_for_its_jerk_exactly() {
     let (speed, bend) = (12.0, 2e-5);
     let path = PathGeometry::new(&road(80.0, 0.1, |s| bend * s * s), false).unwrap();
-    let point = path.at(40.0);
+    let point = path.point_at(40.0);
     let (distance, follower) = (point.distance_m, PathFollower::new(Arc::new(path)));
     for (s, c, gain) in [(0.1, 0.001, 0.0), (0.1, 0.02, 0.0), (0.0, 0.0, 8e-4), (0.16, 1e-3, -5e-4)]
     {
@@ -215,7 +215,7 @@ fn a_growing_change_asks_for_its_jerk_exactly() {
 fn the_feedforward_turns_with_the_yaw() {
     let (speed, slope, s, preview) = (12.0, 0.0008, 0.1, 0.3);
     let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
-    let point = path.at(40.0);
+    let point = path.point_at(40.0);
     let follower = PathFollower::new(Arc::new(path));
     let guided = guided(Guidance {
         feedforward_gain_radm: 2.5,
@@ -236,7 +236,7 @@ fn the_yaw_asked_for_is_continuous() {
         let follower = PathFollower::new(path.clone());
         let mut before: Option<f64> = None;
         for k in 1..900 {
-            let p = path.at(f64::from(k) * step);
+            let p = path.point_at(f64::from(k) * step);
             let yaw = follower
                 .evaluate(&guided(knowing(s, q, c)), p.x_m, p.y_m, p.heading_rad, speed)
                 .yaw_reference;
@@ -256,12 +256,12 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
     let (speed, s) = (15.0, 0.07);
     let path = double_bend(speed);
     for k in 0..1_000 {
-        let p = path.at(0.15 * f64::from(k));
+        let p = path.point_at(0.15 * f64::from(k));
         let mut follower = PathFollower::new(path.clone());
         follower.commit(&PathOutput { distance: p.distance_m, ..PathOutput::default() });
         let law = guided(Guidance { preview_time_s: 0.2, ..knowing(s, 0.0, 0.0) });
         let out = follower.evaluate(&law, p.x_m, p.y_m, p.heading_rad, speed);
-        let behind = path.at(out.distance + speed * 0.2 - speed * s).heading_rad;
+        let behind = path.point_at(out.distance + speed * 0.2 - speed * s).heading_rad;
         let expected = behind + (-out.cross_track_error).atan2(15.0);
         assert_eq!(out.yaw_reference.to_bits(), expected.to_bits());
         for (q, c) in [(1e300, 1e300), (-1e300, -1e300), (f64::MAX, f64::MIN), (-1e3, 1e6)] {
@@ -277,7 +277,7 @@ fn without_growth_and_lead_the_heading_is_read_behind() {
 fn the_law_is_that_of_a_bicycle_at_every_speed() {
     let car = BicycleParameters { yaw_inertia: 1500.0, ..BicycleParameters::default() };
     let law = car.sideslip(15.0);
-    assert_eq!(law.at(15.0), law);
+    assert_eq!(law.at_speed(15.0), law);
     for speed in [5.0, 10.0, 20.0, 30.0] {
         let mut plant = BicyclePlant::new(car).unwrap();
         (plant.speed, plant.steering_angle) = (speed, 0.03);
@@ -285,7 +285,7 @@ fn the_law_is_that_of_a_bicycle_at_every_speed() {
             plant.step(0.01).unwrap();
         }
         let simulated = plant.lateral_velocity() / speed / plant.yaw_rate();
-        let here = law.at(speed);
+        let here = law.at_speed(speed);
         println!("{speed} m/s: {simulated:.6} s simulated, {here:.6?}");
         assert!((here.per_yaw_rate - simulated).abs() < 1e-9, "{speed} m/s: {simulated} {here:?}");
         // A constant S is wrong there by as much as it is.
@@ -293,7 +293,7 @@ fn the_law_is_that_of_a_bicycle_at_every_speed() {
         let lead = car.sideslip_per_yaw_acceleration(speed);
         assert!((here.per_yaw_acceleration - lead).abs() < 1e-12, "{speed} m/s: {lead} {here:?}");
         // There and back again.
-        let back = here.at(15.0);
+        let back = here.at_speed(15.0);
         assert!((back.per_yaw_rate - law.per_yaw_rate).abs() < 1e-12, "{back:?}");
         assert!((back.per_yaw_acceleration - law.per_yaw_acceleration).abs() < 1e-12, "{back:?}");
     }
@@ -329,9 +329,9 @@ fn the_growth_is_that_of_saturating_tyres_at_every_speed() {
     };
     for speed in [10.0, 22.0, 30.0] {
         let [sideslip, a] = turn(speed, 4.0);
-        let expected = law.at(speed).in_turn(a);
+        let expected = law.at_speed(speed).in_turn(a);
         let off = (expected - sideslip).abs();
-        let constant = (law.at(speed).per_yaw_rate + law.growth * a * a - sideslip).abs();
+        let constant = (law.at_speed(speed).per_yaw_rate + law.growth * a * a - sideslip).abs();
         println!(
             "{speed} m/s, {a:.3} m/s²: {sideslip:.5} {expected:.5} s, Q constant {constant:.5} off"
         );
@@ -358,7 +358,7 @@ fn the_law_s_derivatives_are_those_of_differences() {
         Sideslip { distance_rear: 1.5, reference_speed: 0.3, ..of_one },
     ] {
         let beta = |speed: f64, rate: f64| {
-            let here = law.at(speed);
+            let here = law.at_speed(speed);
             here.in_turn(speed * rate) * rate + here.per_yaw_acceleration * turning
         };
         // Beyond g, below 1 m/s and backwards, too.
@@ -368,7 +368,7 @@ fn the_law_s_derivatives_are_those_of_differences() {
             let off = law.by_speed(speed, rate, turning) - by_speed;
             assert!(off.abs() < 1e-8, "{law:?} {speed} {rate}: {off}");
             let by_rate = (beta(speed, rate + h) - beta(speed, rate - h)) / (2.0 * h);
-            let off = law.at(speed).by_yaw_rate(speed * rate) - by_rate;
+            let off = law.at_speed(speed).by_yaw_rate(speed * rate) - by_rate;
             assert!(off.abs() < 1e-8, "{law:?} {speed} {rate}: {off}");
         }
     }
@@ -385,7 +385,7 @@ fn without_a_distance_the_law_is_constant() {
         distance_rear: 0.0,
     };
     for speed in [0.0, 0.2, 7.0, 40.0] {
-        assert_eq!(law.at(speed), Sideslip { reference_speed: speed, ..law });
+        assert_eq!(law.at_speed(speed), Sideslip { reference_speed: speed, ..law });
     }
 }
 
@@ -402,7 +402,7 @@ fn guidance_takes_the_law_at_its_speed() {
     for speed in [6.0, 15.0, 25.0] {
         let path = double_bend(speed);
         for k in 0..200 {
-            let p = path.at(0.04 * speed * f64::from(k));
+            let p = path.point_at(0.04 * speed * f64::from(k));
             let mut follower = PathFollower::new(path.clone());
             follower.commit(&PathOutput { distance: p.distance_m, ..PathOutput::default() });
             let yaw = |sideslip: Sideslip| {
@@ -420,7 +420,7 @@ fn guidance_takes_the_law_at_its_speed() {
                 };
                 follower.evaluate(&guided, p.x_m, p.y_m, p.heading_rad, speed).yaw_reference
             };
-            let here = Sideslip { distance_rear: 0.0, ..law.at(speed) };
+            let here = Sideslip { distance_rear: 0.0, ..law.at_speed(speed) };
             assert_eq!(yaw(law).to_bits(), yaw(here).to_bits(), "{speed} m/s, {k}");
         }
     }

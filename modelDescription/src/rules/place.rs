@@ -32,7 +32,7 @@ words! {
 impl List {
     /// Its entries.
     #[must_use]
-    pub fn of(self, description: &ModelDescription) -> &[Unknown] {
+    pub fn unknowns(self, description: &ModelDescription) -> &[Unknown] {
         match self {
             Self::Outputs => &description.outputs,
             Self::Derivatives => &description.derivatives,

@@ -40,7 +40,7 @@ impl Check<'_> {
         }
         self.derivatives();
         for list in [List::Outputs, List::Derivatives, List::InitialUnknowns] {
-            for (unknown, position) in list.of(description).iter().zip(0..) {
+            for (unknown, position) in list.unknowns(description).iter().zip(0..) {
                 self.unknown(list, unknown, Place::Unknown { list, position });
             }
         }
@@ -85,7 +85,7 @@ impl Check<'_> {
     fn same_set(&mut self, list: List, need: &[u32]) {
         let description = self.description;
         let mut listed = BTreeSet::new();
-        for (unknown, position) in list.of(description).iter().zip(0..) {
+        for (unknown, position) in list.unknowns(description).iter().zip(0..) {
             let place = Place::Unknown { list, position };
             let index = unknown.index;
             if !listed.insert(index) {

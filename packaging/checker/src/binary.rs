@@ -16,7 +16,7 @@ pub(crate) struct Platform {
     pub(crate) extension: &'static str,
 }
 
-const fn of(
+const fn known_platform(
     folder: &'static str,
     format: BinaryFormat,
     architecture: Architecture,
@@ -30,20 +30,20 @@ use BinaryFormat::{Elf, MachO, Pe};
 
 /// The folders of FMI 2.0, and those of FMI 3.0 that FMI 2.0 archives use too.
 const PLATFORMS: &[Platform] = &[
-    of("win32", Pe, I386, "dll"),
-    of("win64", Pe, X86_64, "dll"),
-    of("linux32", Elf, I386, "so"),
-    of("linux64", Elf, X86_64, "so"),
-    of("darwin32", MachO, I386, "dylib"),
-    of("darwin64", MachO, X86_64, "dylib"),
-    of("x86-windows", Pe, I386, "dll"),
-    of("x86_64-windows", Pe, X86_64, "dll"),
-    of("aarch64-windows", Pe, Aarch64, "dll"),
-    of("x86-linux", Elf, I386, "so"),
-    of("x86_64-linux", Elf, X86_64, "so"),
-    of("aarch64-linux", Elf, Aarch64, "so"),
-    of("x86_64-darwin", MachO, X86_64, "dylib"),
-    of("aarch64-darwin", MachO, Aarch64, "dylib"),
+    known_platform("win32", Pe, I386, "dll"),
+    known_platform("win64", Pe, X86_64, "dll"),
+    known_platform("linux32", Elf, I386, "so"),
+    known_platform("linux64", Elf, X86_64, "so"),
+    known_platform("darwin32", MachO, I386, "dylib"),
+    known_platform("darwin64", MachO, X86_64, "dylib"),
+    known_platform("x86-windows", Pe, I386, "dll"),
+    known_platform("x86_64-windows", Pe, X86_64, "dll"),
+    known_platform("aarch64-windows", Pe, Aarch64, "dll"),
+    known_platform("x86-linux", Elf, I386, "so"),
+    known_platform("x86_64-linux", Elf, X86_64, "so"),
+    known_platform("aarch64-linux", Elf, Aarch64, "so"),
+    known_platform("x86_64-darwin", MachO, X86_64, "dylib"),
+    known_platform("aarch64-darwin", MachO, Aarch64, "dylib"),
 ];
 
 /// Further requirements of model exchange (section 3.2.3).

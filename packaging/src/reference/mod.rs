@@ -10,7 +10,7 @@ use crate::Error;
 use model_description::{Causality, ModelDescription, Value, Variable};
 use scenario::Scenario;
 use serde::Serialize;
-use steerwright_slaves::{Fmu, Running};
+use steerwright_units::{Fmu, Running};
 
 /// Seconds of the run, where the step allows.
 const DURATION: f64 = 10.0;
@@ -47,36 +47,36 @@ pub(crate) fn run(
 ) -> Result<Files, Error> {
     let failed =
         |time: f64| move |problem| Error::Reference { file: file.to_owned(), time, problem };
-    let mut slave = fmu.open(resources).map_err(failed(0.0))?;
+    let mut unit = fmu.open(resources).map_err(failed(0.0))?;
     let of = |causality| {
         description.variables.iter().filter(move |v| v.causality == causality).collect::<Vec<_>>()
     };
     let (inputs, outputs) = (of(Causality::Input), of(Causality::Output));
     let steps = steps(step);
     let every = steps.div_ceil(MOST_ROWS - 1);
-    let scenario = Scenario::of(fmu, document, file, f64::from(steps) * step)?;
+    let scenario = Scenario::new(fmu, document, file, f64::from(steps) * step)?;
 
     let mut input = Rows::new(&inputs);
     let mut result = Rows::new(&outputs);
     let mut largest = 0.0_f64;
     for k in 0..=steps {
-        let time = at(k, step);
+        let time = time_at(k, step);
         if k > 0 {
             // The step that ends here, with the inputs set at its beginning.
             let begin = f64::from(k - 1) * step;
-            slave.step(begin, step).map_err(failed(begin))?;
+            unit.step(begin, step).map_err(failed(begin))?;
         }
         let mut given = None;
         if k % every == 0 && (k < steps || k == 0) {
             given = Some(inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<_>>());
         }
         if k == 0 {
-            set(&mut *slave, &inputs, given.as_deref());
-            slave.exit_initialization(0.0).map_err(failed(0.0))?;
+            set(&mut *unit, &inputs, given.as_deref());
+            unit.exit_initialization(0.0).map_err(failed(0.0))?;
         }
         if k % every == 0 || k == steps {
             let values: Vec<Option<Value>> =
-                outputs.iter().map(|v| slave.get(v.reference)).collect();
+                outputs.iter().map(|v| unit.get(v.reference)).collect();
             for value in values.iter().flatten().filter_map(Value::as_number) {
                 if !value.is_finite() {
                     return Err(failed(time)("an output is not finite".to_owned()));
@@ -87,7 +87,7 @@ pub(crate) fn run(
         }
         if let Some(given) = given {
             if k > 0 {
-                set(&mut *slave, &inputs, Some(&given));
+                set(&mut *unit, &inputs, Some(&given));
             }
             // Inputs without part in the scenario keep their start values.
             let values = inputs
@@ -103,7 +103,7 @@ pub(crate) fn run(
         input: "input.csv",
         result: "result.csv",
         start_time: 0.0,
-        stop_time: at(steps, step),
+        stop_time: time_at(steps, step),
         step_size: step,
         // A few parts in 1e12 where the numbers are large.
         absolute_tolerance: (largest * 1e-12).max(1e-9),
@@ -113,7 +113,7 @@ pub(crate) fn run(
 }
 
 /// The time after `k` steps, tidied unless steps are as small as the digits that would be cut.
-fn at(k: u32, step: f64) -> f64 {
+fn time_at(k: u32, step: f64) -> f64 {
     let time = f64::from(k) * step;
     if step >= 1e-6 { rounded(time) } else { time }
 }
@@ -125,10 +125,10 @@ fn steps(step: f64) -> u32 {
     steps
 }
 
-fn set(slave: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
+fn set(unit: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
     for (variable, value) in inputs.iter().zip(values.unwrap_or_default()) {
         if let Some(value) = value.as_ref().or(variable.start.as_ref()) {
-            slave.set(variable.reference, value);
+            unit.set(variable.reference, value);
         }
     }
 }

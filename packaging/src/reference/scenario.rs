@@ -7,7 +7,7 @@ use crate::Error;
 use model_description::{Kind, Value, Variable};
 use std::f64::consts::TAU;
 use steerwright_formats::{Bicycle, Document, Estimator, Path, PathPoint, Pid, Plant, Vehicle};
-use steerwright_slaves::Fmu;
+use steerwright_units::Fmu;
 
 pub(super) struct Scenario {
     /// Seconds of the scenario's ten for a second of the run.
@@ -34,7 +34,7 @@ const NEAR_THE_LIMIT: f64 = 3.0;
 
 impl Scenario {
     /// The scenario of an FMU made from this document, for a run of that many seconds.
-    pub(super) fn of(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
+    pub(super) fn new(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
         let script = match fmu {
             Fmu::IdentifiedPlant => {
                 let plant = Plant::from_json(document, file)?;

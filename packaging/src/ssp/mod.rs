@@ -52,7 +52,7 @@ impl Component<'_> {
 /// Default experiment, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
-    /// Base step of the master.
+    /// Base step of the co-simulation.
     pub step: f64,
     /// Length of the run, from time 0.
     pub stop: f64,

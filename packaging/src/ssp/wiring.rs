@@ -10,7 +10,7 @@ pub const MEASUREMENTS: [Measurement<'_>; 2] =
     [Measurement { input: "gnss_x", output: "x" }, Measurement { input: "gnss_y", output: "y" }];
 
 /// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a
-/// Gauss–Seidel master steps them so.
+/// Gauss–Seidel coupling steps them so.
 #[must_use]
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();

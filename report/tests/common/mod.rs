@@ -42,7 +42,7 @@ pub fn traces(samples: usize) -> Traces {
 pub fn provenance() -> Provenance {
     Provenance {
         version: "0.1.0".into(),
-        sources: vec![SourceFile::of("drive \"<b>& 'one'.csv".as_ref(), b"drive")],
+        sources: vec![SourceFile::from_bytes("drive \"<b>& 'one'.csv".as_ref(), b"drive")],
         options: [("order".to_owned(), "auto".to_owned()), ("horizon".into(), "20".into())].into(),
     }
 }

@@ -95,12 +95,13 @@ fn reset_instances_and_new_ones_give_the_same() {
 #[test]
 fn a_run_is_the_hosts_own_to_the_bit() {
     let Some(folder) = folder(|_, xml| xml) else { return };
-    for (name, master) in [("gauss-seidel", Coupling::GaussSeidel), ("jacobi", Coupling::Jacobi)] {
+    for (name, coupling) in [("gauss-seidel", Coupling::GaussSeidel), ("jacobi", Coupling::Jacobi)]
+    {
         let text = study(3).replace("amplitude = 0.5", "amplitude = 0.0");
         let text = text.replace("amplitude = \"kick\"", "amplitude = 0.0");
         let text = text.replacen(
             "runs",
-            &format!("master = \"{name}\"\nrecord = [\"pid.is_positive\"]\nruns"),
+            &format!("coupling = \"{name}\"\nrecord = [\"pid.is_positive\"]\nruns"),
             1,
         );
         let sweep = prepare(folder.path(), &text).unwrap();
@@ -120,7 +121,7 @@ fn a_run_is_the_hosts_own_to_the_bit() {
         for setting in ["path.gain=-1.5", "path.offset=0.3", "plant.offset=0.1", &gain] {
             system.set_text(setting).unwrap();
         }
-        let recording = system.run(master, 0.0, 1.0, 0.01).unwrap();
+        let recording = system.run(coupling, 0.0, 1.0, 0.01).unwrap();
         let trajectory = fs::read_to_string(into.join("run-2.csv")).unwrap();
         for name in ["plant.yaw", "path.yaw_reference", "pid.steering_angle", "pid.is_positive"] {
             let ours = crate::support::numbers(&trajectory, name);

@@ -45,7 +45,7 @@ impl ContinuousResponse {
     }
 
     /// At a frequency, rad/s.
-    pub(crate) fn at(&self, omega: f64) -> c64 {
+    pub(crate) fn value_at(&self, omega: f64) -> c64 {
         self.with(self.f.clone(), self.g.clone())((0.0, omega))
     }
 
@@ -171,7 +171,7 @@ fn taps(
             let wanted = hold(period, omega);
             let ratio = match (vehicle, &of_step, &of_period) {
                 (Some(_), Some(of_step), Some(of_period)) => of_period(omega) / of_step(omega),
-                (Some(vehicle), Some(of_step), None) => vehicle.at(omega) / of_step(omega),
+                (Some(vehicle), Some(of_step), None) => vehicle.value_at(omega) / of_step(omega),
                 _ => wanted,
             };
             let change = ratio / wanted - 1.0;

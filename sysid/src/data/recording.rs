@@ -46,7 +46,7 @@ impl Recording {
             return no_model(&format!("the speed is {v} m/s somewhere"));
         }
         for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
-            let estimation = of(signal, &split.estimation);
+            let estimation = samples_in(signal, &split.estimation);
             let size = estimation.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
             if standard_deviation(&estimation) <= 1e-12 * size {
                 return no_model(&format!("the {role} does not move in the estimation data"));
@@ -58,7 +58,7 @@ impl Recording {
 
     /// The speed over the estimation data.
     pub(crate) fn speed_summary(&self) -> SpeedSummary {
-        let v = &of(&self.speed, &self.split.estimation);
+        let v = &samples_in(&self.speed, &self.split.estimation);
         SpeedSummary {
             min_mps: v.iter().copied().fold(f64::INFINITY, f64::min),
             // Of a vehicle that is at rest most of the time too, so that eq 13 can be written.
@@ -74,6 +74,6 @@ pub(crate) fn count(ranges: &[Range<usize>]) -> usize {
 }
 
 /// The samples of a signal that `ranges` hold.
-pub(crate) fn of(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
+pub(crate) fn samples_in(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
     ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
 }

@@ -6,6 +6,7 @@
 
 use crate::Error;
 use crate::data::dataset::{DataSet, Segment, without};
+use crate::data::recording::samples_in;
 use crate::data::split::{Selection, Split, ValidationData};
 use crate::error::check_yaw_rate;
 use std::ops::Range;
@@ -78,7 +79,7 @@ impl Line {
         Self { offset, slope: if square > 0.0 { along / square } else { 0.0 }, middle }
     }
 
-    fn at(self, t: f64) -> f64 {
+    fn value_at(self, t: f64) -> f64 {
         self.offset + self.slope * (t - self.middle)
     }
 }
@@ -105,13 +106,13 @@ impl Part {
             .map(|r| Segment::new(u[r.clone()].to_vec(), y[r.clone()].to_vec()))
             .collect();
         let data = DataSet::new(sample_time_s, segments)?;
-        let output = ranges.iter().flat_map(|r| &y[r.clone()]).copied().collect();
+        let output = samples_in(y, &ranges);
         Ok(Self { data, ranges, output })
     }
 
     /// The part's samples of a signal of the whole log, one after the other.
-    pub(crate) fn of(&self, signal: &[f64]) -> Vec<f64> {
-        self.ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+    pub(crate) fn samples(&self, signal: &[f64]) -> Vec<f64> {
+        samples_in(signal, &self.ranges)
     }
 
     /// Puts one number for each sample of the part into a signal of the whole log.
@@ -204,7 +205,7 @@ impl Data {
         // A drift is no motion: the spread is that about the lines.
         let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
             let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
-            let mut all: Vec<f64> = runs.map(|(k, line)| x[k] - line.at(time[k])).collect();
+            let mut all: Vec<f64> = runs.map(|(k, line)| x[k] - line.value_at(time[k])).collect();
             let part = || estimation.iter().flat_map(|r| r.clone());
             let scale = standard_deviation(&part().map(|k| all[k]).collect::<Vec<_>>());
             let size = part().map(|k| x[k].abs()).fold(0.0, f64::max);
@@ -276,7 +277,7 @@ impl Data {
         let time = log.time_s();
         for (run, line) in &self.output_lines {
             for k in run.clone() {
-                y[k] = line.at(time[k]) + self.output_scale * y[k];
+                y[k] = line.value_at(time[k]) + self.output_scale * y[k];
             }
         }
     }

@@ -134,7 +134,7 @@ pub(crate) fn simulated(model: &StateSpace, data: &Data, part: &Part) -> Result<
     let Some(whole) = &data.whole else { return from_initial_states(model, part) };
     let mut all = vec![0.0; whole.ranges.last().map_or(0, |r| r.end)];
     whole.put(&from_initial_states(model, whole)?, &mut all);
-    Ok(part.of(&all))
+    Ok(part.samples(&all))
 }
 
 /// The simulated output of a part, from the state at the beginning of each segment that fits its output best.

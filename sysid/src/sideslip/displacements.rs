@@ -167,10 +167,10 @@ fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
 }
 
 fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
-    let Some(odometry) = Odometry::of(piece, None) else { return Vec::new() };
+    let Some(odometry) = Odometry::from_piece(piece, None) else { return Vec::new() };
     let displacement = |(from, later): (usize, usize)| {
         let (begin, end) = (piece.fix_time[from] - seconds, piece.fix_time[later] - seconds);
-        let (a, b) = (odometry.at(begin)?, odometry.at(end)?);
+        let (a, b) = (odometry.place_at(begin)?, odometry.place_at(end)?);
         let change = piece.speed_at(end)? - piece.speed_at(begin)?;
         let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
         let displacement = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
@@ -182,11 +182,13 @@ fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
 }
 
 fn segments(piece: &Piece, length: f64, reference_speed: Option<f64>) -> Vec<DisplacementSegment> {
-    let Some(odometry) = Odometry::of(piece, reference_speed) else { return Vec::new() };
+    let Some(odometry) = Odometry::from_piece(piece, reference_speed) else { return Vec::new() };
     let mut segments = Vec::new();
     for (from, later) in pairs(piece, length) {
         let (begin, end) = (piece.fix_time[from], piece.fix_time[later]);
-        let (Some(a), Some(b)) = (odometry.at(begin), odometry.at(end)) else { continue };
+        let (Some(a), Some(b)) = (odometry.place_at(begin), odometry.place_at(end)) else {
+            continue;
+        };
         let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
         let [displacement, terms @ ..] = std::array::from_fn::<_, { TERMS + 1 }, _>(|i| {
             [b.moved[i][0] - a.moved[i][0], b.moved[i][1] - a.moved[i][1]]
@@ -218,7 +220,7 @@ struct Odometry<'a> {
 }
 
 impl<'a> Odometry<'a> {
-    fn of(piece: &'a Piece, reference_speed: Option<f64>) -> Option<Self> {
+    fn from_piece(piece: &'a Piece, reference_speed: Option<f64>) -> Option<Self> {
         let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
         let longitudinal = piece.longitudinal_acceleration();
         let mut place = Place::default();
@@ -257,7 +259,7 @@ impl<'a> Odometry<'a> {
         (piece.time.len() > 1).then_some(Self { time: &piece.time, places })
     }
 
-    fn at(&self, time: f64) -> Option<Place> {
+    fn place_at(&self, time: f64) -> Option<Place> {
         let after = self.time.partition_point(|t| *t < time);
         if after == 0 {
             return (self.time[0] <= time).then(|| self.places[0]);

@@ -58,7 +58,7 @@ fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<R
         return None;
     }
     let blocks: Vec<Detrended> =
-        blocks.iter().map(|segments| Detrended::of(segments, wanted)).collect();
+        blocks.iter().map(|segments| Detrended::from_segments(segments, wanted)).collect();
     let total = |f: &dyn Fn(&Detrended) -> f64| blocks.iter().map(f).sum::<f64>();
     // Each term in its own unit, so that the sums are of one size.
     let n = wanted.len();
@@ -106,7 +106,7 @@ struct Detrended {
 }
 
 impl Detrended {
-    fn of(segments: &[DisplacementSegment], wanted: &[usize]) -> Self {
+    fn from_segments(segments: &[DisplacementSegment], wanted: &[usize]) -> Self {
         let each =
             |f: &dyn Fn(&DisplacementSegment) -> f64| segments.iter().map(f).collect::<Vec<f64>>();
         let time = each(&|w| w.time);

@@ -15,7 +15,7 @@ use crate::structures::model::IdentifiedModel;
 use crate::structures::single_track::{self, IdentifyVehicleOptions};
 use crate::structures::state_space;
 use crate::structures::state_space::plant::Traces;
-use crate::validation::fit::{FitWithError, fit_with_error};
+use crate::validation::residuals::fit::{FitWithError, fit_with_error};
 use std::borrow::Cow;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};

@@ -7,9 +7,9 @@ use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::sideslip::{FromFixes, sideslip};
 use crate::structures::bicycle::wheelbase;
-use crate::validation::open_hold::{HoldEvidence, Preferred, matters, preferred};
-use crate::validation::steering_faults::SteeringFaults;
-use crate::validation::uncertain_response::{
+use crate::validation::faults::open_hold::{HoldEvidence, Preferred, matters, preferred};
+use crate::validation::faults::steering_faults::SteeringFaults;
+use crate::validation::response::uncertain_response::{
     ResponseError, uncertain_response, with_half_a_period,
 };
 use std::borrow::Cow;
@@ -95,14 +95,14 @@ impl<'a> Steering<'a> {
 
     /// Of the steering as the reader of the log took it.
     fn faults_as_read(&self) -> SteeringFaults {
-        *self.faults_as_read.get_or_init(|| SteeringFaults::of(self.log))
+        *self.faults_as_read.get_or_init(|| SteeringFaults::from_log(self.log))
     }
 
     /// Of the steering that moves on where the reader took it for held: the half period that the held one comes after the
     /// yaw rate looks like play.
     pub(crate) fn faults(&self) -> SteeringFaults {
         *self.faults.get_or_init(|| match self.read() {
-            Ok(Read { held, moves_on_instead: true, .. }) => SteeringFaults::of(&held.log),
+            Ok(Read { held, moves_on_instead: true, .. }) => SteeringFaults::from_log(&held.log),
             _ => self.faults_as_read(),
         })
     }

@@ -2,8 +2,8 @@
 //! [`LOW_HZ`], `l_e = v δ/r = l (1 + (v/v_ch)²)` is a length: the wheelbase, lengthened by
 //! understeer (Gillespie, *Fundamentals of Vehicle Dynamics*, 1992, chapter 6).
 
-use crate::validation::modelled::{LOW_HZ, bandwidth_hz};
-use crate::validation::pairs::Pair;
+use crate::validation::residuals::pairs::Pair;
+use crate::validation::response::modelled::{LOW_HZ, bandwidth_hz};
 use std::f64::consts::TAU;
 use steerwright_formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 

@@ -1,13 +1,13 @@
 //! The quality of an identified plant: reasons with their numbers, and the next thing to do.
 
 use crate::selection::options::IdentifyOptions;
-use crate::validation::faults::{Recorded, faults};
-use crate::validation::model_error_reasons::{
+use crate::validation::faults::open_hold;
+use crate::validation::faults::recording::{Recorded, faults};
+use crate::validation::residuals::model_error_reasons::{
     NOTICED, coherent_model_error, model_errors, suggested_checks, too_far,
 };
-use crate::validation::open_hold;
-use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
-use crate::validation::uncertain_response::uncertain_response;
+use crate::validation::response::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
+use crate::validation::response::uncertain_response::uncertain_response;
 use steerwright_formats::{
     BLOCK_S, Evidence, Excitation, ExcitationBand, Grade, Information, InputKind, LEAST_BLOCKS,
     Quality, Reason, ReasonCode, too_few_blocks,

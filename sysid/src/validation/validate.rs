@@ -125,7 +125,7 @@ fn sampled(matrices: [&Matrix; 4], step: Option<f64>) -> Result<[Mat<f64>; 4], E
     }
     let dense = |i: usize| {
         let (rows, columns) = shapes[i];
-        Mat::from_fn(rows, columns, |r, c| matrices[i].at(r, c))
+        Mat::from_fn(rows, columns, |r, c| matrices[i].entry(r, c))
     };
     let (mut a, mut b) = (dense(0), dense(1));
     if let Some(step) = step {

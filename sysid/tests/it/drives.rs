@@ -39,10 +39,10 @@ fn the_multi_body_vehicle_is_reproduced_on_the_validation_half() {
     // Steady-state gain of the data sheet's car: V/(L + K_us V²) is near 4 to 6 at 15 m/s.
     let c = found.plant.continuous.as_ref().unwrap();
     let n = found.plant.order();
-    let f = Mat::from_fn(n, n, |i, j| -c.f.at(i, j));
-    let g = Mat::from_fn(n, 1, |i, _| c.g.at(i, 0));
+    let f = Mat::from_fn(n, n, |i, j| -c.f.entry(i, j));
+    let g = Mat::from_fn(n, 1, |i, _| c.g.entry(i, 0));
     let x = f.partial_piv_lu().solve(&g);
-    let gain: f64 = (0..n).map(|i| c.h.at(0, i) * x[(i, 0)]).sum();
+    let gain: f64 = (0..n).map(|i| c.h.entry(0, i) * x[(i, 0)]).sum();
     assert!((4.0..6.5).contains(&gain), "{gain}");
     // The file reads back as it was written.
     let text = found.plant.to_json();
@@ -80,7 +80,7 @@ fn every_method_order_and_feedthrough_leads_to_a_valid_stable_plant() {
                 (order, Method::from(method).name())
             );
             assert!(plant.evidence.fit.validation > 85.0, "{method:?} {order}");
-            assert_eq!(plant.discrete.d.at(0, 0) == 0.0, !feedthrough);
+            assert_eq!(plant.discrete.d.entry(0, 0) == 0.0, !feedthrough);
         }
     }
 }
@@ -101,7 +101,7 @@ fn eq_12_and_the_shift_structure_compete_by_fit() {
                 };
                 let plant = identify(&log, &options).unwrap().plant;
                 // Without a requested feedthrough there is none, and B is refitted in both.
-                assert_eq!(plant.discrete.d.at(0, 0), 0.0);
+                assert_eq!(plant.discrete.d.entry(0, 0), 0.0);
                 (plant.evidence.fit.estimation, plant.provenance.options["realization"].clone())
             };
             let (shift, eq12) = (fit(Some(Realization::Shift)), fit(Some(Realization::Eq12)));
@@ -245,12 +245,12 @@ fn the_result_is_stable_where_the_estimate_is_not() {
                     };
                     let plant = identify(&log, &options).unwrap().plant;
                     let n = plant.order();
-                    let a = Mat::from_fn(n, n, |i, j| plant.discrete.a.at(i, j));
+                    let a = Mat::from_fn(n, n, |i, j| plant.discrete.a.entry(i, j));
                     let radius =
                         a.eigenvalues().unwrap().iter().map(|z| z.norm()).fold(0.0, f64::max);
                     assert!(radius < 1.0, "case {case} {method:?} {order}: {radius}");
                     let closed = Mat::from_fn(n, n, |i, j| {
-                        a[(i, j)] - plant.discrete.k.at(i, 0) * plant.discrete.c.at(0, j)
+                        a[(i, j)] - plant.discrete.k.entry(i, 0) * plant.discrete.c.entry(0, j)
                     });
                     let closed =
                         closed.eigenvalues().unwrap().iter().map(|z| z.norm()).fold(0.0, f64::max);

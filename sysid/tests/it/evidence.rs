@@ -301,7 +301,7 @@ fn drawn_models_lie_in_the_ellipses_of_the_poles() {
         let xi: Vec<f64> = (0..plant.ensemble_dimension()).map(|_| random.normal()).collect();
         let Some(member) = plant.ensemble_member(&xi) else { continue };
         let a = &member.discrete.a;
-        let a = Mat::from_fn(a.rows(), a.rows(), |i, j| a.at(i, j));
+        let a = Mat::from_fn(a.rows(), a.rows(), |i, j| a.entry(i, j));
         let poles = a.eigenvalues().unwrap();
         for pole in &map.poles {
             let s = pole.spread.unwrap();

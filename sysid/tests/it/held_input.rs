@@ -64,9 +64,9 @@ fn a_slow_log_biases_neither_gain_nor_phase() {
         let found = identify(&log, &IdentifyOptions::default()).unwrap();
         let c = found.plant.continuous.as_ref().unwrap();
         let n = found.plant.order();
-        let f = Mat::from_fn(n, n, |i, j| c.f.at(i, j));
-        let g: Vec<f64> = (0..n).map(|i| c.g.at(i, 0)).collect();
-        let h: Vec<f64> = (0..n).map(|j| c.h.at(0, j)).collect();
+        let f = Mat::from_fn(n, n, |i, j| c.f.entry(i, j));
+        let g: Vec<f64> = (0..n).map(|i| c.g.entry(i, 0)).collect();
+        let h: Vec<f64> = (0..n).map(|j| c.h.entry(0, j)).collect();
         for hz in [0.3, 1.0, 2.0] {
             let s = c64::new(0.0, TAU * hz);
             let late = c64::cis(-TAU * hz * found.plant.input_delay_s);

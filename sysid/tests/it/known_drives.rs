@@ -65,9 +65,9 @@ fn decimation_biases_neither_gain_nor_phase_of_the_continuous_model() {
         let plant = identify(&log, &quick(3)).unwrap().plant;
         assert!(plant.evidence.fit.validation > 99.0, "{:?}", plant.evidence.fit);
         let c = plant.continuous.unwrap();
-        let fi = Mat::from_fn(3, 3, |i, j| c.f.at(i, j));
-        let gi = Mat::from_fn(3, 1, |i, _| c.g.at(i, 0));
-        let hi: Vec<f64> = (0..3).map(|j| c.h.at(0, j)).collect();
+        let fi = Mat::from_fn(3, 3, |i, j| c.f.entry(i, j));
+        let gi = Mat::from_fn(3, 1, |i, _| c.g.entry(i, 0));
+        let hi: Vec<f64> = (0..3).map(|j| c.h.entry(0, j)).collect();
         for hertz in [0.3, 1.0, 2.0, 3.0] {
             let omega = 2.0 * PI * hertz;
             let (a, b) = (response(&f, &g, &H, omega), response(&fi, &gi, &hi, omega));

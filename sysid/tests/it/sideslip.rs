@@ -237,8 +237,8 @@ fn a_varying_speed_determines_the_distance_to_the_rear_axle() {
         };
         println!("{found:?}");
         for speed in [8.0, 15.0, 25.0] {
-            let off = found_law.at(speed).per_yaw_rate - law.at(speed).per_yaw_rate;
-            println!("  {speed} m/s: {:.4} s, {off:.4} off", law.at(speed).per_yaw_rate);
+            let off = found_law.at_speed(speed).per_yaw_rate - law.at_speed(speed).per_yaw_rate;
+            println!("  {speed} m/s: {:.4} s, {off:.4} off", law.at_speed(speed).per_yaw_rate);
             assert!(off.abs() < 0.012, "{speed} m/s: {off}");
         }
         let off = distance.value - law.distance_rear;
@@ -294,7 +294,7 @@ fn a_steady_speed_leaves_the_distance_to_usual_tyres() {
         };
         for speed in [6.5, 8.0, 22.0, 30.0] {
             let truth = car().sideslip_per_yaw_rate(speed);
-            let error = (law.at(speed).per_yaw_rate - truth).abs();
+            let error = (law.at_speed(speed).per_yaw_rate - truth).abs();
             let of_constant = (law.per_yaw_rate - truth).abs();
             println!("{speed} m/s: {error:.4} s, constant {of_constant:.4} s");
             assert!(error < 0.5 * of_constant, "{speed} m/s: {error} {of_constant}");

@@ -63,7 +63,7 @@ impl AccumulatedSignals {
         let d = &plant.discrete;
         let [a, b, c, d] =
             [(&d.a, 1.0), (&d.b, u), (&d.c, 1.0 / y), (&d.d, u / y)].map(|(m, factor)| {
-                Mat::from_fn(m.rows(), m.columns().unwrap_or(0), |i, j| factor * m.at(i, j))
+                Mat::from_fn(m.rows(), m.columns().unwrap_or(0), |i, j| factor * m.entry(i, j))
             });
         Ok(OfFactor {
             model: StateSpace { a, b, c, d },

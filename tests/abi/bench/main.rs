@@ -14,7 +14,7 @@ mod examples;
 mod table;
 mod timing;
 
-use fmi2_export::{Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Resources};
 use model_description::Causality;
 use std::path::{Path, PathBuf};
 use steerwright_host::Archive;
@@ -119,7 +119,7 @@ impl Timed {
 fn archives() -> Vec<(String, Archive)> {
     let mut archives = Vec::new();
     for fmu in steerwright_packaging::Fmu::ALL {
-        let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
+        let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
         for (what, document) in examples::of(fmu.schema()) {
@@ -174,7 +174,7 @@ fn of_the_benchmark(folder: &Path) -> Vec<Timed> {
         output: 1,
         start: "0=1".into(),
     };
-    fn guid<S: Slave>() -> String {
+    fn guid<S: CoSimulationUnit>() -> String {
         fmi2_export::guid::<S>(&Resources::default())
     }
     vec![

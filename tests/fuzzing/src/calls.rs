@@ -13,11 +13,11 @@ mod importer;
 
 use crate::cursor::Cursor;
 use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
-use fmi2_export::Slave;
+use fmi2_export::CoSimulationUnit;
 use importer::Importer;
 use std::path::PathBuf;
 use std::sync::OnceLock;
-use steerwright_slaves::{
+use steerwright_units::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 
@@ -44,7 +44,7 @@ pub(crate) const fn chosen(byte: u8) -> u8 {
     if byte < 204 { byte % 6 } else { 6 }
 }
 
-fn sequence<S: Slave>(cursor: &mut Cursor<'_>, name: &str, document: &'static [u8]) {
+fn sequence<S: CoSimulationUnit>(cursor: &mut Cursor<'_>, name: &str, document: &'static [u8]) {
     let mut importer = Importer::<S>::new(&folder(name, document), name, document);
     let mut made = 0;
     while made < LONGEST && !cursor.is_empty() {

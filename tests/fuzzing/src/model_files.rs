@@ -3,9 +3,9 @@
 use crate::calls::chosen;
 use crate::cursor::Cursor;
 use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
-use fmi2_export::{Log, Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Log, Resources};
 use serde_json::Value;
-use steerwright_slaves::{
+use steerwright_units::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 
@@ -68,32 +68,32 @@ fn collect<'a>(json: &'a mut Value, numbers: &mut Vec<&'a mut Value>) {
 
 /// A refusal must say why; an accepted file must give finite values at the start, and then run on or
 /// say why not. (Later the C layer is the one that passes no other value on: see `calls`.)
-fn run<S: Slave>(name: &str, bytes: &[u8]) {
+fn run<S: CoSimulationUnit>(name: &str, bytes: &[u8]) {
     let resources = Resources::from(vec![(name.to_owned(), bytes.to_vec())]);
-    let mut slave = match S::open(&resources) {
-        Ok(slave) => slave,
+    let mut unit = match S::open(&resources) {
+        Ok(unit) => unit,
         Err(problem) => return assert!(problem.len() > 10, "{problem:?}"),
     };
     let mut log = Log::default();
-    let mut outcome = slave.exit_initialization(0.0, &mut log);
+    let mut outcome = unit.exit_initialization(0.0, &mut log);
     let mut time = 0.0;
     for step in [0.01, 1e-6, 0.25] {
         if let Err(problem) = outcome {
             return assert!(problem.len() > 10, "{problem:?}");
         }
         if time == 0.0 {
-            all_finite(&mut slave);
+            all_finite(&mut unit);
         }
-        outcome = slave.step(time, step, &mut log);
+        outcome = unit.step(time, step, &mut log);
         time += step;
     }
 }
 
-fn all_finite<S: Slave>(slave: &mut S) {
+fn all_finite<S: CoSimulationUnit>(unit: &mut S) {
     use fmi2_export::VariableId;
     for row in S::TABLE.variables {
         let variable = S::Variable::from_reference(row.reference).expect("a row has its variable");
-        if let model_description::Value::Real(value) = slave.get(variable) {
+        if let model_description::Value::Real(value) = unit.get(variable) {
             assert!(value.is_finite(), "{} is {value}", row.name);
         }
     }

@@ -1,12 +1,12 @@
-//! Code for the tests of all importers: the folder of the demo, a co-simulation master, and the
+//! Code for the tests of all importers: the folder of the demo, the co-simulation, and the
 //! comparison with the trajectory of the pure functions.
 
-pub(crate) mod master;
+pub(crate) mod run;
 #[path = "../../support/pure_loop.rs"]
 mod pure_loop;
 
-use master::{Port, Unit, Wire, run};
-pub(crate) use pure_loop::Master;
+use run::{Port, Unit, Wire, run};
+pub(crate) use steerwright_formats::LoopCoupling;
 use pure_loop::{COLUMNS, Initialization};
 use std::path::PathBuf;
 use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
@@ -14,7 +14,7 @@ use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
 /// Of any variable at any point; units are SI.
 const LARGEST_DIFFERENCE: f64 = 1e-9;
 
-/// In the order in which a Gauss–Seidel master steps them.
+/// In the order in which a Gauss–Seidel coupling steps them.
 pub(crate) const UNITS: [&str; 3] = ["IdentifiedPlant", "ReferencePath", "LateralPid"];
 
 const WIRES: [Wire<'static>; 7] = [
@@ -47,14 +47,14 @@ fn document<D: Document>(name: &str) -> D {
 
 /// Runs the closed loop of the demo's archives along its whole road under an importer, opened by
 /// `open`, and holds it against the same loop of the pure functions.
-pub(crate) fn compare<U: Unit>(importer: &str, master: Master, open: impl Fn(&str) -> U) {
+pub(crate) fn compare<U: Unit>(importer: &str, coupling: LoopCoupling, open: impl Fn(&str) -> U) {
     let (plant, path, pid): (Plant, PathFile, Pid) =
         (document("plant.json"), document("path.json"), document("pid.json"));
     let (first, last) = (path.points.first().unwrap(), path.points.last().unwrap());
     let length = (last.distance_m - first.distance_m) / path.speed_mps;
     let steps = (length / pid.sample_time_s).floor() as usize;
     let initialization = Initialization::Settled;
-    let expected = pure_loop::run(&plant, &path, &pid, master, initialization, steps);
+    let expected = pure_loop::run(&plant, &path, &pid, coupling, initialization, steps);
 
     let record = COLUMNS.map(|column| {
         let (unit, variable) = column.split_once('.').unwrap();
@@ -62,20 +62,20 @@ pub(crate) fn compare<U: Unit>(importer: &str, master: Master, open: impl Fn(&st
     });
     let record: Vec<Port<'_>> = record.to_vec();
     let mut units = UNITS.map(open);
-    let got = run(&mut units, &WIRES, master, steps, pid.sample_time_s, &record);
+    let got = run(&mut units, &WIRES, coupling, steps, pid.sample_time_s, &record);
 
     assert_eq!(got.len(), expected.len());
     let mut largest = (0.0, "");
     for (index, name) in ["time"].iter().chain(&COLUMNS).enumerate() {
         let pairs = got.iter().zip(&expected).map(|(a, b)| (a[index] - b[index]).abs());
         let difference = pairs.fold(0.0, not_less);
-        println!("{importer}, {master:?}: {name}: largest difference {difference:.3e}");
+        println!("{importer}, {coupling:?}: {name}: largest difference {difference:.3e}");
         if not_less(largest.0, difference) != largest.0 {
             largest = (difference, *name);
         }
     }
     println!(
-        "{importer}, {master:?}: largest difference to the pure functions, over {} points: {:.3e} {}",
+        "{importer}, {coupling:?}: largest difference to the pure functions, over {} points: {:.3e} {}",
         got.len(),
         largest.0,
         largest.1

@@ -205,7 +205,7 @@ fn simulations() {
         ("", "--step 0s", &["step 0 s"]),
         ("", "--step 30ms --stop 1s", &["not a whole number of steps"]),
         ("", "--stop 1e12s", &["more than 100 million steps"]),
-        ("", "--master foo", &["[possible values: gauss-seidel, jacobi]"]),
+        ("", "--coupling foo", &["[possible values: gauss-seidel, jacobi]"]),
         ("", "-o f/result.csv", &["f: this is a file, not a folder"]),
         ("", "-o .", &[".: this is a folder"]),
     ] {

@@ -31,7 +31,7 @@ pub(crate) fn beyond_the_drive(
     let Family::Identified(file) = &plant.family else { return Vec::new() };
     let driven = &file.evidence.excitation;
     let mut simulator = Simulator::default();
-    simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
+    simulated_step(&mut simulator, sampled, pid, spec, Step::from_specification(spec));
     let steering = &simulator.trace.steering;
     let angle = steering.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
     let rate = Excitation::largest_rate(&[&[0.0], &steering[..]].concat(), sampled.sample_time);
@@ -88,7 +88,7 @@ pub(crate) fn not_robust(r: &Robustness, met: bool) -> Vec<String> {
     r.requirements
         .iter()
         .filter(|x| x.share_kept < 1.0)
-        .filter_map(|x| Some((Requirement::of(&x.requirement)?, x)))
+        .filter_map(|x| Some((Requirement::from_name(&x.requirement)?, x)))
         .map(|(requirement, x)| {
             format!(
                 "over {} plants within the uncertainty and the latency of {:.0} to {:.0} ms the {} \

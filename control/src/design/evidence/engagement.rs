@@ -89,7 +89,7 @@ fn is_out_of_range(plant: &PlantModel, speed: f64, max_acceleration: f64) -> boo
     }
 }
 
-/// Whether the vehicle returns to the path under a Gauss–Seidel master.
+/// Whether the vehicle returns to the path under a Gauss–Seidel coupling.
 fn returns(
     plant: &mut PlantModel,
     pid: &PidFile,

@@ -61,7 +61,7 @@ pub(crate) fn infeasibility(
             .reached
             .shortfalls(&objective.spec)
             .iter()
-            .all(|s| Requirement::of(&s.requirement) == Some(r));
+            .all(|s| Requirement::from_name(&s.requirement) == Some(r));
         if rest_met && !relaxed.met {
             let (value, required) = (r.text(relaxed.reached.value(r)), r.text(required));
             words.push(format!(

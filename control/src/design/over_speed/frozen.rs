@@ -24,18 +24,18 @@ pub(super) fn frozen(
     let speeds: Vec<f64> = pid.schedule.iter().map(|entry| entry.speed_mps).collect();
     let mut rows = Vec::new();
     for (k, speed) in speeds.iter().enumerate() {
-        rows.push(at(plant, pid, options, *speed, true)?);
+        rows.push(frozen_speed(plant, pid, options, *speed, true)?);
         let Some(next) = speeds.get(k + 1) else { break };
         for part in 1..=BETWEEN {
             let share = f64::from(part) / f64::from(BETWEEN + 1);
             let between = super::readable(speed + share * (next - speed));
-            rows.push(at(plant, pid, options, between, false)?);
+            rows.push(frozen_speed(plant, pid, options, between, false)?);
         }
     }
     Ok(rows)
 }
 
-fn at(
+fn frozen_speed(
     plant: &DesignPlant,
     pid: &Pid,
     options: &DesignOptions,
@@ -47,7 +47,7 @@ fn at(
     let (parameters, advice) = (pid_parameters_at(pid, speed), advice_at(pid, speed));
     let sampled = &objective.scenarios[0].plant;
     let e = evidence(sampled, &plant, &parameters, &objective.spec, &advice);
-    let ensemble = Ensemble::of(&plant, options, &objective);
+    let ensemble = Ensemble::new(&plant, options, &objective);
     let kept = ensemble.map(|e| e.kept(&objective, &parameters, &advice)).transpose()?;
     Ok(FrozenSpeed {
         speed_mps: speed,

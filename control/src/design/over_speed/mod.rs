@@ -156,7 +156,8 @@ impl Table<'_> {
     fn middle(&self, below: &Design, above: &Design) -> Result<(Design, f64), Error> {
         let speed = readable(0.5 * (below.plant.speed + above.plant.speed));
         let entries = [below, above].map(|d| (d.plant.speed, d.tuned.pid)).to_vec();
-        let interpolated = PidSchedule::new(below.tuned.pid, entries).at(&below.tuned.pid, speed);
+        let interpolated =
+            PidSchedule::new(below.tuned.pid, entries).parameters_at(&below.tuned.pid, speed);
         let design = self.design(speed, &[interpolated])?;
         let share = (speed - below.plant.speed) / (above.plant.speed - below.plant.speed);
         let advice = between(&below.tuned.feedforward, &above.tuned.feedforward, share);
@@ -173,7 +174,7 @@ impl Table<'_> {
         pid: &PidParameters,
         advice: &Advice,
     ) -> Result<f64, Error> {
-        let ensemble = Ensemble::of(plant, self.options, &tuned.objective);
+        let ensemble = Ensemble::new(plant, self.options, &tuned.objective);
         ensemble.map_or(Ok(1.0), |e| Ok(e.kept(&tuned.objective, pid, advice)?.1))
     }
 

@@ -97,7 +97,8 @@ impl<'a> Drive<'a> {
     /// One tick at the input's speed, and the motion to the next; returns the steering angle, rad.
     fn tick(&mut self, input: &PidInput) -> Result<f64, Error> {
         let schedule = self.schedule.as_ref();
-        let now = schedule.map_or(self.parameters, |s| s.at(&self.parameters, input.speed));
+        let now =
+            schedule.map_or(self.parameters, |s| s.parameters_at(&self.parameters, input.speed));
         let steering = self.controller.tick(&now, input).steering_angle;
         self.sent.push_back(steering);
         self.plant.set_speed(input.speed);
@@ -215,7 +216,7 @@ fn follower(
         steerwright_models::files::path_geometry(path).map_err(model_error(&path.name))?;
     let start = steerwright_models::files::guidance_parameters(&path.guidance, path.speed_mps);
     let schedule = steerwright_models::files::guidance_schedule(path);
-    let law = move |speed: f64| schedule.as_ref().map_or(start, |s| s.at(&start, speed));
+    let law = move |speed: f64| schedule.as_ref().map_or(start, |s| s.parameters_at(&start, speed));
     Ok((PathFollower::new(Arc::new(geometry)), law))
 }
 

@@ -80,7 +80,7 @@ impl Curve {
     }
 
     fn speed(&self, t: f64) -> f64 {
-        self.x.at(t)[1].hypot(self.y.at(t)[1])
+        self.x.point_at(t)[1].hypot(self.y.point_at(t)[1])
     }
 
     /// Arc length from `a` to `b`, which lie within a step of each other.
@@ -109,7 +109,7 @@ impl Curve {
     fn foot(&self, mut t: f64, x: f64, y: f64) -> f64 {
         let start = t;
         for _ in 0..3 {
-            let ([fx, dx, _], [fy, dy, _]) = (self.x.at(t), self.y.at(t));
+            let ([fx, dx, _], [fy, dy, _]) = (self.x.point_at(t), self.y.point_at(t));
             t += ((x - fx) * dx + (y - fy) * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
             // Neither beyond the ends of the curve nor to another part of it.
             t = t.clamp(start - 2.0 * self.step, start + 2.0 * self.step);
@@ -164,7 +164,7 @@ impl Curve {
     }
 
     fn point(&self, t: f64, distance: f64, before: Option<&PathPoint>) -> PathPoint {
-        let ([x, dx, ddx], [y, dy, ddy]) = (self.x.at(t), self.y.at(t));
+        let ([x, dx, ddx], [y, dy, ddy]) = (self.x.point_at(t), self.y.point_at(t));
         let heading = dy.atan2(dx);
         PathPoint {
             distance_m: distance,
@@ -189,7 +189,7 @@ impl Curve {
         let (mut sum, mut furthest, mut largest_m) = (0.0, 0, 0.0);
         for (i, (&x, &y)) in cleaned.x.iter().zip(&cleaned.y).enumerate() {
             let t = self.foot(self.parameters[i + self.copies], x, y);
-            let ([fx, dx, _], [fy, dy, _]) = (self.x.at(t), self.y.at(t));
+            let ([fx, dx, _], [fy, dy, _]) = (self.x.point_at(t), self.y.point_at(t));
             let (ox, oy) = (x - fx, y - fy);
             let distance = ox.hypot(oy);
             sum += distance * distance;

@@ -40,7 +40,7 @@ pub fn path_from_recording(
     let mut recorded = from_points(&points.x_m, &points.y_m, options)?;
     recorded.warnings.splice(0..0, points.warnings);
     recorded.path.provenance.sources =
-        vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
+        vec![SourceFile::from_bytes(std::path::Path::new(file), text.as_bytes())];
     Ok(recorded)
 }
 

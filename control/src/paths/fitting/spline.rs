@@ -137,7 +137,7 @@ fn cholesky(matrix: &mut [[f64; BAND + 1]]) -> Option<()> {
 
 impl Spline {
     /// Value, first and second derivative.
-    pub(crate) fn at(&self, t: f64) -> [f64; 3] {
+    pub(crate) fn point_at(&self, t: f64) -> [f64; 3] {
         let (first, u) = locate(t, self.start, self.step, self.coefficients.len());
         let c = &self.coefficients[first..first + 4];
         let dot = |b: [f64; 4]| b.iter().zip(c).map(|(b, c)| b * c).sum::<f64>();
@@ -160,7 +160,7 @@ mod tests {
         let values: Vec<f64> = t.iter().map(|t| f(*t)).collect();
         let spline = Fitter::new(&t, 0.0, 1.5, 50, 1e3).unwrap().fit(&values);
         for &t in &t {
-            let [value, first, second] = spline.at(t);
+            let [value, first, second] = spline.point_at(t);
             assert!((value - f(t)).abs() < 1e-6, "{value} {}", f(t));
             assert!((first - (-0.2 + 0.1 * t)).abs() < 1e-6);
             assert!((second - 0.1).abs() < 1e-6);
@@ -174,8 +174,8 @@ mod tests {
         for (length, share) in [(40.0, 64.0 / 65.0), (20.0, 0.5), (10.0, 1.0 / 65.0)] {
             let values: Vec<f64> = t.iter().map(|t| (TAU * t / length).sin()).collect();
             let spline = Fitter::new(&t, 0.0, 1.0, 1000, penalty(20.0, 4.0)).unwrap().fit(&values);
-            let gain =
-                (400..3600).map(|i| 2.0 * spline.at(t[i])[0] * values[i]).sum::<f64>() / 3200.0;
+            let gain = (400..3600).map(|i| 2.0 * spline.point_at(t[i])[0] * values[i]).sum::<f64>()
+                / 3200.0;
             assert!((gain - share).abs() < 0.01, "length {length}: {gain}, expected {share}");
         }
     }

@@ -62,17 +62,17 @@ impl Asc {
         };
         let [_, _, _, length, data @ ..] = rest else { return Line::Fault };
         let Ok(count) = length.parse::<usize>() else { return Line::Fault };
-        self.made(bus, id, count, data)
+        self.frame_line(bus, id, count, data)
     }
 
     fn frame(&self, bus: &str, id: &str, length: &str, data: &[&str]) -> Line {
         match usize::from_str_radix(length, 16) {
-            Ok(count) => self.made(bus, id, count.min(8), data),
+            Ok(count) => self.frame_line(bus, id, count.min(8), data),
             Err(_) => Line::Fault,
         }
     }
 
-    fn made(&self, bus: &str, id: &str, count: usize, data: &[&str]) -> Line {
+    fn frame_line(&self, bus: &str, id: &str, count: usize, data: &[&str]) -> Line {
         let radix = if self.is_hex { 16 } else { 10 };
         let (number, is_extended) =
             id.strip_suffix('x').or(id.strip_suffix('X')).map_or((id, false), |id| (id, true));

@@ -159,19 +159,19 @@ impl Drive {
         let plant = &self.state_space.plant;
         let omega = std::f64::consts::TAU * hz;
         let discrete = &plant.discrete;
-        let d = discrete.d.at(0, 0);
+        let d = discrete.d.entry(0, 0);
         let n = plant.order();
         let delay = omega * plant.input_delay_s;
         let ((re, im), late) = match &plant.continuous {
             Some(c) => {
-                let of = |i, j| c.f.at(i, j);
-                (pencil(n, of, |i| c.g.at(i, 0), |j| c.h.at(0, j), (0.0, omega)), delay)
+                let of = |i, j| c.f.entry(i, j);
+                (pencil(n, of, |i| c.g.entry(i, 0), |j| c.h.entry(0, j), (0.0, omega)), delay)
             }
             None => {
                 let angle = omega * discrete.sample_time_s;
                 let z = (angle.cos(), angle.sin());
-                let of = |i, j| discrete.a.at(i, j);
-                let (b, c) = (|i| discrete.b.at(i, 0), |j| discrete.c.at(0, j));
+                let of = |i, j| discrete.a.entry(i, j);
+                let (b, c) = (|i| discrete.b.entry(i, 0), |j| discrete.c.entry(0, j));
                 (pencil(n, of, b, c, z), delay - 0.5 * angle)
             }
         };

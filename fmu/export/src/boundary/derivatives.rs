@@ -4,12 +4,12 @@ use super::{call, supported};
 use crate::arguments::{array, slots};
 use crate::calls::Call;
 use crate::instance::Instance;
-use crate::slave::Slave;
 use crate::types::Status;
+use crate::unit::CoSimulationUnit;
 use std::ffi::c_void;
 
 /// `fmi2SetRealInputDerivatives`: order 1 of continuous inputs, for the next step.
-pub unsafe fn set_real_input_derivatives<S: Slave>(
+pub unsafe fn set_real_input_derivatives<S: CoSimulationUnit>(
     component: *mut c_void,
     references: *const u32,
     length: usize,
@@ -31,7 +31,7 @@ pub unsafe fn set_real_input_derivatives<S: Slave>(
 }
 
 /// `fmi2GetRealOutputDerivatives`: order 1 of continuous outputs.
-pub unsafe fn get_real_output_derivatives<S: Slave>(
+pub unsafe fn get_real_output_derivatives<S: CoSimulationUnit>(
     component: *mut c_void,
     references: *const u32,
     length: usize,
@@ -53,7 +53,7 @@ pub unsafe fn get_real_output_derivatives<S: Slave>(
 }
 
 /// `fmi2GetDirectionalDerivative`.
-pub unsafe fn get_directional_derivative<S: Slave>(
+pub unsafe fn get_directional_derivative<S: CoSimulationUnit>(
     component: *mut c_void,
     unknowns: *const u32,
     unknown_count: usize,

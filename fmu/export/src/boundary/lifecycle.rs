@@ -7,8 +7,8 @@ use crate::contain::{contain, silence_hook};
 use crate::instance::Instance;
 use crate::logger::{Category, Logger};
 use crate::resources::Resources;
-use crate::slave::Slave;
 use crate::types::{CO_SIMULATION, CallbackFunctions, TYPES_PLATFORM, VERSION};
+use crate::unit::CoSimulationUnit;
 use crate::uri;
 use std::ffi::{CStr, c_char, c_void};
 
@@ -25,7 +25,7 @@ pub fn get_version() -> *const c_char {
 }
 
 /// `fmi2Instantiate`.
-pub unsafe fn instantiate<S: Slave>(
+pub unsafe fn instantiate<S: CoSimulationUnit>(
     instance_name: *const c_char,
     fmu_type: i32,
     guid: *const c_char,
@@ -51,7 +51,7 @@ pub unsafe fn instantiate<S: Slave>(
     std::ptr::null_mut()
 }
 
-fn create<S: Slave>(
+fn create<S: CoSimulationUnit>(
     name: Option<&CStr>,
     fmu_type: i32,
     guid: Option<&CStr>,
@@ -75,7 +75,7 @@ fn create<S: Slave>(
 }
 
 /// `fmi2FreeInstance`.
-pub unsafe fn free_instance<S: Slave>(component: *mut c_void) {
+pub unsafe fn free_instance<S: CoSimulationUnit>(component: *mut c_void) {
     if component.is_null() {
         return;
     }
@@ -87,7 +87,7 @@ pub unsafe fn free_instance<S: Slave>(component: *mut c_void) {
 }
 
 /// `fmi2SetDebugLogging`.
-pub unsafe fn set_debug_logging<S: Slave>(
+pub unsafe fn set_debug_logging<S: CoSimulationUnit>(
     component: *mut c_void,
     logging_on: i32,
     length: usize,
@@ -105,7 +105,7 @@ pub unsafe fn set_debug_logging<S: Slave>(
 }
 
 /// `fmi2SetupExperiment`.
-pub unsafe fn setup_experiment<S: Slave>(
+pub unsafe fn setup_experiment<S: CoSimulationUnit>(
     component: *mut c_void,
     tolerance_defined: i32,
     tolerance: f64,
@@ -123,27 +123,27 @@ pub unsafe fn setup_experiment<S: Slave>(
 }
 
 /// `fmi2EnterInitializationMode`.
-pub unsafe fn enter_initialization_mode<S: Slave>(component: *mut c_void) -> i32 {
+pub unsafe fn enter_initialization_mode<S: CoSimulationUnit>(component: *mut c_void) -> i32 {
     let body = Instance::<S>::enter_initialization_mode;
     // SAFETY: the module's contract.
     unsafe { call(component, Call::EnterInitializationMode, body) }
 }
 
 /// `fmi2ExitInitializationMode`.
-pub unsafe fn exit_initialization_mode<S: Slave>(component: *mut c_void) -> i32 {
+pub unsafe fn exit_initialization_mode<S: CoSimulationUnit>(component: *mut c_void) -> i32 {
     let body = Instance::<S>::exit_initialization_mode;
     // SAFETY: the module's contract.
     unsafe { call(component, Call::ExitInitializationMode, body) }
 }
 
 /// `fmi2Terminate`.
-pub unsafe fn terminate<S: Slave>(component: *mut c_void) -> i32 {
+pub unsafe fn terminate<S: CoSimulationUnit>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe { call(component, Call::Terminate, Instance::<S>::terminate) }
 }
 
 /// `fmi2Reset`.
-pub unsafe fn reset<S: Slave>(component: *mut c_void) -> i32 {
+pub unsafe fn reset<S: CoSimulationUnit>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe { call(component, Call::Reset, Instance::<S>::reset) }
 }

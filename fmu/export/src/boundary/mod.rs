@@ -1,11 +1,11 @@
-//! The 34 functions of the C interface, generic over the slave.
+//! The 34 functions of the C interface, generic over the unit.
 //!
 //! Each function checks its pointers, contains panics and maps the outcome to a status; safe code in
 //! other modules implements the call. [`crate::export!`] exports them under their C names.
 //!
 //! # Safety
 //! All functions here have the contract of the standard: a component is null or was returned by
-//! [`instantiate`] for the same slave, is not freed, and is used by one thread at a time; pointers are
+//! [`instantiate`] for the same unit, is not freed, and is used by one thread at a time; pointers are
 //! null or valid for the call as the standard requires.
 #![allow(clippy::missing_safety_doc)] // stated above for all functions
 
@@ -24,8 +24,8 @@ pub use values::*;
 use crate::calls::Call;
 use crate::contain::contain;
 use crate::instance::{Instance, Outcome};
-use crate::slave::Slave;
 use crate::types::Status;
+use crate::unit::CoSimulationUnit;
 use std::ffi::c_void;
 
 /// Runs a call on an instance: checks that it is legal, contains panics and returns the status.
@@ -33,12 +33,12 @@ use std::ffi::c_void;
 /// # Safety
 /// The module's contract for `component`.
 #[inline]
-unsafe fn call<S: Slave>(
+unsafe fn call<S: CoSimulationUnit>(
     component: *mut c_void,
     call: Call,
     body: impl FnOnce(&mut Instance<S>) -> Outcome,
 ) -> i32 {
-    // SAFETY: null, or a live instance of this slave that nothing else uses during the call.
+    // SAFETY: null, or a live instance of this unit that nothing else uses during the call.
     let Some(instance) = (unsafe { component.cast::<Instance<S>>().as_mut() }) else {
         return Status::Error as i32;
     };
@@ -54,7 +54,7 @@ unsafe fn call<S: Slave>(
     status as i32
 }
 
-/// Rejects a call of a capability that the slave does not have.
+/// Rejects a call of a capability that the unit does not have.
 fn supported(flag: bool) -> Result<(), String> {
     if flag { Ok(()) } else { Err("not supported, as declared in modelDescription.xml".into()) }
 }

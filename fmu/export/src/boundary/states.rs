@@ -7,14 +7,14 @@ use crate::arguments::{array, slots};
 use crate::blob::encode;
 use crate::calls::Call;
 use crate::instance::{Instance, Snapshot};
-use crate::slave::Slave;
 use crate::types::Status;
+use crate::unit::CoSimulationUnit;
 use std::any::TypeId;
 use std::ffi::{c_char, c_void};
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Address and slave type of every live state, sorted.
+/// Address and unit type of every live state, sorted.
 static ALIVE: Mutex<Vec<(usize, TypeId)>> = Mutex::new(Vec::new());
 
 /// The live states. A poisoned lock is still consistent: no holder can panic between two changes.
@@ -22,18 +22,18 @@ fn alive() -> MutexGuard<'static, Vec<(usize, TypeId)>> {
     ALIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn key<S: Slave>(state: *mut c_void) -> (usize, TypeId) {
+fn key<S: CoSimulationUnit>(state: *mut c_void) -> (usize, TypeId) {
     (state.addr(), TypeId::of::<S>())
 }
 
-fn register<S: Slave>(state: *mut c_void) {
+fn register<S: CoSimulationUnit>(state: *mut c_void) {
     let mut alive = alive();
     if let Err(index) = alive.binary_search(&key::<S>(state)) {
         alive.insert(index, key::<S>(state));
     }
 }
 
-fn is_alive<S: Slave>(state: *mut c_void) -> Result<(), String> {
+fn is_alive<S: CoSimulationUnit>(state: *mut c_void) -> Result<(), String> {
     match alive().binary_search(&key::<S>(state)) {
         Ok(_) => Ok(()),
         Err(_) => Err("the pointer is not an FMU state of this FMU, or the state was freed".into()),
@@ -41,13 +41,13 @@ fn is_alive<S: Slave>(state: *mut c_void) -> Result<(), String> {
 }
 
 /// Moves a state to the heap and lists it as alive.
-fn into_pointer<S: Slave>(snapshot: Snapshot<S>) -> *mut c_void {
+fn into_pointer<S: CoSimulationUnit>(snapshot: Snapshot<S>) -> *mut c_void {
     let state = Box::into_raw(Box::new(snapshot)).cast();
     register::<S>(state);
     state
 }
 
-fn unregister<S: Slave>(state: *mut c_void) {
+fn unregister<S: CoSimulationUnit>(state: *mut c_void) {
     let mut alive = alive();
     if let Ok(index) = alive.binary_search(&key::<S>(state)) {
         alive.remove(index);
@@ -59,7 +59,10 @@ fn unregister<S: Slave>(state: *mut c_void) {
 }
 
 /// `fmi2GetFMUstate`: an existing state is overwritten.
-pub unsafe fn get_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c_void) -> i32 {
+pub unsafe fn get_fmu_state<S: CoSimulationUnit>(
+    component: *mut c_void,
+    state: *mut *mut c_void,
+) -> i32 {
     let body = |instance: &mut Instance<S>| {
         // SAFETY: the module's contract.
         let slot = unsafe { state.as_mut() }.ok_or("the pointer to the FMU state is NULL")?;
@@ -68,9 +71,9 @@ pub unsafe fn get_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c
         } else {
             is_alive::<S>(*slot)?;
             let snapshot = instance.snapshot();
-            // SAFETY: a live state of this slave that nothing else uses now.
+            // SAFETY: a live state of this unit that nothing else uses now.
             let old = std::mem::replace(unsafe { &mut *slot.cast::<Snapshot<S>>() }, snapshot);
-            old.core.slave.release();
+            old.core.unit.release();
         }
         Ok(Status::Ok)
     };
@@ -79,13 +82,16 @@ pub unsafe fn get_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c
 }
 
 /// `fmi2SetFMUstate`.
-pub unsafe fn set_fmu_state<S: Slave>(component: *mut c_void, state: *mut c_void) -> i32 {
+pub unsafe fn set_fmu_state<S: CoSimulationUnit>(
+    component: *mut c_void,
+    state: *mut c_void,
+) -> i32 {
     let body = |instance: &mut Instance<S>| {
         if state.is_null() {
             return Err("the FMU state is NULL".into());
         }
         is_alive::<S>(state)?;
-        // SAFETY: a live state of this slave that nothing changes now.
+        // SAFETY: a live state of this unit that nothing changes now.
         instance.restore(unsafe { &*state.cast::<Snapshot<S>>() })
     };
     // SAFETY: the module's contract.
@@ -93,7 +99,10 @@ pub unsafe fn set_fmu_state<S: Slave>(component: *mut c_void, state: *mut c_void
 }
 
 /// `fmi2FreeFMUstate`: the pointer becomes NULL; null pointers are ignored.
-pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c_void) -> i32 {
+pub unsafe fn free_fmu_state<S: CoSimulationUnit>(
+    component: *mut c_void,
+    state: *mut *mut c_void,
+) -> i32 {
     let body = |_: &mut Instance<S>| {
         // SAFETY: the module's contract.
         let Some(slot) = (unsafe { state.as_mut() }).filter(|slot| !slot.is_null()) else {
@@ -104,7 +113,7 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
         unregister::<S>(snapshot);
         // SAFETY: created by `Box::into_raw` above, alive until now, and removed from the list.
         let snapshot = unsafe { Box::from_raw(snapshot.cast::<Snapshot<S>>()) };
-        snapshot.core.slave.release();
+        snapshot.core.unit.release();
         Ok(Status::Ok)
     };
     // SAFETY: the module's contract.
@@ -115,18 +124,18 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
 ///
 /// # Safety
 /// The module's contract for `state`.
-unsafe fn bytes_of<S: Slave>(state: *mut c_void) -> Result<Vec<u8>, String> {
+unsafe fn bytes_of<S: CoSimulationUnit>(state: *mut c_void) -> Result<Vec<u8>, String> {
     supported(S::CAPABILITIES.serializes)?;
     if state.is_null() {
         return Err("the FMU state is NULL".into());
     }
     is_alive::<S>(state)?;
-    // SAFETY: a live state of this slave that nothing changes now.
+    // SAFETY: a live state of this unit that nothing changes now.
     Ok(encode(unsafe { &*state.cast::<Snapshot<S>>() }))
 }
 
 /// `fmi2SerializedFMUstateSize`.
-pub unsafe fn serialized_fmu_state_size<S: Slave>(
+pub unsafe fn serialized_fmu_state_size<S: CoSimulationUnit>(
     component: *mut c_void,
     state: *mut c_void,
     size: *mut usize,
@@ -144,7 +153,7 @@ pub unsafe fn serialized_fmu_state_size<S: Slave>(
 }
 
 /// `fmi2SerializeFMUstate`: a buffer may be longer than needed; the rest of it does not change.
-pub unsafe fn serialize_fmu_state<S: Slave>(
+pub unsafe fn serialize_fmu_state<S: CoSimulationUnit>(
     component: *mut c_void,
     state: *mut c_void,
     bytes: *mut c_char,
@@ -170,7 +179,7 @@ pub unsafe fn serialize_fmu_state<S: Slave>(
 /// `fmi2DeSerializeFMUstate`: "constructs a copy of the FMU state" (the standard) and returns a new
 /// pointer. The previous content of the slot is not read, since it may be uninitialized; if it is a
 /// state, that state stays alive and the importer frees it.
-pub unsafe fn de_serialize_fmu_state<S: Slave>(
+pub unsafe fn de_serialize_fmu_state<S: CoSimulationUnit>(
     component: *mut c_void,
     bytes: *const c_char,
     size: usize,

@@ -4,13 +4,13 @@ use super::{call, supported};
 use crate::arguments::slots;
 use crate::calls::Call;
 use crate::instance::Instance;
-use crate::slave::Slave;
 use crate::types::{LAST_SUCCESSFUL_TIME, Status, TERMINATED};
+use crate::unit::CoSimulationUnit;
 use std::ffi::{c_char, c_void};
 
 /// `fmi2DoStep`. The last argument is not used, since any FMU state can be restored.
 #[inline]
-pub unsafe fn do_step<S: Slave>(
+pub unsafe fn do_step<S: CoSimulationUnit>(
     component: *mut c_void,
     time: f64,
     step: f64,
@@ -22,7 +22,7 @@ pub unsafe fn do_step<S: Slave>(
 }
 
 /// `fmi2CancelStep`: always an error, since no step is asynchronous.
-pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
+pub unsafe fn cancel_step<S: CoSimulationUnit>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe {
         call(component, Call::CancelStep, |_: &mut Instance<S>| {
@@ -35,7 +35,7 @@ pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
 ///
 /// # Safety
 /// The module's contract.
-unsafe fn get<S: Slave, T>(
+unsafe fn get<S: CoSimulationUnit, T>(
     component: *mut c_void,
     which: Call,
     value: *mut T,
@@ -57,15 +57,19 @@ unsafe fn get<S: Slave, T>(
 }
 
 /// `fmi2GetRealStatus`: the end of the last step.
-pub unsafe fn get_real_status<S: Slave>(component: *mut c_void, kind: i32, value: *mut f64) -> i32 {
+pub unsafe fn get_real_status<S: CoSimulationUnit>(
+    component: *mut c_void,
+    kind: i32,
+    value: *mut f64,
+) -> i32 {
     let status =
         |instance: &Instance<S>| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.core.time);
     // SAFETY: the module's contract.
     unsafe { get(component, Call::GetRealStatus, value, status) }
 }
 
-/// `fmi2GetBooleanStatus`: a slave never requests the end of the simulation.
-pub unsafe fn get_boolean_status<S: Slave>(
+/// `fmi2GetBooleanStatus`: a unit never requests the end of the simulation.
+pub unsafe fn get_boolean_status<S: CoSimulationUnit>(
     component: *mut c_void,
     kind: i32,
     value: *mut i32,
@@ -79,7 +83,7 @@ pub unsafe fn get_boolean_status<S: Slave>(
 macro_rules! without_status {
     ($($(#[$doc:meta])* $name:ident($value:ty) is $call:ident;)*) => {$(
         $(#[$doc])*
-        pub unsafe fn $name<S: Slave>(component: *mut c_void, _kind: i32, value: *mut $value) -> i32 {
+        pub unsafe fn $name<S: CoSimulationUnit>(component: *mut c_void, _kind: i32, value: *mut $value) -> i32 {
             // SAFETY: the module's contract.
             unsafe { get::<S, _>(component, Call::$call, value, |_| None) }
         }

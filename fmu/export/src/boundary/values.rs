@@ -4,7 +4,7 @@ use super::call;
 use crate::arguments::{array, slots, strings};
 use crate::calls::Call;
 use crate::instance::Instance;
-use crate::slave::Slave;
+use crate::unit::CoSimulationUnit;
 use model_description::{Kind, Value};
 use std::ffi::{c_char, c_void};
 
@@ -18,7 +18,7 @@ macro_rules! functions {
         $(
             #[doc = concat!("`fmi2", stringify!($call), "`.")]
             #[inline]
-            pub unsafe fn $name<S: Slave>(
+            pub unsafe fn $name<S: CoSimulationUnit>(
                 component: *mut c_void,
                 references: *const u32,
                 length: usize,

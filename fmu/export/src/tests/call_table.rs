@@ -58,7 +58,7 @@ fn every_function_in_every_state() {
             let (legal, condition) = legal.split_once(' ').unwrap_or((legal, ""));
             let is_legal = legal.contains(letter) && legal != "unsupported";
             assert_eq!(call.is_legal_in(state), is_legal, "{place}");
-            // This slave has no optional capabilities.
+            // This unit has no optional capabilities.
             if is_legal && condition.is_empty() {
                 let discarded = matches!(
                     call,
@@ -77,7 +77,7 @@ fn every_function_in_every_state() {
     }
 }
 
-/// The six calls of optional capabilities, for a slave that has all of them.
+/// The six calls of optional capabilities, for a unit that has all of them.
 #[test]
 fn every_optional_function_in_every_state() {
     use super::plant::{self, Rig, on};

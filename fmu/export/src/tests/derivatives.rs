@@ -40,19 +40,19 @@ fn a_derivative_is_zero_again_after_one_step_and_after_a_reset() {
     set();
     assert_eq!(on!(rig, reset()), OK);
     assert_eq!(growth(&rig), []);
-    assert_eq!(*rig.instance().core.slave, *Rig::new().instance().core.slave);
+    assert_eq!(*rig.instance().core.unit, *Rig::new().instance().core.unit);
 }
 
 #[test]
 fn wrong_arguments_of_input_derivatives_change_nothing() {
     let try_it = |reference: u32, order: i32, value: f64| {
         let rig = Rig::in_state(State::StepComplete);
-        let before = (*rig.instance().core.slave).clone();
+        let before = (*rig.instance().core.unit).clone();
         // The first one is valid.
         let (references, orders, values) = ([U, reference], [1, order], [1.0, value]);
         let (r, o, v) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
         assert_eq!(on!(rig, set_real_input_derivatives(r, 2, o, v)), ERROR);
-        assert_eq!(*rig.instance().core.slave, before, "{reference} {order} {value}");
+        assert_eq!(*rig.instance().core.unit, before, "{reference} {order} {value}");
         assert_eq!(rig.instance().core.input_derivatives, []);
         assert_eq!((rig.state(), rig.take_lines().len()), (State::Error, 1));
     };
@@ -157,9 +157,9 @@ fn partial_derivatives_by_state_of_the_machine() {
                     _ => &[U, GATE, X1, X2],
                 };
                 let rig = make();
-                let before = (*rig.instance().core.slave).clone();
+                let before = (*rig.instance().core.unit).clone();
                 let got = rig.partial(unknown, known);
-                assert_eq!(*rig.instance().core.slave, before, "{place}");
+                assert_eq!(*rig.instance().core.unit, before, "{place}");
                 if !unknowns.contains(&unknown) || !knowns.contains(&known) {
                     assert_eq!(got, Err(ERROR), "{place}");
                     assert_eq!(rig.take_lines().len(), 1, "{place}");

@@ -1,4 +1,4 @@
-//! Panics in any function of a slave, including `clone` and `drop`, with payloads whose destructors
+//! Panics in any function of a unit, including `clone` and `drop`, with payloads whose destructors
 //! panic too: no panic crosses the boundary, and other instances continue.
 
 mod panicking;
@@ -20,7 +20,7 @@ struct Field {
 macro_rules! on {
     ($field:expr, $function:ident($($argument:expr),*)) => {{
         let component = $field.component;
-        // SAFETY: a live instance of the slave above, good arguments.
+        // SAFETY: a live instance of the unit above, good arguments.
         unsafe { c::$function::<Panicking>(component, $($argument),*) }
     }};
 }
@@ -90,7 +90,7 @@ impl Field {
 
 type Export = (&'static str, fn(&mut Field) -> i32);
 
-/// Every export that reaches the slave, at a communication point or, the second list, in
+/// Every export that reaches the unit, at a communication point or, the second list, in
 /// initialization mode; with the functions that each calls.
 const LATER: &[(Export, &[At])] = &[
     (("fmi2Reset", |f| on!(f, reset())), &[At::Clone, At::Drop]),
@@ -192,7 +192,7 @@ fn every_export_contains_every_panic() {
     }
     assert_eq!(on!(bystander, do_step(0.0, 0.1, 1)), OK);
     bystander.free();
-    assert_eq!(ALIVE.get(), 0, "every slave was dropped once");
+    assert_eq!(ALIVE.get(), 0, "every unit was dropped once");
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn instantiation_contains_every_panic() {
     assert_eq!(ALIVE.get(), 0);
 }
 
-/// Freeing it: two slaves in one instance, both of which panic when they are dropped.
+/// Freeing it: two units in one instance, both of which panic when they are dropped.
 #[test]
 fn freeing_contains_every_panic() {
     for place in [At::Drop, At::Nowhere] {

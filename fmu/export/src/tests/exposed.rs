@@ -61,9 +61,9 @@ fn a_rejected_call_changes_nothing() {
         ([U, u32::MAX], 1.0),
     ] {
         let rig = Rig::in_state(State::Initialization);
-        let before = (*rig.instance().core.slave).clone();
+        let before = (*rig.instance().core.unit).clone();
         assert_eq!(on!(rig, set_real(references.as_ptr(), 2, [9.0, value].as_ptr())), ERROR);
-        assert_eq!(*rig.instance().core.slave, before, "{references:x?} {value}");
+        assert_eq!(*rig.instance().core.unit, before, "{references:x?} {value}");
         let lines = rig.take_lines();
         assert_eq!((lines.len(), lines[0].2.as_str()), (1, "logStatusError"), "{lines:?}");
     }
@@ -133,9 +133,9 @@ fn the_description() {
     assert!(c.provides_directional_derivative && c.max_output_derivative_order == 1);
 }
 
-/// Exactly the flags of the slave's capabilities are set.
+/// Exactly the flags of the unit's capabilities are set.
 #[test]
-fn the_flags_are_those_of_the_slave() {
+fn the_flags_are_those_of_the_unit() {
     let c = describe::<Plant<None_>>(&Resources::default(), None).unwrap().co_simulation.unwrap();
     assert!(c.can_get_and_set_fmu_state && !c.can_serialize_fmu_state);
     assert!(!c.can_interpolate_inputs && !c.provides_directional_derivative);

@@ -194,14 +194,15 @@ impl Host {
         value
     }
 
-    /// All settable numbers, read directly from the slave.
+    /// All settable numbers, read directly from the unit.
     pub(super) fn values(&self) -> [f64; 5] {
-        use crate::slave::{Slave, VariableId};
+        use crate::unit::{CoSimulationUnit, VariableId};
         // SAFETY: a live instance of the probe.
         let instance = unsafe { &mut *self.component.cast::<Instance<Probe>>() };
         [U, GAIN, Y, N, ON].map(|reference| {
-            let variable = <Probe as Slave>::Variable::from_reference(reference).unwrap();
-            match instance.core.slave.get(variable) {
+            let variable =
+                <Probe as CoSimulationUnit>::Variable::from_reference(reference).unwrap();
+            match instance.core.unit.get(variable) {
                 model_description::Value::Boolean(value) => f64::from(u8::from(value)),
                 value => value.as_number().unwrap(),
             }

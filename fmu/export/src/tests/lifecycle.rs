@@ -118,7 +118,7 @@ fn resources_are_found_however_their_folder_is_spelled() {
 }
 
 #[test]
-fn a_slave_may_reject_its_resources() {
+fn a_unit_may_reject_its_resources() {
     for (content, status) in [("bad", ERROR), ("panic", super::host::FATAL)] {
         let root = tempfile::tempdir().unwrap();
         std::fs::write(root.path().join("fault.txt"), content).unwrap();
@@ -158,7 +158,7 @@ fn messages_are_not_formats_and_their_categories_are_declared() {
 }
 
 #[test]
-fn a_warning_of_the_slave_is_logged_and_returned() {
+fn a_warning_of_the_unit_is_logged_and_returned() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(host.set_integer(FAULT, WARNING_IN_STEP), OK);
     assert_eq!(host.do_step(0.0, 1.0), WARNING);

@@ -6,7 +6,7 @@ use crate::calls::State;
 use std::ptr::null;
 
 #[test]
-fn a_slave_that_warns_at_every_step_does_not_flood() {
+fn a_unit_that_warns_at_every_step_does_not_flood() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(host.set_integer(FAULT, WARNING_IN_STEP), OK);
     for k in 0..2000 {

@@ -1,4 +1,4 @@
-//! The layer through its C functions, with small slaves and hosts that keep the log.
+//! The layer through its C functions, with small units and hosts that keep the log.
 
 mod arguments;
 mod call_table;

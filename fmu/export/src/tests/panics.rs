@@ -50,7 +50,7 @@ fn in_every_callback() {
 
     let host = at(State::StepComplete, PANIC_IN_DROP);
     let status = call!(host, reset());
-    // The old slave is dropped; the instance is unusable.
+    // The old unit is dropped; the instance is unusable.
     unusable(host, status, "fmi2Reset", "drop");
 
     // Freeing an instance whose destructor panics.

@@ -1,7 +1,7 @@
-//! A slave with states, derivatives and serialized states, and a host for it.
+//! A unit with states, derivatives and serialized states, and a host for it.
 //!
 //! `der(x1) = -a x1 + b u`, `der(x2) = x1`; `y = x1 + d u`, `z = x2`; `x2` starts at `z0`.
-//! A step uses Heun's method with the derivative of `u`. The slave returns the partial derivatives
+//! A step uses Heun's method with the derivative of `u`. The unit returns the partial derivatives
 //! `∂y/∂u`, `∂der(x2)/∂x1` and all with respect to `x2`; the layer computes the others.
 
 use super::host::{Line, Lines, OK, callbacks};
@@ -10,7 +10,7 @@ use crate::calls::State;
 use crate::instance::Instance;
 use crate::log::Log;
 use crate::resources::Resources;
-use crate::slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
+use crate::unit::{Capabilities, CoSimulationUnit, Known, StateSpec, Unknown, VariableId};
 use model_description::{
     Causality as C, DependencyKind, DependsOn, Table, Value, Variability as V, VariableSpec,
 };
@@ -109,7 +109,7 @@ impl<A> Plant<A> {
     }
 }
 
-impl<A: Ability> Slave for Plant<A> {
+impl<A: Ability> CoSimulationUnit for Plant<A> {
     type Variable = Variable;
     const TABLE: &'static Table = &TABLE;
     const CAPABILITIES: Capabilities = A::CAPABILITIES;

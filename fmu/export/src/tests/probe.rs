@@ -1,8 +1,8 @@
-//! A slave with every kind of variable and selectable faults.
+//! A unit with every kind of variable and selectable faults.
 
 use crate::log::Log;
 use crate::resources::Resources;
-use crate::slave::{Slave, VariableId};
+use crate::unit::{CoSimulationUnit, VariableId};
 use model_description::{Causality as C, Initial, Table, Value, Variability as V, VariableSpec};
 use std::cell::Cell;
 
@@ -34,9 +34,9 @@ pub(super) const VARIABLES: &[VariableSpec] = &[
     VariableSpec::integer("count", COUNT, C::Input, V::Discrete).min(0.0).max(9.0),
 ];
 
-pub(super) const TABLE: Table = Table::new("Probe", "1", "A slave for tests", VARIABLES);
+pub(super) const TABLE: Table = Table::new("Probe", "1", "A unit for tests", VARIABLES);
 
-/// The faults of the slave, by the value of `fault`.
+/// The faults of the unit, by the value of `fault`.
 pub(super) const PANIC_IN_EXIT: i32 = 1;
 pub(super) const PANIC_IN_STEP: i32 = 2;
 pub(super) const PANIC_IN_GET: i32 = 3;
@@ -48,11 +48,11 @@ pub(super) const WARNING_IN_STEP: i32 = 8;
 pub(super) const ERROR_IN_EXIT: i32 = 9;
 
 thread_local! {
-    /// Slaves alive on this thread.
+    /// Units alive on this thread.
     pub(super) static LIVE: Cell<i32> = const { Cell::new(0) };
 }
 
-/// Counts the slaves alive.
+/// Counts the units alive.
 struct Counted;
 
 impl Counted {
@@ -108,7 +108,7 @@ impl VariableId for Variable {
     }
 }
 
-impl Slave for Probe {
+impl CoSimulationUnit for Probe {
     type Variable = Variable;
     const TABLE: &'static Table = &TABLE;
 

@@ -189,13 +189,13 @@ fn foreign_and_forged_states_are_distinguished() {
         let reason = reason(&forged(change));
         assert!(reason.contains("has invalid values"), "{reason}");
     }
-    // The slave checks its own bytes.
-    let slave = |b: &mut Vec<u8>| {
+    // The unit checks its own bytes.
+    let unit = |b: &mut Vec<u8>| {
         let at = b.len() - 64;
         b[at..at + 4].copy_from_slice(&59_u32.to_le_bytes());
         b.pop();
     };
-    assert!(reason(&forged(slave)).ends_with("59 bytes instead of 60"));
+    assert!(reason(&forged(unit)).ends_with("59 bytes instead of 60"));
 }
 
 #[test]

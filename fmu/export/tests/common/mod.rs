@@ -1,6 +1,6 @@
 //! Examples loaded as by an importer.
 
-use fmi2_export::{Resources, Slave};
+use fmi2_export::{CoSimulationUnit, Resources};
 use libloading::{Library, Symbol};
 use std::ffi::{CString, c_char, c_void};
 use std::path::PathBuf;
@@ -44,7 +44,7 @@ pub(super) fn symbol<'l, T>(library: &'l Library, name: &str) -> Symbol<'l, T> {
 }
 
 /// An instance after initialization mode.
-pub(super) fn start<S: Slave>(library: &Library) -> Component {
+pub(super) fn start<S: CoSimulationUnit>(library: &Library) -> Component {
     let guid = CString::new(fmi2_export::guid::<S>(&Resources::default())).unwrap();
     // SAFETY: valid strings, no callbacks, then a live instance.
     unsafe {

@@ -47,7 +47,7 @@ use Phase::{
 pub(crate) struct Phases(u8);
 
 impl Phases {
-    pub(crate) const fn of(phases: &[Phase]) -> Self {
+    pub(crate) const fn new(phases: &[Phase]) -> Self {
         let (mut bits, mut i) = (0, 0);
         while i < phases.len() {
             bits |= 1 << phases[i] as u8;
@@ -62,13 +62,13 @@ impl Phases {
     }
 }
 
-pub(crate) const INSTANTIATED: Phases = Phases::of(&[I]);
-pub(crate) const INITIALIZATION: Phases = Phases::of(&[M]);
-pub(crate) const STEP: Phases = Phases::of(&[C]);
-pub(crate) const TERMINATE: Phases = Phases::of(&[C, F]);
-pub(crate) const ANY: Phases = Phases::of(&[I, M, C, F, X, T, E]);
-pub(crate) const GET: Phases = Phases::of(&[M, C, T, F, X, E]);
-pub(crate) const SET: Phases = Phases::of(&[I, M, C]);
-pub(crate) const GET_OUTPUT_DERIVATIVES: Phases = Phases::of(&[C, X, T, F, E]);
+pub(crate) const INSTANTIATED: Phases = Phases::new(&[I]);
+pub(crate) const INITIALIZATION: Phases = Phases::new(&[M]);
+pub(crate) const STEP: Phases = Phases::new(&[C]);
+pub(crate) const TERMINATE: Phases = Phases::new(&[C, F]);
+pub(crate) const ANY: Phases = Phases::new(&[I, M, C, F, X, T, E]);
+pub(crate) const GET: Phases = Phases::new(&[M, C, T, F, X, E]);
+pub(crate) const SET: Phases = Phases::new(&[I, M, C]);
+pub(crate) const GET_OUTPUT_DERIVATIVES: Phases = Phases::new(&[C, X, T, F, E]);
 /// After an error.
-pub(crate) const ERROR: Phases = Phases::of(&[E]);
+pub(crate) const ERROR: Phases = Phases::new(&[E]);

@@ -143,7 +143,7 @@ pub(super) fn units(
 }
 
 /// An error of a connection, with the place and the ends as they are written.
-pub(super) fn at(package: &str, place: &Place, written: &Connection, source: Error) -> Error {
+pub(super) fn error_at(package: &str, place: &Place, written: &Connection, source: Error) -> Error {
     Error::SystemConnection {
         package: package.to_owned(),
         file: place.file.clone(),

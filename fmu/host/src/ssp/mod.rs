@@ -124,7 +124,7 @@ impl SystemPackage {
         }
         for (connection, how) in self.structure.connections.iter().zip(&self.structure.written) {
             self.connect(&mut system, connection, how, &mut remarks)
-                .map_err(|error| checks::at(&self.name, &how.place, connection, error))?;
+                .map_err(|error| checks::error_at(&self.name, &how.place, connection, error))?;
         }
         for input in &self.structure.inputs {
             self.connect_input(&mut system, input, &mut remarks)?;
@@ -181,7 +181,7 @@ impl SystemPackage {
             remarks.extend(remark.map(|remark| format!("{}: {remark}", how.place)));
             system.connect_input(connector, component, input)
         });
-        result.map_err(|error| checks::at(&self.name, &how.place, &connection, error))
+        result.map_err(|error| checks::error_at(&self.name, &how.place, &connection, error))
     }
 
     /// Lets the inputs that a connector of the system feeds start with its value.

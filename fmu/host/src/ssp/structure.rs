@@ -9,7 +9,7 @@ use crate::system::Connection;
 pub struct SystemStructure {
     /// The system's name.
     pub name: String,
-    /// In the order of the file, which is that in which a Gauss–Seidel master steps them.
+    /// In the order of the file, which is that in which a Gauss–Seidel coupling steps them.
     pub components: Vec<Component>,
     /// The connectors of the system itself.
     pub connectors: Vec<Connector>,

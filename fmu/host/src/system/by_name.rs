@@ -82,19 +82,21 @@ impl<'a> Unit<'a> {
     }
 
     /// The variables of a causality, with the names that they are wired under.
-    fn of(&self, causality: Causality) -> impl Iterator<Item = (&'a Variable, &'a str)> {
+    fn variables(&self, causality: Causality) -> impl Iterator<Item = (&'a Variable, &'a str)> {
         let variables = self.variables.iter().filter(move |v| v.causality == causality);
         variables.map(|v| (v, self.name_of(v)))
     }
 
     fn output(&self, name: &str) -> Option<&'a Variable> {
-        self.of(Causality::Output).find(|(_, own)| *own == name).map(|(variable, _)| variable)
+        self.variables(Causality::Output)
+            .find(|(_, own)| *own == name)
+            .map(|(variable, _)| variable)
     }
 
     fn is_estimator(&self, measurements: &[Measurement<'_>]) -> bool {
         !measurements.is_empty()
             && measurements.iter().all(|m| {
-                self.of(Causality::Input).any(|(_, own)| own == m.input)
+                self.variables(Causality::Input).any(|(_, own)| own == m.input)
                     && self.output(m.output).is_some()
             })
     }
@@ -112,7 +114,7 @@ pub fn wires_by_name(
 ) -> Result<Vec<Connection>, Error> {
     let mut wires = Vec::new();
     for (index, to) in units.iter().enumerate() {
-        for (input, name) in to.of(Causality::Input) {
+        for (input, name) in to.variables(Causality::Input) {
             if is_fed(to, &input.name) {
                 continue;
             }

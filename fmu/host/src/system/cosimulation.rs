@@ -1,4 +1,4 @@
-//! The co-simulation loop: initialization, then steps of equal length, by a Gauss–Seidel or Jacobi master
+//! The co-simulation loop: initialization, then steps of equal length, by a Gauss–Seidel or Jacobi coupling
 //! (`docs/methods/co-simulation.md`). External signals hold from a communication point to the next.
 //!
 //! For each instance a step is one call to set its Reals, the step, and one call to read its Reals
@@ -244,7 +244,7 @@ fn compose(inputs: &Inputs, values: &mut [f64]) {
     for composed in &inputs.composed {
         let of = &composed.composition;
         let added: f64 = of.added.iter().map(|signal| values[*signal]).sum();
-        values[composed.to] = of.scale.of(values[composed.from]) + added;
+        values[composed.to] = of.scale.apply(values[composed.from]) + added;
     }
 }
 
@@ -284,7 +284,7 @@ fn assign(
 /// A value as a number; NaN for a text.
 fn number(assigned: &Assigned, quantities: &[f64]) -> f64 {
     match assigned {
-        Assigned::Quantity(index, convert) => convert.of(quantities[*index]),
+        Assigned::Quantity(index, convert) => convert.apply(quantities[*index]),
         Assigned::Fixed(Value::Boolean(value)) => f64::from(u8::from(*value)),
         Assigned::Fixed(value) => value.as_number().unwrap_or(f64::NAN),
     }

@@ -90,7 +90,7 @@ impl System {
         Ok(&mut self.instances[index])
     }
 
-    /// Puts the instances into another order, in which a Gauss–Seidel master steps them.
+    /// Puts the instances into another order, in which a Gauss–Seidel coupling steps them.
     pub fn order(&mut self, names: &[&str]) -> Result<&mut Self, Error> {
         let wanted: Vec<usize> =
             names.iter().map(|name| self.index(name)).collect::<Result<_, _>>()?;

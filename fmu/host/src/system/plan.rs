@@ -33,7 +33,7 @@ impl Linear {
     /// The result for a value.
     #[must_use]
     #[inline]
-    pub fn of(self, value: f64) -> f64 {
+    pub fn apply(self, value: f64) -> f64 {
         self.factor * value + self.offset
     }
 

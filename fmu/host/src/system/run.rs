@@ -76,7 +76,7 @@ impl System {
         let Self { instances, table, .. } = self;
         let mut signals = |time: f64, values: &mut [f64]| {
             if let Some(table) = table {
-                feed.at(table, time, step, values);
+                feed.set_values(table, time, step, values);
             }
         };
         let mut run = Cosimulation::new(&plan);
@@ -275,7 +275,7 @@ impl Feed {
     }
 
     /// Writes the table's values at a time.
-    fn at(&mut self, table: &InputTable, time: f64, step: f64, values: &mut [f64]) {
+    fn set_values(&mut self, table: &InputTable, time: f64, step: f64, values: &mut [f64]) {
         // k·step may fall an ulp short of the time that the table states.
         let due = time + 1e-6 * step;
         while table.times().get(self.row + 1).is_some_and(|next| *next <= due) {

@@ -123,9 +123,9 @@ fn a_package_runs_as_its_fmus_do() {
     by_hand.set("gain", "gain", 5.0).unwrap();
     by_hand.set("gain", "offset", 0.25).unwrap();
     by_hand.set("gain", "label", Value::String("a < b".into())).unwrap();
-    for master in [Coupling::GaussSeidel, Coupling::Jacobi] {
-        let recording = system.run(master, 1.0, 2.5, 0.01).unwrap();
-        assert_eq!(recording, by_hand.run(master, 1.0, 2.5, 0.01).unwrap());
+    for coupling in [Coupling::GaussSeidel, Coupling::Jacobi] {
+        let recording = system.run(coupling, 1.0, 2.5, 0.01).unwrap();
+        assert_eq!(recording, by_hand.run(coupling, 1.0, 2.5, 0.01).unwrap());
         // ẏ = 5 (y + …): it grew, so the values arrived.
         assert!(recording.column("integrator.y").unwrap()[150].abs() > 1.0);
     }

@@ -1,4 +1,4 @@
-//! Systems: wiring, initialization, the two masters compared with the recursions they represent.
+//! Systems: wiring, initialization, the two couplings compared with the recursions they represent.
 
 use crate::support::{Behaviour, instance, open, xml};
 use steerwright_host::{
@@ -279,9 +279,9 @@ fn fed(table: &str) -> Option<System> {
 #[test]
 fn a_table_is_held_from_its_times_on() {
     let table = "time,u,b.enabled\n-1,1,true\n0.3,4,true\n0.5,4,false\n";
-    for master in [Coupling::GaussSeidel, Coupling::Jacobi] {
+    for coupling in [Coupling::GaussSeidel, Coupling::Jacobi] {
         let Some(mut system) = fed(table) else { return };
-        let recording = system.run(master, 0.0, 0.7, 0.1).unwrap();
+        let recording = system.run(coupling, 0.0, 0.7, 0.1).unwrap();
         let close = |name: &str, expected: [f64; 8]| {
             for (value, want) in recording.column(name).unwrap().iter().zip(expected) {
                 assert!((value - want).abs() < 1e-12, "{name}: {:?}", recording.column(name));

@@ -40,7 +40,7 @@ impl IdentifiedPlant {
 
     /// Sideslip β: lateral over longitudinal velocity.
     fn sideslip(&self) -> f64 {
-        let here = self.model.data().sideslip.at(self.speed);
+        let here = self.model.data().sideslip.at_speed(self.speed);
         if [here.per_yaw_rate, here.growth, here.per_yaw_acceleration] == [0.0; 3] {
             return 0.0;
         }
@@ -101,7 +101,7 @@ impl IdentifiedPlant {
     /// Of β, by way of r, of ṙ and of the speed itself.
     fn sideslip_by(&self, known: Known) -> Option<f64> {
         let law = self.model.data().sideslip;
-        let here = law.at(self.speed);
+        let here = law.at_speed(self.speed);
         let rate = self.noise_free_yaw_rate();
         let turning = here.by_yaw_rate(self.speed * rate);
         let turns = law.per_yaw_rate != 0.0 || law.growth != 0.0 || law.distance_rear != 0.0;

@@ -129,7 +129,7 @@ impl IdentifiedPlant {
         let Some(model) = self.model.continuous() else { return };
         let map = self.cache.get(model, piece.duration, self.model.longest_panel());
         let distance = self.speed * map.panel();
-        let sideslip = self.model.data().sideslip.at(self.speed);
+        let sideslip = self.model.data().sideslip.at_speed(self.speed);
         let slip = self.speed * sideslip.per_yaw_rate;
         let beyond = sideslip.growth != 0.0 || sideslip.per_yaw_acceleration != 0.0;
         for panel in 0..map.panels() {
@@ -156,7 +156,7 @@ impl IdentifiedPlant {
         let turn = self.held * piece;
         let (along, across) = mean_direction_of_arc(turn);
         let distance = self.speed * piece;
-        let sideslip = self.model.data().sideslip.at(self.speed);
+        let sideslip = self.model.data().sideslip.at_speed(self.speed);
         let slip = self.speed * sideslip.in_turn(self.speed * self.held);
         let [ahead, aside] = slipped(slip, turn);
         self.pose.advance(distance * along + ahead, distance * across + aside, turn);

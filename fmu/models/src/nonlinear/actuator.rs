@@ -35,7 +35,7 @@ pub struct Actuator {
 impl Motion {
     /// δ at `time` after the beginning.
     #[must_use]
-    pub fn at(&self, time: f64, time_constant: f64) -> f64 {
+    pub fn angle_at(&self, time: f64, time_constant: f64) -> f64 {
         let swing =
             if self.swing == 0.0 { 0.0 } else { self.swing * (-time / time_constant).exp() };
         self.start + self.slope * time + swing

@@ -72,7 +72,7 @@ pub(super) struct RoadWheel {
 }
 
 impl RoadWheel {
-    pub(super) fn at(angle: f64) -> Self {
+    pub(super) fn from_angle(angle: f64) -> Self {
         let (sin, cos) = sin_cos(angle);
         Self { angle, sin, cos }
     }

@@ -20,7 +20,7 @@ pub(super) struct Longest {
 
 impl Longest {
     /// Those that resolve modes as fast as `rate` (1/s), and an actuator.
-    pub(super) fn of(rate: f64, actuator_time_constant: f64) -> Self {
+    pub(super) fn new(rate: f64, actuator_time_constant: f64) -> Self {
         let actuator = 0.25 * actuator_time_constant;
         Self {
             fourth: 0.002_f64.min(0.1 / rate).min(actuator),

@@ -105,7 +105,7 @@ impl NonlinearVehicle {
     /// steering angle or the states grow beyond all numbers.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
         let Constants { actuator, .. } = &self.constants;
-        let longest = Longest::of(self.constants.fastest_rate(self.speed), actuator.time_constant);
+        let longest = Longest::new(self.constants.fastest_rate(self.speed), actuator.time_constant);
         let limit = LONGEST_STEP.min(MOST_PANELS * longest.fourth);
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
@@ -151,7 +151,7 @@ impl NonlinearVehicle {
                     let followed = self.followed_speed.unwrap_or(self.speed);
                     self.followed_speed = Some(self.speed + (followed - self.speed) * fade);
                 }
-                let end = motion.at(motion.duration, actuator.time_constant);
+                let end = motion.angle_at(motion.duration, actuator.time_constant);
                 self.angle = end.clamp(-actuator.stop, actuator.stop);
             }
         }
@@ -216,7 +216,7 @@ impl NonlinearVehicle {
     fn rates(&self) -> (Lateral, f64) {
         let along = self.constants.along(self.followed_acceleration());
         let dynamics = self.constants.at_speed(self.speed);
-        dynamics.rates(&self.lateral, &RoadWheel::at(self.angle), &along)
+        dynamics.rates(&self.lateral, &RoadWheel::from_angle(self.angle), &along)
     }
 
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
@@ -238,7 +238,7 @@ impl NonlinearVehicle {
             let s = [y + time * vy, yaw + time * r, a + time * roll];
             let along = self.followed_acceleration() * (1.0 - time * self.constants.roll);
             let along = self.constants.along(along);
-            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle), &along).1
+            dynamics.rates(&s, &RoadWheel::from_angle(self.angle + time * angle), &along).1
         };
         let time = 1e-5;
         (at(time) - at(-time)) / (2.0 * time)

@@ -66,7 +66,7 @@ impl PathGeometry {
             check_segment(i, &pair[0], &pair[1])?;
         }
         let distances: Vec<f64> = points.iter().map(|p| p.distance_m).collect();
-        let intervals = Intervals::of(&distances);
+        let intervals = Intervals::from_distances(&distances);
         let nodes: Vec<Node> = points
             .into_iter()
             .map(|point| {
@@ -98,7 +98,7 @@ impl PathGeometry {
 
     /// The path at a distance, which may lie beyond its ends.
     #[must_use]
-    pub fn at(&self, distance: f64) -> PathPoint {
+    pub fn point_at(&self, distance: f64) -> PathPoint {
         let (lap, local) = self.lap(distance);
         let mut point = if local < self.start() {
             extend(&self.nodes[0], local)
@@ -143,7 +143,7 @@ impl PathGeometry {
     }
     /// The path within a segment.
     fn within(&self, segment: usize, local: f64) -> PathPoint {
-        self.segments[segment].at(&self.nodes[segment].point, local)
+        self.segments[segment].point_at(&self.nodes[segment].point, local)
     }
 }
 

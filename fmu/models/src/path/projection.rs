@@ -43,9 +43,9 @@ impl PathGeometry {
             }
             Sought::Within(lap, seen) => {
                 let distance = seen.point.distance_m + lap * (self.end() - self.start());
-                Projection::from_foot(self.at(distance), x, y)
+                Projection::from_foot(self.point_at(distance), x, y)
             }
-            Sought::At(distance) => Projection::from_foot(self.at(distance), x, y),
+            Sought::At(distance) => Projection::from_foot(self.point_at(distance), x, y),
         }
     }
 
@@ -164,7 +164,7 @@ impl PathGeometry {
     #[inline]
     fn seen(&self, segment: usize, local: f64, x: f64, y: f64) -> Seen {
         let (node, piece) = (&self.nodes[segment], &self.segments[segment]);
-        let point = piece.at(&node.point, local);
+        let point = piece.point_at(&node.point, local);
         let ([vx, vy], turn, curving) =
             piece.derivatives((local - node.point.distance_m) * piece.inverse_length);
         let ([s], [c]) = sin_cos_small(&[point.heading_rad - node.point.heading_rad]);

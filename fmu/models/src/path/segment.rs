@@ -55,7 +55,7 @@ impl Segment {
 
     /// The path at a distance within the segment, whose start is `from`.
     #[inline]
-    pub(super) fn at(&self, from: &PathPoint, local: f64) -> PathPoint {
+    pub(super) fn point_at(&self, from: &PathPoint, local: f64) -> PathPoint {
         let s = (local - from.distance_m) * self.inverse_length;
         let (s2, p) = (s * s, &self.position);
         let moved = |i: usize| {

@@ -222,7 +222,7 @@ impl PoseEstimator {
     pub fn course(&self) -> f64 {
         let [yaw_rate, speed] = self.last.unwrap_or([self.input.yaw_rate, self.input.speed]);
         let rate = yaw_rate - self.present.mean[BIAS];
-        let stated = self.parameters.sideslip.at(speed).in_turn(speed * rate);
+        let stated = self.parameters.sideslip.at_speed(speed).in_turn(speed * rate);
         self.yaw() + ((stated + self.present.mean[SIDESLIP]) * rate).atan()
     }
 

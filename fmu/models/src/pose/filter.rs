@@ -70,7 +70,7 @@ impl Filter {
         let Interval { duration: t, yaw_rate, yaw_acceleration, speed: v } = *interval;
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
-        let sideslip = p.sideslip.at(v);
+        let sideslip = p.sideslip.at_speed(v);
         let leading = sideslip.per_yaw_acceleration * yaw_acceleration;
         let added = self.mean[SIDESLIP];
         let lateral = v * ((sideslip.in_turn(v * rate) + added) * rate + leading);

@@ -239,7 +239,7 @@ fn the_path_and_its_guidance() {
         provenance: steerwright_formats::Provenance::default(),
     };
     let geometry = path_geometry(&path).unwrap();
-    let middle = geometry.at(3.0);
+    let middle = geometry.point_at(3.0);
     assert_eq!((geometry.start(), geometry.end(), geometry.is_closed()), (1.0, 5.0, false));
     assert!((middle.x_m - 7.0).abs() < 1e-12 && (middle.y_m - 5.0).abs() < 1e-12, "{middle:?}");
     assert_eq!((middle.heading_rad, middle.curvature_per_m), (std::f64::consts::FRAC_PI_2, 0.0));

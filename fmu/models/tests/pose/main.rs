@@ -258,7 +258,7 @@ fn the_sideslip_follows_the_speed() {
             step(&mut estimator, input);
         }
         assert!((estimator.yaw() - 3.0).abs() < 1e-9);
-        let course = estimator.yaw() + (sideslip.at(25.0).per_yaw_rate * rate).atan();
+        let course = estimator.yaw() + (sideslip.at_speed(25.0).per_yaw_rate * rate).atan();
         assert!((estimator.course() - course).abs() < 1e-12);
         (estimator.x() - x).hypot(estimator.y() - y)
     };

@@ -33,7 +33,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal, deadline: Instant) {
         }
         Err(error) => return report(&archive, journal, "run-load", &error),
     }
-    let plan = Plan::of(archive.model().description());
+    let plan = Plan::from_description(archive.model().description());
     journal.runs(binary(&archive));
     let mut run = Run {
         archive: &archive,

@@ -78,7 +78,7 @@ pub fn supervise(
         .stdout(Stdio::piped())
         .stderr(Stdio::null());
     let mut process = Subprocess::start(&mut process).map_err(failed)?;
-    let output = Output::of(process.child());
+    let output = Output::from_child(process.child());
     let ended = wait(&mut process, time_limit).map_err(failed)?;
     let (mut findings, end) = journal::read(&journal).map_err(failed)?;
     let during = end.started.as_deref().unwrap_or("the start of the process");
@@ -149,7 +149,7 @@ fn describe(status: ExitStatus) -> String {
 struct Output(Receiver<Vec<u8>>);
 
 impl Output {
-    fn of(child: &mut Child) -> Self {
+    fn from_child(child: &mut Child) -> Self {
         let (sender, receiver) = channel();
         if let Some(mut stdout) = child.stdout.take() {
             std::thread::spawn(move || {

@@ -56,7 +56,7 @@ impl Table {
     }
 
     /// The row that is valid at a time: the last one that is not later.
-    fn at(&self, time: f64, slack: f64) -> Option<&[f64]> {
+    fn row_at(&self, time: f64, slack: f64) -> Option<&[f64]> {
         let after = self.rows.partition_point(|row| row[0] <= time + slack);
         Some(&self.rows.get(after.checked_sub(1)?)?[1..])
     }
@@ -159,7 +159,7 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
 
     let apply = |instance: &mut Instance, time: f64, parameters: bool| {
         let Some((table, row)) =
-            input.as_ref().and_then(|table| Some((table, table.at(time, slack)?)))
+            input.as_ref().and_then(|table| Some((table, table.row_at(time, slack)?)))
         else {
             return Ok(());
         };

@@ -19,7 +19,7 @@ const MOST_STEPS: u32 = 100;
 
 impl Plan {
     /// Start, step and stop of `DefaultExperiment`, or 100 steps of 10 ms.
-    pub(super) fn of(description: &ModelDescription) -> Self {
+    pub(super) fn from_description(description: &ModelDescription) -> Self {
         let experiment = description.default_experiment.unwrap_or_default();
         let start = experiment.start_time.filter(|t| t.is_finite()).unwrap_or(0.0);
         let positive = |value: &f64| value.is_finite() && *value > 0.0;

@@ -65,7 +65,7 @@ const fn optional(elements: &'static [&'static Element]) -> Slot {
     Slot { elements, min: 0, max: 1 }
 }
 
-const fn one(elements: &'static [&'static Element]) -> Slot {
+const fn exactly_one(elements: &'static [&'static Element]) -> Slot {
     Slot { elements, min: 1, max: 1 }
 }
 
@@ -98,8 +98,8 @@ pub(super) static ROOT: Element = Element {
         optional(&[&LOG_CATEGORIES]),
         optional(&[&DEFAULT_EXPERIMENT]),
         optional(&[&VENDOR_ANNOTATIONS]),
-        one(&[&MODEL_VARIABLES]),
-        one(&[&MODEL_STRUCTURE]),
+        exactly_one(&[&MODEL_VARIABLES]),
+        exactly_one(&[&MODEL_STRUCTURE]),
     ]),
 };
 
@@ -154,7 +154,7 @@ static TYPE_DEFINITIONS: Element = list("TypeDefinitions", &[some(&[&SIMPLE_TYPE
 static SIMPLE_TYPE: Element = Element {
     name: "SimpleType",
     attributes: &[need("name", Text), may("description", Text)],
-    content: Slots(&[one(&[
+    content: Slots(&[exactly_one(&[
         &TYPE_REAL,
         &TYPE_INTEGER,
         &TYPE_BOOLEAN,
@@ -209,7 +209,7 @@ static SCALAR_VARIABLE: Element = Element {
         may "canHandleMultipleSetPerTimeInstant" Boolean
     ),
     content: Slots(&[
-        one(&[&REAL, &INTEGER, &BOOLEAN, &STRING, &ENUMERATION]),
+        exactly_one(&[&REAL, &INTEGER, &BOOLEAN, &STRING, &ENUMERATION]),
         optional(&[&ANNOTATIONS]),
     ]),
 };

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::data::held_input::ContinuousResponse;
-use crate::data::recording::{Recording, count, of as samples};
+use crate::data::recording::{Recording, count, samples_in};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::FromFixes;
 use crate::structures::bicycle::estimate::Estimate;
@@ -13,7 +13,7 @@ use crate::structures::bicycle::parameters::{
 use crate::structures::bicycle::simulation::Simulation;
 use crate::structures::bicycle::uncertainty::{covariance_factor, deviation};
 use crate::structures::held::Read;
-use crate::validation::steering_faults::SteeringFaults;
+use crate::validation::faults::steering_faults::SteeringFaults;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 
@@ -102,8 +102,8 @@ impl Known<'_> {
 
     fn validation(&self) -> HeldOut {
         let (split, fit) = (&self.recording.split, &self.simulation.validation_fit);
-        let [measured, simulated] =
-            [&self.log.output, &self.simulation.simulated].map(|x| samples(x, &split.validation));
+        let [measured, simulated] = [&self.log.output, &self.simulation.simulated]
+            .map(|x| samples_in(x, &split.validation));
         // A file holds finite numbers only.
         let variance_accounted_for = variance_accounted_for(&measured, &simulated).max(-1e9);
         let instants = self.log.time_s();
@@ -130,8 +130,13 @@ impl Known<'_> {
     fn stated(&self) -> Vec<Stated> {
         let o = self.options;
         let mut all = vec![
-            of("mass_kg", o.mass(), o.mass_kg.is_some(), "; yaw rate does not depend on it"),
-            of(
+            stated_parameter(
+                "mass_kg",
+                o.mass(),
+                o.mass_kg.is_some(),
+                "; yaw rate does not depend on it",
+            ),
+            stated_parameter(
                 "front_share",
                 o.front_share(),
                 o.front_share.is_some(),
@@ -139,8 +144,10 @@ impl Known<'_> {
             ),
         ];
         all.push(match o.wheelbase_m {
-            Some(l) => of("wheelbase_m", l, true, "; the steering ratio is identified"),
-            None => of("steering_ratio", self.log.steering_ratio, true, ""),
+            Some(l) => {
+                stated_parameter("wheelbase_m", l, true, "; the steering ratio is identified")
+            }
+            None => stated_parameter("steering_ratio", self.log.steering_ratio, true, ""),
         });
         all
     }
@@ -165,7 +172,7 @@ impl Known<'_> {
     }
 }
 
-fn of(name: &str, value: f64, given: bool, more: &str) -> Stated {
+fn stated_parameter(name: &str, value: f64, given: bool, more: &str) -> Stated {
     let origin = if given { "given" } else { "conventional" };
     Stated { name: name.into(), value, origin: format!("{origin}{more}") }
 }

@@ -34,7 +34,7 @@ use crate::structures::bicycle::simulation::{Simulation, segments};
 use crate::structures::held::Steering;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::plant::Traces;
-use crate::validation::one_sided;
+use crate::validation::residuals::one_sided;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{

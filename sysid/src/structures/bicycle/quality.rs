@@ -7,17 +7,17 @@ use crate::structures::bicycle::parameters::{STEERING_FACTOR, STEERING_OFFSET, Y
 use crate::structures::bicycle::response::{response, response_errors};
 use crate::structures::bicycle::uncertainty::LARGEST_ERROR;
 use crate::structures::held::with_open_hold;
-use crate::validation::faults::{Recorded, faults};
-use crate::validation::modelled::bandwidth_hz;
-use crate::validation::open_hold;
-use crate::validation::pairs::pairs;
+use crate::validation::faults::open_hold;
+use crate::validation::faults::play::steering_play;
+use crate::validation::faults::recording::{Recorded, faults};
 use crate::validation::plausible::{Response, implausible, opposite};
-use crate::validation::play::steering_play;
 use crate::validation::quality::{
     GOOD_FIT, failed, failure, messages, short_validation, speed_range, weak_steering, with_error,
 };
-use crate::validation::rate::slow_log;
-use crate::validation::uncertain_response::uncertain_response;
+use crate::validation::residuals::pairs::pairs;
+use crate::validation::residuals::rate::slow_log;
+use crate::validation::response::modelled::bandwidth_hz;
+use crate::validation::response::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;

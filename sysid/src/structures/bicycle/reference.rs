@@ -13,7 +13,7 @@ use crate::structures::bicycle::parameters::{
     DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET,
 };
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment};
-use crate::validation::pairs::{Pair, jackknife};
+use crate::validation::residuals::pairs::{Pair, jackknife};
 use faer::Mat;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 

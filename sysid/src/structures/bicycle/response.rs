@@ -4,7 +4,7 @@ use crate::structures::bicycle::parameters::{
     Coefficients, DELAY, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE,
     of_vehicle,
 };
-use crate::validation::uncertain_response::ResponseError;
+use crate::validation::response::uncertain_response::ResponseError;
 use faer::c64;
 use std::f64::consts::TAU;
 use steerwright_formats::{VehicleData, VehicleDirection};

@@ -2,7 +2,7 @@
 
 use crate::data::recording::Recording;
 use crate::structures::bicycle::simulate::SpeedSegment;
-use crate::validation::fit::{FitWithError, fit_with_error};
+use crate::validation::residuals::fit::{FitWithError, fit_with_error};
 use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::data::moving::{least_speed, moving};
-use crate::data::recording::{Recording, of};
+use crate::data::recording::{Recording, samples_in};
 use crate::data::split::Split;
 use crate::structures::bicycle::estimate::Problem;
 use crate::structures::bicycle::options::BicycleOptions;
@@ -10,8 +10,8 @@ use crate::structures::bicycle::parameters::{Combination, Geometry, combinations
 use crate::structures::bicycle::simulate::within;
 use crate::structures::bicycle::simulation::segments;
 use crate::structures::bicycle::uncertainty::{LARGEST_ERROR, covariance, deviation};
-use crate::validation::pairs::pairs;
 use crate::validation::plausible::opposite;
+use crate::validation::residuals::pairs::pairs;
 use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::standard_deviation;
 
@@ -46,7 +46,7 @@ fn estimated(log: &DriveLog) -> Result<Option<[f64; 2]>, Error> {
         return Ok(None);
     };
     let left = errors.iter().flatten().map(|e| e * e).sum::<f64>() / problem.samples() as f64;
-    let yaw_rate = standard_deviation(&of(&log.output, &recording.split.estimation));
+    let yaw_rate = standard_deviation(&samples_in(&log.output, &recording.split.estimation));
     let covariance = covariance(&problem, &found)?;
     let speed_mps = recording.speed_summary().mean_mps;
     let with_error = |c: Combination| [c.2.value, deviation(&c.2.by, &covariance)];

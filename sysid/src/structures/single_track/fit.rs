@@ -4,7 +4,7 @@ use crate::Error;
 use crate::data::statistics::fit_percent;
 use crate::structures::single_track::drive::{Drive, DriveSegment};
 use crate::structures::single_track::model::{SimulatedSegment, SingleTrackModel};
-use crate::validation::fit::fit_with_error;
+use crate::validation::residuals::fit::fit_with_error;
 use steerwright_formats::SimulationFit;
 
 /// Fit of a simulation that left all bounds, percent: nothing of the drive is reproduced.

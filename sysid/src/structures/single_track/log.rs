@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::data::moving::{least_speed, moving};
-use crate::data::recording::{Recording, count, of};
+use crate::data::recording::{Recording, count, samples_in};
 use crate::data::split::Split;
 use crate::selection::options::IdentifyOptions;
 use crate::sideslip::other_sideslip;
@@ -19,7 +19,7 @@ use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::quality::{check_signs, quality};
 use crate::structures::single_track::vehicle::VehicleOptions;
 use crate::structures::state_space::plant::Traces;
-use crate::validation::one_sided;
+use crate::validation::residuals::one_sided;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response, Role};
 use steerwright_formats::{
@@ -261,7 +261,8 @@ fn evidence(
     found: &SingleTrack,
     warnings: Vec<String>,
 ) -> Result<VehicleEvidence, Error> {
-    let [speed, rate] = [&recording.speed, &log.output].map(|signal| of(signal, &ranges[0]));
+    let [speed, rate] =
+        [&recording.speed, &log.output].map(|signal| samples_in(signal, &ranges[0]));
     let mut lateral: Vec<f64> = speed.iter().zip(&rate).map(|(v, r)| (v * r).abs()).collect();
     lateral.sort_by(f64::total_cmp);
     let at = (PERCENTILE * lateral.len().saturating_sub(1) as f64) as usize;

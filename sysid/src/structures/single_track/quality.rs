@@ -8,16 +8,16 @@ use crate::structures::held::{Steering, with_open_hold};
 use crate::structures::single_track::identify::SingleTrack;
 use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::unusual_parameters::unusual_parameters;
-use crate::validation::faults::{Recorded, faults};
-use crate::validation::open_hold;
-use crate::validation::pairs::pairs;
+use crate::validation::faults::open_hold;
+use crate::validation::faults::play::steering_play;
+use crate::validation::faults::recording::{Recorded, faults};
+use crate::validation::faults::steering_faults::SteeringFaults;
 use crate::validation::plausible::opposite;
-use crate::validation::play::steering_play;
 use crate::validation::quality::{
     GOOD_FIT, failed, failure, messages, short_validation, speed_range, weak_steering, with_error,
 };
-use crate::validation::steering_faults::SteeringFaults;
-use crate::validation::uncertain_response::uncertain_response;
+use crate::validation::residuals::pairs::pairs;
+use crate::validation::response::uncertain_response::uncertain_response;
 use crate::validation::vehicle_class::implausible_vehicle;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::{mean, standard_deviation};

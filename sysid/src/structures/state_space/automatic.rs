@@ -80,7 +80,7 @@ pub fn automatic(
     if estimation.inputs() == 0 {
         return Err(Error::data("there is no input"));
     }
-    let units = Units::of(estimation, options.detrend != Detrend::None)?;
+    let units = Units::from_data(estimation, options.detrend != Detrend::None)?;
     let (data, validated) = (units.scaled(estimation)?, units.scaled(validation)?);
     let choice = choose_from(&data, &validated, options, false)?;
     let chosen = &choice.candidates[choice.chosen];
@@ -138,7 +138,7 @@ struct Unit {
 }
 
 impl Units {
-    fn of(data: &DataSet, remove_means: bool) -> Result<Self, Error> {
+    fn from_data(data: &DataSet, remove_means: bool) -> Result<Self, Error> {
         let unit = |signal: fn(&Segment) -> &Signals, count: usize, what: &str| {
             let (mut means, mut scales) = (Vec::new(), Vec::new());
             for i in 0..count {

@@ -5,12 +5,12 @@ use crate::data::scaled::{Data, driving_input};
 use crate::selection::candidate::{Choice, simulated};
 use crate::selection::filter::Filter;
 use crate::structures::state_space::plant::{Outcome, Traces, feedback_test, order_table};
-use crate::validation::correlation::{independence, whiteness};
-use crate::validation::frequencies::{correlations, data_factor, frequencies};
-use crate::validation::modelled::{LAGS, Modelled};
-use crate::validation::play::steering_play;
-use crate::validation::prediction::{Prediction, on_validation_data};
-use crate::validation::steering_faults::SteeringFaults;
+use crate::validation::faults::play::steering_play;
+use crate::validation::faults::steering_faults::SteeringFaults;
+use crate::validation::residuals::correlation::{independence, whiteness};
+use crate::validation::residuals::prediction::{Prediction, on_validation_data};
+use crate::validation::response::frequencies::{correlations, data_factor, frequencies};
+use crate::validation::response::modelled::{LAGS, Modelled};
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{DelayEstimate, Evidence, Fits};
@@ -40,7 +40,7 @@ impl Found<'_> {
         let part = &data.validation;
         let simulated = simulated(&chosen.model, data, part)?;
         let residuals = part.segments_of(&filter.validation_residuals);
-        let validation_input = part.of(&input);
+        let validation_input = part.samples(&input);
         let validation_input = part.segments_of(&validation_input);
         let instants = log.time_s();
         let prediction = on_validation_data(&Prediction {
@@ -65,8 +65,9 @@ impl Found<'_> {
             simulated: &traces.simulated_yaw_rate_radps,
             to_road_wheel: outcome.to_road_wheel(),
         };
-        let play =
-            steering_faults.play_rad.map(|width| steering_play(width, &|w| outcome.at(w / TAU)));
+        let play = steering_faults
+            .play_rad
+            .map(|width| steering_play(width, &|w| outcome.response_at(w / TAU)));
         let (excitation, frequency_response) = frequencies(log, &modelled, residual.sqrt());
         Ok(Evidence {
             method: chosen.method.name().into(),

@@ -8,14 +8,14 @@ use crate::selection::candidate::{Candidate, Choice, from_initial_states, output
 use crate::selection::options::IdentifyOptions;
 use crate::structures::held::with_open_hold;
 use crate::subspace::closed_loop::Feedback;
-use crate::validation::modelled::bandwidth_hz;
-use crate::validation::open_hold::widened;
+use crate::validation::faults::open_hold::widened;
 use crate::validation::plausible::{Response, implausible};
-use crate::validation::poles::poles_and_zeros;
 use crate::validation::quality::quality;
-use crate::validation::rate::slow_log;
-use crate::validation::sweep::Drive;
-use crate::validation::uncertain_response::ResponseError;
+use crate::validation::residuals::rate::slow_log;
+use crate::validation::response::modelled::bandwidth_hz;
+use crate::validation::response::poles::poles_and_zeros;
+use crate::validation::response::sweep::Drive;
+use crate::validation::response::uncertain_response::ResponseError;
 use crate::validation::vehicle_class::implausible_vehicle;
 use faer::Mat;
 use std::collections::BTreeMap;
@@ -140,7 +140,7 @@ impl Outcome<'_> {
     }
 
     /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz.
-    pub(crate) fn at(&self, hz: f64) -> (f64, f64) {
+    pub(crate) fn response_at(&self, hz: f64) -> (f64, f64) {
         let (re, im) = self.model.frequency_response(0, 0, TAU * hz * self.sample_time_s);
         let (sin, cos) = (-TAU * hz * self.delay_s).sin_cos();
         let per_angle = 1.0 / self.to_road_wheel();
@@ -152,7 +152,7 @@ impl Outcome<'_> {
         let (model, step) = (self.model, self.sample_time_s);
         let map = poles_and_zeros(model, self.continuous, step, self.uncertainty.as_ref());
         let (speed_mps, deviation) = self.speed;
-        let at = |hz: f64| self.at(hz);
+        let at = |hz: f64| self.response_at(hz);
         let mut implausible = implausible(&Response {
             at: &at,
             excitation: Some(&evidence.excitation),

@@ -52,7 +52,7 @@ impl Fit {
     }
 
     /// Fit in percent, and standard deviation of the errors.
-    pub(super) fn on(&self, signals: &Signals<'_>, rows: &[usize]) -> (f64, f64) {
+    pub(super) fn fit_and_deviation(&self, signals: &Signals<'_>, rows: &[usize]) -> (f64, f64) {
         if rows.is_empty() {
             return (0.0, 0.0);
         }

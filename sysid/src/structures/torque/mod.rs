@@ -57,7 +57,7 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
     let speed = log.speed.as_ref().ok_or_else(|| needed("it has no channel of the speed"))?;
     let angle = log.others.get(&Role::Steering);
     let angle = angle.ok_or_else(|| needed("it has no channel of the steering angle"))?;
-    let signals = Signals::of(log, angle, options);
+    let signals = Signals::from_log(log, angle, options);
     let rows = signals.rows(speed, options.least_speed_mps);
     let split = ((1.0 - options.validation_fraction) * rows.len() as f64) as usize;
     let need = (LEAST_BLOCKS as f64 * BLOCK_S / log.sample_time_s) as usize;
@@ -73,8 +73,8 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
     let friction_variance = (c[(1, 1)] - 2.0 * f * c[(0, 1)] + f * f * c[(0, 0)]) / (k * k);
     let estimate =
         |value: f64, variance: f64| Estimate { value, standard_error: variance.max(0.0).sqrt() };
-    let (estimation_fit, error_mps2) = fit.on(&signals, estimation);
-    let (validation_fit, _) = fit.on(&signals, validation);
+    let (estimation_fit, error_mps2) = fit.fit_and_deviation(&signals, estimation);
+    let (validation_fit, _) = fit.fit_and_deviation(&signals, validation);
     let evidence = TorqueEvidence {
         channels: log.channels.clone(),
         estimation_samples: estimation.len(),

@@ -28,7 +28,7 @@ pub(super) struct Signals<'a> {
 }
 
 impl<'a> Signals<'a> {
-    pub(super) fn of(log: &'a DriveLog, angle: &[f64], options: &TorqueOptions) -> Self {
+    pub(super) fn from_log(log: &'a DriveLog, angle: &[f64], options: &TorqueOptions) -> Self {
         let filtered = |signal: &[f64]| filtered(log, signal);
         let rate = rate(log, angle);
         let friction: Vec<f64> =

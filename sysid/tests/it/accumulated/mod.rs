@@ -38,7 +38,7 @@ fn sent(state: &Accumulated) -> Accumulated {
 fn model(plant: &Plant) -> StateSpace {
     let d = &plant.discrete;
     let dense = |m: &steerwright_formats::Matrix| {
-        faer::Mat::from_fn(m.rows(), m.columns().unwrap(), |i, j| m.at(i, j))
+        faer::Mat::from_fn(m.rows(), m.columns().unwrap(), |i, j| m.entry(i, j))
     };
     StateSpace { a: dense(&d.a), b: dense(&d.b), c: dense(&d.c), d: dense(&d.d) }
 }

@@ -178,10 +178,10 @@ fn the_file_holds_eq_13_as_the_paper_prints_it() {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
     for (i, row) in expected.iter().enumerate() {
         for (j, entry) in row.iter().enumerate() {
-            assert!(close(bicycle.state_matrix.at(i, j), *entry), "{i} {j}");
+            assert!(close(bicycle.state_matrix.entry(i, j), *entry), "{i} {j}");
         }
         let input = if i == 4 { 1.0 / p.actuator_time_constant } else { 0.0 };
-        assert!(close(bicycle.input_matrix.at(i, 0), input));
+        assert!(close(bicycle.input_matrix.entry(i, 0), input));
     }
     let text = bicycle.to_json();
     assert_eq!(&Bicycle::from_json(&text, "bicycle.json").unwrap(), bicycle);

@@ -1,4 +1,4 @@
-//! The slaves of the benchmark, without C symbols: the examples add these.
+//! The units of the benchmark, without C symbols: the examples add these.
 //!
 //! [`Linear`] is `x⁺ = A x + B u`, `y = C x⁺` with four states, the numbers and the order of
 //! operations those of `bare.c`. [`Empty`] has the same variables and does nothing in a step.
@@ -6,7 +6,7 @@
 use fmi2_export::model_description::{
     Causality, DependsOn, Table, Value, Variability, VariableSpec,
 };
-use fmi2_export::{Log, Resources, Slave, VariableId};
+use fmi2_export::{CoSimulationUnit, Log, Resources, VariableId};
 
 const VARIABLES: &[VariableSpec] = &[
     VariableSpec::real("u", 0, Causality::Input, Variability::Continuous),
@@ -56,7 +56,7 @@ pub struct Linear {
     y: f64,
 }
 
-impl Slave for Linear {
+impl CoSimulationUnit for Linear {
     type Variable = Variable;
     const TABLE: &'static Table = &LINEAR;
 
@@ -103,7 +103,7 @@ pub struct Empty {
     u: f64,
 }
 
-impl Slave for Empty {
+impl CoSimulationUnit for Empty {
     type Variable = Variable;
     const TABLE: &'static Table = &EMPTY;
 

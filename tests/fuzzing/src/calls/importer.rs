@@ -3,7 +3,7 @@
 use crate::cursor::Cursor;
 use fmi2_export::model_description::Kind;
 use fmi2_export::types::CallbackFunctions;
-use fmi2_export::{Slave, boundary as c};
+use fmi2_export::{CoSimulationUnit, boundary as c};
 use std::ffi::{CString, c_char, c_void};
 use std::marker::PhantomData;
 use std::path::Path;
@@ -32,13 +32,13 @@ struct Taken {
 }
 
 /// One instance of `S`.
-pub(super) struct Importer<S: Slave> {
+pub(super) struct Importer<S: CoSimulationUnit> {
     component: *mut c_void,
     mode: Mode,
     time: f64,
     references: Vec<u32>,
     taken: Vec<Taken>,
-    slave: PhantomData<S>,
+    unit: PhantomData<S>,
 }
 
 /// A call on the importer's instance, its status checked.
@@ -50,7 +50,7 @@ macro_rules! call {
     }};
 }
 
-impl<S: Slave> Importer<S> {
+impl<S: CoSimulationUnit> Importer<S> {
     pub(super) fn new(folder: &Path, name: &str, document: &[u8]) -> Self {
         let entries = vec![(name.to_owned(), document.to_vec())];
         let guid = fmi2_export::guid::<S>(&fmi2_export::Resources::from(entries));
@@ -85,7 +85,7 @@ impl<S: Slave> Importer<S> {
             time: 0.0,
             references: references.collect(),
             taken: Vec::new(),
-            slave: PhantomData,
+            unit: PhantomData,
         }
     }
 
@@ -356,7 +356,7 @@ impl<S: Slave> Importer<S> {
     }
 }
 
-impl<S: Slave> Drop for Importer<S> {
+impl<S: CoSimulationUnit> Drop for Importer<S> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             return;

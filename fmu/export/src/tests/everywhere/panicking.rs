@@ -1,8 +1,8 @@
-//! A slave that panics in a chosen function.
+//! A unit that panics in a chosen function.
 
 use crate::log::Log;
 use crate::resources::Resources;
-use crate::slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
+use crate::unit::{Capabilities, CoSimulationUnit, Known, StateSpec, Unknown, VariableId};
 use model_description::{
     Causality as C, DependencyKind, Table, Value, Variability as V, VariableSpec,
 };
@@ -15,9 +15,9 @@ const VARIABLES: &[VariableSpec] = &[
     VariableSpec::boolean("on", 3, C::Parameter, V::Tunable),
     VariableSpec::string("text", 4, C::Parameter, V::Tunable),
 ];
-pub(super) const TABLE: Table = Table::new("Panicking", "1", "A slave that panics", VARIABLES);
+pub(super) const TABLE: Table = Table::new("Panicking", "1", "A unit that panics", VARIABLES);
 
-/// The function in which the slave panics.
+/// The function in which the unit panics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum At {
     Nowhere,
@@ -43,7 +43,7 @@ pub(super) enum At {
 
 thread_local! {
     pub(super) static AT: Cell<At> = const { Cell::new(At::Nowhere) };
-    /// Whether the destructors of slaves and payloads panic too.
+    /// Whether the destructors of units and payloads panic too.
     pub(super) static DROPS: Cell<bool> = const { Cell::new(false) };
     pub(super) static ALIVE: Cell<i32> = const { Cell::new(0) };
 }
@@ -110,7 +110,7 @@ impl VariableId for Variable {
     }
 }
 
-impl Slave for Panicking {
+impl CoSimulationUnit for Panicking {
     type Variable = Variable;
     const TABLE: &'static Table = &TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;

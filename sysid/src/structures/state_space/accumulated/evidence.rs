@@ -13,8 +13,8 @@ use crate::structures::state_space::accumulated::in_windows::{choose, kalman_gai
 use crate::structures::state_space::accumulated::windows::Windows;
 use crate::structures::state_space::accumulated::{Accumulated, BLOCK, VALIDATION_PERIOD};
 use crate::structures::state_space::plant::{Outcome, feedback_test, order_table};
-use crate::validation::frequencies::{data_factor, of_spectra};
-use crate::validation::modelled::{LAGS, Modelled};
+use crate::validation::response::frequencies::{data_factor, of_spectra};
+use crate::validation::response::modelled::{LAGS, Modelled};
 use faer::MatRef;
 use steerwright_formats::{
     Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest,

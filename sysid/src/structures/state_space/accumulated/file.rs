@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::structures::state_space::accumulated::Accumulated;
 use crate::subspace::Accumulator;
-use crate::validation::spectra::Sums;
+use crate::validation::response::spectra::Sums;
 use steerwright_formats::{AccumulatedDrives, AccumulatedSpeed, Document, Provenance};
 
 const INPUT: &str = "model_input";

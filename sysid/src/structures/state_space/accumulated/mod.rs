@@ -15,7 +15,7 @@ use crate::data::Signals;
 use crate::data::moving_pieces::MovingPieces;
 use crate::data::scaled::driving_input;
 use crate::subspace::{Accumulator, Decomposition};
-use crate::validation::spectra::Sums;
+use crate::validation::response::spectra::Sums;
 use std::collections::BTreeMap;
 use steerwright_drivelog::{LogFile, LogOptions, Piece, Recording, StreamStart, open, stream};
 use steerwright_formats::{ChannelSummary, InputKind, SourceFile};

@@ -8,7 +8,7 @@ use crate::data::{DataSet, Segment, Signals};
 use crate::model::{StateSpace, initial_state, predictions, predictor, predictor_state, simulate};
 use crate::selection::order::Errors;
 use crate::subspace::Factor;
-use crate::validation::correlation::parzen;
+use crate::validation::residuals::correlation::parzen;
 use faer::{Mat, MatRef};
 
 /// Windows about their mean, in units of each channel's standard deviation.

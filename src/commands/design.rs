@@ -1,0 +1,149 @@
+//! `steerwright design`: a PID controller to a specification.
+
+use crate::documents::feasibility;
+use crate::documents::gate::GateArguments;
+use crate::failure::{Failure, Outcome};
+use crate::options::Global;
+use crate::options::quantity::SpeedRange;
+use crate::options::specification::{SpecificationArguments, Specified};
+use crate::output::{Files, Kind, Outputs};
+use crate::terminal::console;
+use crate::terminal::design_summary::summary;
+use crate::terminal::progress::Progress;
+use std::path::{Path, PathBuf};
+use steerwright_control::DesignPlant;
+use steerwright_formats::{Pid, SourceFile};
+use steerwright_report::figures::{self, OpenLoop};
+use steerwright_report::{Figure, StepResponse, WIDTH};
+
+/// Points of the loop's frequency response.
+const POINTS: usize = 600;
+
+const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
+
+/// Design a PID steering controller (eq 14) on a plant, bicycle or vehicle file
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// plant.json, bicycle.json or vehicle.json
+    #[arg(value_name = "MODEL.json")]
+    plant: PathBuf,
+    /// Write the controller here
+    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]
+    out: PathBuf,
+    /// Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance over
+    /// speed. Requires a model that holds at other speeds, such as bicycle.json or
+    /// vehicle.json
+    #[arg(long, value_name = "RANGE")]
+    pub(crate) speeds: Option<SpeedRange>,
+    /// Write Bode, Nyquist and step plots (SVG) into this folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) gate: GateArguments,
+    #[command(flatten)]
+    pub(crate) specification: SpecificationArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let inputs = std::iter::once(&arguments.plant).chain(arguments.specification.files());
+    let mut outputs = Outputs::new(global.force, inputs);
+    let out = outputs.file(&arguments.out, Kind::for_document::<Pid>())?;
+    let decided = |folder| outputs.files(folder, PLOTS, Kind::Svg);
+    let files = arguments.plots.as_deref().map(decided).transpose()?;
+    let specified = arguments.specification.read()?;
+    let (model, source, document) = arguments.gate.read(&arguments.plant)?;
+    let plant = DesignPlant::from_model(&model)
+        .map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
+    let progress = Progress::start("designing");
+    let pid = designed(&document, &plant, &source, arguments.speeds, &specified, |what| {
+        progress.now(what);
+    })?;
+    drop(progress);
+    out.document(&pid)?;
+    let mut written = vec![format!("written to {out}")];
+    if let Some(files) = &files {
+        for file in plots(files, &plant, &pid)? {
+            written.push(format!("written to {}", file.display()));
+        }
+    }
+    let over_speed = pid.evidence.over_speed.as_ref().map(crate::terminal::speed_summary::table);
+    let text = [Some(summary(&pid)), over_speed].into_iter().flatten().collect::<Vec<_>>();
+    let warnings = feasibility::on_standard_road(&pid, &model)?;
+    console::result(&text.join("\n\n"), &pid)?;
+    warnings.iter().for_each(console::warning);
+    written.iter().for_each(console::note);
+    let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
+    let met = pid.evidence.over_speed.as_ref().map_or(pid.evidence.met, |o| o.met);
+    Ok(Outcome::when(met && (by_all || !specified.must_be_robust)))
+}
+
+/// The controller, verified in the loop of FMUs. `now` is called with what is being done.
+pub(crate) fn designed(
+    document: &str,
+    plant: &DesignPlant,
+    source: &SourceFile,
+    speeds: Option<SpeedRange>,
+    specified: &Specified,
+    now: impl Fn(&str),
+) -> Result<Pid, Failure> {
+    let Some(SpeedRange(speeds)) = speeds else {
+        let mut pid = steerwright_control::design(plant, source, &specified.design)?;
+        now("running the loop of FMUs");
+        steerwright_comparison::verify(&mut pid, document, plant)?;
+        return Ok(pid);
+    };
+    let options = specified.over_speeds();
+    let mut pid =
+        steerwright_control::design_over_speeds(plant, source, &options, speeds, &|what| {
+            now(what)
+        })?;
+    now("running the loop of FMUs");
+    // The FMU of a model outside the range is run at the speed of the design.
+    let plant = plant.at_speed(pid.designed_for.speed_mps)?;
+    let document = plant.document().unwrap_or_else(|| document.to_owned());
+    steerwright_comparison::verify(&mut pid, &document, &plant)?;
+    Ok(pid)
+}
+
+/// Writes the plots; where they are.
+fn plots<'a>(files: &'a Files, plant: &DesignPlant, pid: &Pid) -> Result<Vec<&'a Path>, Failure> {
+    figures(plant, pid)?
+        .iter()
+        .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))
+        .collect()
+}
+
+/// The figures of a controller, behind the actuator that it was designed for, each with the name of its file and its height, px.
+pub(crate) fn figures(
+    plant: &DesignPlant,
+    pid: &Pid,
+) -> Result<[(&'static str, Figure, u32); 4], Failure> {
+    let plant = &plant.behind(pid.designed_for.actuator);
+    let points = steerwright_control::loop_response(plant, pid, POINTS)?;
+    let open = OpenLoop {
+        frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
+        real: points.iter().map(|p| p.real).collect(),
+        imaginary: points.iter().map(|p| p.imaginary).collect(),
+        margins: pid.evidence.margins,
+        required_modulus_margin: pid.specification.modulus_margin,
+    };
+    let until = pid.specification.settling_time_s.unwrap_or(1.0);
+    let until = (3.0 * until).min(pid.specification.steady_state_time_s);
+    let step = |with_offset: bool, until: f64| -> Result<StepResponse, Failure> {
+        let trace = steerwright_control::step_response(plant, pid, with_offset, until)?;
+        Ok(StepResponse { time_s: trace.time, yaw_rad: trace.yaw, steering_rad: trace.steering })
+    };
+    let s = &pid.specification;
+    let figure = |title: &str, response: &StepResponse, reached| {
+        figures::yaw_step(title, response, s, reached, pid.largest_angle_rad())
+    };
+    let e = &pid.evidence;
+    let [bode, nyquist, plain, offset] = PLOTS;
+    let title = "Yaw step on the model with a steering offset";
+    Ok([
+        (bode, figures::bode(&open), 620),
+        (nyquist, figures::nyquist(&open), 620),
+        (plain, figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
+        (offset, figure(title, &step(true, s.steady_state_time_s)?, &e.step_with_offset), 680),
+    ])
+}

@@ -1,0 +1,8 @@
+//! What is printed: lines, tables, progress, and the summaries of documents.
+
+pub(crate) mod console;
+pub(crate) mod design_summary;
+pub(crate) mod evidence;
+pub(crate) mod overview;
+pub(crate) mod progress;
+pub(crate) mod speed_summary;
