@@ -4,6 +4,7 @@
     ("identified-plant", "IdentifiedPlant"),
     ("bicycle-plant", "BicyclePlant"),
     ("nonlinear-vehicle", "NonlinearVehicle"),
+    ("longitudinal-plant", "LongitudinalPlant"),
     ("lateral-pid", "LateralPid"),
     ("reference-path", "ReferencePath"),
     ("pose-estimator", "PoseEstimator"),

@@ -24,6 +24,7 @@ pub(crate) const fn icon(fmu: Fmu) -> Icon {
         Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
         Fmu::BicyclePlant => icon!("BicyclePlant"),
         Fmu::NonlinearVehicle => icon!("NonlinearVehicle"),
+        Fmu::LongitudinalPlant => icon!("LongitudinalPlant"),
         Fmu::LateralPid => icon!("LateralPid"),
         Fmu::ReferencePath => icon!("ReferencePath"),
         Fmu::PoseEstimator => icon!("PoseEstimator"),

@@ -53,6 +53,7 @@ impl Origin {
             Fmu::IdentifiedPlant => plant(Document::from_json(document, file)?),
             Fmu::BicyclePlant => bicycle(Document::from_json(document, file)?),
             Fmu::NonlinearVehicle => vehicle(Document::from_json(document, file)?),
+            Fmu::LongitudinalPlant => longitudinal(Document::from_json(document, file)?),
             Fmu::LateralPid => pid(Document::from_json(document, file)?),
             Fmu::ReferencePath => path(Document::from_json(document, file)?),
             Fmu::PoseEstimator => estimator(Document::from_json(document, file)?),
@@ -256,6 +257,24 @@ fn vehicle(vehicle: steerwright_formats::Vehicle) -> Described {
         fact("friction_coefficient", vehicle.tyres.friction_coefficient, ""),
     ]);
     (vehicle.name, vehicle.provenance, facts)
+}
+
+fn longitudinal(model: steerwright_formats::Longitudinal) -> Described {
+    let e = model.evidence;
+    let mut facts = quality(model.quality);
+    facts.extend(e.warnings.into_iter().map(|line| fact("warning", line, "")));
+    facts.extend([
+        fact("fit_held_out", e.validation_fit, "%"),
+        fact("fit_estimation", e.estimation_fit, "%"),
+        fact("estimation_samples", e.estimation_samples, ""),
+        fact("held_out_samples", e.validation_samples, ""),
+        fact("sample_time", e.sample_time_s, "s"),
+        fact("lowest_speed", e.speed_mps[0], "m/s"),
+        fact("highest_speed", e.speed_mps[2], "m/s"),
+        fact("command_unit", model.command_unit, ""),
+        fact("grade_source", model.grade_source, ""),
+    ]);
+    (model.name, Some(model.provenance), facts)
 }
 
 fn estimator(estimator: steerwright_formats::Estimator) -> Described {

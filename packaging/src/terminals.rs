@@ -45,6 +45,12 @@ const TERMINALS: &[Terminal] = &[
         description: "steering angle",
         members: &["steering_angle"],
     },
+    Terminal {
+        name: "pedals",
+        matching: "bus",
+        description: "accelerator and brake, or acceleration command",
+        members: &["accelerator", "brake", "acceleration_command"],
+    },
 ];
 
 /// The icon's half width, and a terminal's, in units of the coordinate system (0.1 mm).

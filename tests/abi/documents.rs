@@ -14,6 +14,7 @@ pub(crate) fn document(schema: &str) -> String {
             steerwright_control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
         }
         steerwright_formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
+        steerwright_formats::Longitudinal::SCHEMA => LONGITUDINAL.to_owned(),
         steerwright_formats::Estimator::SCHEMA => ESTIMATOR.to_owned(),
         Pid::SCHEMA => pid().to_json(),
         Path::SCHEMA => path().to_json(),
@@ -27,6 +28,8 @@ const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791
     steering_ratio = 15.0\nspeed_mps = 15.0\n";
 
 const NONLINEAR: &str = include_str!("../../examples/drives/multibody/vehicle.json");
+
+const LONGITUDINAL: &str = include_str!("../../examples/drives/multibody/longitudinal.json");
 
 const ESTIMATOR: &str = include_str!("../../examples/drives/multibody/estimator.json");
 

@@ -126,6 +126,7 @@ fn every_archive_exports_every_function() {
         "IdentifiedPlant",
         "BicyclePlant",
         "NonlinearVehicle",
+        "LongitudinalPlant",
         "ReferencePath",
         "LateralPid",
         "PoseEstimator",

@@ -61,10 +61,12 @@ pub(crate) fn archives() -> &'static Path {
     })
 }
 
-/// Packs the nonlinear vehicle and the pose estimator into a folder.
+/// Packs the nonlinear vehicle, the response of the speed and the pose estimator into a folder.
 pub(crate) fn package_others(folder: &Path) {
-    let line = "package {data}/multibody/vehicle.json {data}/multibody/estimator.json --out .";
-    let output = steerwright(folder, &words(line, folder));
+    let files = ["vehicle", "longitudinal", "estimator"]
+        .map(|name| format!("{{data}}/multibody/{name}.json"));
+    let line = format!("package {} --out .", files.join(" "));
+    let output = steerwright(folder, &words(&line, folder));
     assert!(output.status.success(), "{}", text_of(&output));
 }
 

@@ -17,7 +17,7 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
     for file in files {
         fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
     }
-    let by_hand = ["vehicle.json", "estimator.json"];
+    let by_hand = ["vehicle.json", "longitudinal.json", "estimator.json"];
     for file in by_hand {
         fs::copy(data().join("multibody").join(file), folder.join(file)).unwrap();
     }

@@ -106,7 +106,7 @@ impl DelayLine {
     pub fn push(&mut self, step: f64, value: f64, slope: f64) -> Result<(), Error> {
         let end = value + slope * step;
         if !end.is_finite() {
-            return Err(Error::Diverged { name: "the steering input", value: end });
+            return Err(Error::Diverged { name: "the input", value: end });
         }
         let segment = Segment { duration: step, value, slope };
         self.latest = segment;

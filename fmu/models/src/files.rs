@@ -8,6 +8,7 @@ use crate::bicycle::BicycleParameters;
 use crate::error::Error;
 use crate::guidance::GuidanceParameters;
 use crate::identified::{Continuous, IdentifiedData, IdentifiedModel};
+use crate::longitudinal::LongitudinalParameters;
 use crate::nonlinear::NonlinearParameters;
 use crate::path::PathGeometry;
 use crate::pid::PidParameters;
@@ -16,8 +17,8 @@ use crate::quadrature::Pose;
 use crate::schedule::{GuidanceSchedule, PidSchedule};
 use crate::sideslip::Sideslip;
 use steerwright_formats::{
-    Estimator, Guidance, GuidanceEntry, Limits, Matrix, Path, Pid, PidGains, Plant, ScheduleEntry,
-    Vehicle, VehicleData,
+    Estimator, Guidance, GuidanceEntry, Limits, Longitudinal, Matrix, Path, Pid, PidGains, Plant,
+    ScheduleEntry, Vehicle, VehicleData,
 };
 
 /// The identified model of `plant.json`.
@@ -74,6 +75,35 @@ pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
 #[must_use]
 pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
     NonlinearParameters { body: vehicle.body, tyres: vehicle.tyres, actuator: vehicle.actuator }
+}
+
+/// The parameters of `longitudinal.json`; its gains are read where they are.
+#[must_use]
+pub fn longitudinal_parameters(model: &Longitudinal) -> LongitudinalParameters {
+    let mut parameters = LongitudinalParameters {
+        time_constant: model.time_constant_s.value,
+        delay: model.delay_s.value,
+        brake_gain: 0.0,
+        // Without a brake its lag has no effect, and must not be 0.
+        brake_time_constant: 1.0,
+        brake_delay: 0.0,
+        resistance: model.resistance_mps2.value,
+        resistance_per_speed: 0.0,
+        drag: model.drag_per_m.value,
+        grade_coefficient: 1.0,
+    };
+    if let Some(brake) = &model.brake {
+        parameters.brake_gain = brake.gain_mps2.value;
+        parameters.brake_time_constant = brake.time_constant_s.value;
+        parameters.brake_delay = brake.delay_s.value;
+    }
+    if let Some(resistance) = model.resistance_per_speed {
+        parameters.resistance_per_speed = resistance.value;
+    }
+    if let Some(coefficient) = model.grade_coefficient {
+        parameters.grade_coefficient = coefficient.value;
+    }
+    parameters
 }
 
 /// The controller of `pid.json`, at the speed of the design.

@@ -11,6 +11,7 @@
 //! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
+//! | [`longitudinal`] | the speed that accelerator and brake, or an acceleration command, cause |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sideslip`] | sideslip as a law of the speed |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
@@ -34,6 +35,7 @@ pub mod identified_plant;
 mod intervals;
 pub mod limits;
 pub mod linear;
+pub mod longitudinal;
 pub mod noise;
 pub mod nonlinear;
 mod numbers;
@@ -54,6 +56,9 @@ pub use error::Error;
 pub use guidance::{GuidanceParameters, GuidanceState, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
+pub use longitudinal::{
+    LongitudinalInputs, LongitudinalParameters, LongitudinalPlant, SavedLongitudinalPlant,
+};
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};

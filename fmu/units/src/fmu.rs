@@ -16,7 +16,7 @@ macro_rules! fmus {
 
         impl Fmu {
             /// Every FMU.
-            pub const ALL: [Self; 6] = [$(Self::$name),*];
+            pub const ALL: [Self; 7] = [$(Self::$name),*];
 
             /// The variable table.
             #[must_use]
@@ -88,6 +88,8 @@ fmus! {
     BicyclePlant: Bicycle in "bicycle.json", "bicycle-plant";
     /// The vehicle with saturating tyres.
     NonlinearVehicle: Vehicle in "vehicle.json", "nonlinear-vehicle";
+    /// The identified response of the speed.
+    LongitudinalPlant: Longitudinal in "longitudinal.json", "longitudinal-plant";
     /// The steering controller.
     LateralPid: Pid in "pid.json", "lateral-pid";
     /// The reference road and its guidance.

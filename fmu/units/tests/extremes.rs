@@ -4,7 +4,7 @@
 
 use crate::common;
 
-use common::{bicycle, get, identified, kinds, nonlinear, path, pid, pose};
+use common::{bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose};
 use fmi2_export::model_description::{Causality, Kind, Value};
 use fmi2_export::{CoSimulationUnit, Log, VariableId};
 use proptest::prelude::*;
@@ -111,6 +111,7 @@ proptest! {
         survive(identified(kind), &parameters, &steps)?;
         survive(bicycle(), &parameters, &steps)?;
         survive(nonlinear(), &parameters, &steps)?;
+        survive(longitudinal(), &parameters, &steps)?;
         survive(pid(), &parameters, &steps)?;
         survive(pose(), &parameters, &steps)?;
         for closed in [false, true] {

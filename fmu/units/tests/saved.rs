@@ -4,7 +4,8 @@
 use crate::common;
 
 use common::{
-    Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, pose, set, start, variable,
+    Kind, PLAIN, bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose, set,
+    start, variable,
 };
 use fmi2_export::model_description::{Causality, Value};
 use fmi2_export::{CoSimulationUnit, Log};
@@ -25,6 +26,7 @@ fn a_changed_layout_has_another_version() {
         ("IdentifiedPlant", fingerprint(&identified(PLAIN))),
         ("BicyclePlant", fingerprint(&bicycle())),
         ("NonlinearVehicle", fingerprint(&nonlinear())),
+        ("LongitudinalPlant", fingerprint(&longitudinal())),
         ("LateralPid", fingerprint(&pid())),
         ("ReferencePath", fingerprint(&path(false))),
         ("PoseEstimator", fingerprint(&pose())),
@@ -33,6 +35,7 @@ fn a_changed_layout_has_another_version() {
         ("IdentifiedPlant", (8, 195, 0x03a2_834a_f362_12ca)),
         ("BicyclePlant", (8, 293, 0x5921_6ad3_0845_b9bb)),
         ("NonlinearVehicle", (8, 550, 0x6b1c_cd55_a6ec_7888)),
+        ("LongitudinalPlant", (8, 0, 0)),
         ("LateralPid", (8, 345, 0xae0e_fc53_d021_007d)),
         ("ReferencePath", (8, 203, 0x454b_0963_695b_c746)),
         ("PoseEstimator", (8, 720, 0xebb2_b0ed_b5d8_1740)),
@@ -66,6 +69,7 @@ fn every_parameter_is_in_the_state() {
     check(&identified(PLAIN));
     check(&bicycle());
     check(&nonlinear());
+    check(&longitudinal());
     check(&pid());
     check(&path(false));
     check(&pose());
@@ -151,6 +155,15 @@ fn nonlinear_vehicles_go_on() {
     set(&mut prepared, "initial_x", -3.0);
     prepared.set_state(2, 0.2);
     goes_on(&nonlinear(), &prepared);
+}
+
+#[test]
+fn longitudinal_plants_go_on() {
+    let mut prepared = longitudinal();
+    for (name, value) in [("delay", 0.2), ("brake_delay", 0.0), ("initial_speed", 3.0)] {
+        set(&mut prepared, name, value);
+    }
+    goes_on(&longitudinal(), &prepared);
 }
 
 #[test]
@@ -291,6 +304,19 @@ fn impossible_nonlinear_vehicles_are_refused() {
 }
 
 #[test]
+fn impossible_longitudinal_plants_are_refused() {
+    let fresh = longitudinal();
+    let mut used = driven(&fresh, 1, |s| set(s, "accelerator", 0.3));
+    for i in 0..4 {
+        let state = used.state(i);
+        refused(&fresh, &used, state, &NOT_FINITE);
+    }
+    refused(&fresh, &used, 0.013 / 0.02, &[1.0, -0.5, f64::NAN]);
+    refused(&fresh, &used, 0.06 - 0.013, &[0.2, -0.013, f64::NAN]);
+    refused(&fresh, &used, 0.35, &[0.0, -1.0, 1e9, f64::NAN]);
+}
+
+#[test]
 fn impossible_estimators_are_refused() {
     let fresh = pose();
     let mut used = driven(&fresh, 25, |s| set(s, "initial_yaw", 0.3));
@@ -338,6 +364,7 @@ proptest! {
     fn random_bytes_do_no_harm(bytes in prop::collection::vec(byte(), 0..400)) {
         any_bytes(&identified(PLAIN), &bytes);
         any_bytes(&bicycle(), &bytes);
+        any_bytes(&longitudinal(), &bytes);
         any_bytes(&nonlinear(), &bytes);
         any_bytes(&pid(), &bytes);
         any_bytes(&pose(), &bytes);
@@ -363,6 +390,7 @@ proptest! {
         }
         both(&bicycle(), bicycle(), steps, |s| mutated(s, &changes, cut));
         both(&nonlinear(), nonlinear(), steps, |s| mutated(s, &changes, cut));
+        both(&longitudinal(), longitudinal(), steps, |s| mutated(s, &changes, cut));
         both(&pid(), pid(), steps, |s| mutated(s, &changes, cut));
         both(&pose(), pose(), steps, |s| mutated(s, &changes, cut));
         for closed in [false, true] {

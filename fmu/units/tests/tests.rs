@@ -4,6 +4,7 @@
 mod common;
 mod derivatives;
 mod extremes;
+mod longitudinal;
 mod nonlinear_vehicle;
 mod over_speed;
 mod saved;

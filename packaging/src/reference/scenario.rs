@@ -1,12 +1,15 @@
 //! The inputs of a reference run.
 //!
 //! Steering left, right and in a weave; a step of the reference with a yaw that lags it and one second disabled;
-//! a path with an offset; two turns with poor fixes, an outlier and a drop-out. Others keep their start values.
+//! a path with an offset; two turns with poor fixes, an outlier and a drop-out;
+//! pedals on hills, until the vehicle stands. Others keep their start values.
 
 use crate::Error;
 use model_description::{Kind, Value, Variable};
 use std::f64::consts::TAU;
-use steerwright_formats::{Bicycle, Document, Estimator, Path, PathPoint, Pid, Plant, Vehicle};
+use steerwright_formats::{
+    Bicycle, Document, Estimator, Longitudinal, Path, PathPoint, Pid, Plant, Vehicle,
+};
 use steerwright_units::Fmu;
 
 pub(super) struct Scenario {
@@ -22,6 +25,8 @@ enum Script {
     Track { step: f64, feedforward: f64 },
     /// Along the road at a speed, m/s.
     Drive { points: Vec<PathPoint>, speed: f64 },
+    /// Pedals, or an acceleration command of a size (m/s²), in two gears.
+    Pedals { command: Option<f64>, gears: Option<[i64; 2]> },
     /// Through two turns at a speed, m/s, with fixes that are late by so much, s.
     Locate { speed: f64, latency: f64 },
 }
@@ -61,6 +66,16 @@ impl Scenario {
                     amplitude: NEAR_THE_LIMIT * ROAD_WHEEL_ANGLE * vehicle.actuator.steering_ratio,
                     speed: vehicle.speed_mps,
                 }
+            }
+            Fmu::LongitudinalPlant => {
+                let model = Longitudinal::from_json(document, file)?;
+                let is_commanded = model.command_unit == "m/s2";
+                let gears = match model.gear_gains.as_slice() {
+                    [] => None,
+                    [first, .., last] => Some([first.gear, last.gear]),
+                    [only] => Some([only.gear, only.gear + 1]),
+                };
+                Script::Pedals { command: is_commanded.then_some(2.0), gears }
             }
             Fmu::LateralPid => {
                 let pid = Pid::from_json(document, file)?;
@@ -114,6 +129,19 @@ impl Scenario {
             }
             (Script::Drive { .. }, "sideslip_per_yaw_rate_offset") => {
                 from(2.0, 0.02 * (TAU * 0.1 * (t - 2.0)).sin())
+            }
+            (Script::Pedals { command: None, .. }, "accelerator") => weave(t).max(0.0),
+            (Script::Pedals { command: Some(size), .. }, "acceleration_command") => size * weave(t),
+            (Script::Pedals { .. }, "brake") => {
+                if t < 8.5 {
+                    0.2 * (-weave(t)).max(0.0)
+                } else {
+                    1.0
+                }
+            }
+            (Script::Pedals { .. }, "grade") => 0.05 * (TAU * 0.1 * t).sin(),
+            (Script::Pedals { gears: Some([first, second]), .. }, "gear") => {
+                (if t < 5.0 { *first } else { *second }) as f64
             }
             (Script::Locate { speed, latency }, _) => locate(name, time, *speed, *latency)?,
             _ => return None,

@@ -15,10 +15,12 @@ pub const MEASUREMENTS: [Measurement<'_>; 2] =
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();
     ordered.sort_by_key(|p| match p.fmu {
-        Fmu::IdentifiedPlant | Fmu::BicyclePlant | Fmu::NonlinearVehicle => 0,
-        Fmu::PoseEstimator => 1,
-        Fmu::ReferencePath => 2,
-        Fmu::LateralPid => 3,
+        // The speed that the plants move at.
+        Fmu::LongitudinalPlant => 0,
+        Fmu::IdentifiedPlant | Fmu::BicyclePlant | Fmu::NonlinearVehicle => 1,
+        Fmu::PoseEstimator => 2,
+        Fmu::ReferencePath => 3,
+        Fmu::LateralPid => 4,
     });
     ordered
 }

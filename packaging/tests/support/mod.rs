@@ -187,6 +187,9 @@ pub(crate) fn document(fmu: Fmu) -> String {
         Fmu::NonlinearVehicle => {
             include_str!("../../../examples/drives/multibody/vehicle.json").to_owned()
         }
+        Fmu::LongitudinalPlant => {
+            include_str!("../../../examples/drives/multibody/longitudinal.json").to_owned()
+        }
         Fmu::LateralPid => pid(),
         Fmu::ReferencePath => path(),
         Fmu::PoseEstimator => {

@@ -12,13 +12,14 @@
 mod importer;
 
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
+use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, LONGITUDINAL, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::CoSimulationUnit;
 use importer::Importer;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
+    ReferencePath,
 };
 
 /// Calls in one sequence, at most.
@@ -34,6 +35,7 @@ pub(crate) fn calls(bytes: &[u8]) {
         3 => sequence::<LateralPid>(&mut cursor, "pid.json", PID),
         4 => sequence::<ReferencePath>(&mut cursor, "path.json", PATH),
         5 => sequence::<NonlinearVehicle>(&mut cursor, "vehicle.json", VEHICLE),
+        7 => sequence::<LongitudinalPlant>(&mut cursor, "longitudinal.json", LONGITUDINAL),
         _ => sequence::<PoseEstimator>(&mut cursor, "estimator.json", ESTIMATOR),
     }
 }
@@ -41,7 +43,11 @@ pub(crate) fn calls(bytes: &[u8]) {
 /// Which document a byte chooses: the six of old as before, so that the corpora keep their meaning,
 /// and the newest from what was left over.
 pub(crate) const fn chosen(byte: u8) -> u8 {
-    if byte < 204 { byte % 6 } else { 6 }
+    match byte {
+        0..204 => byte % 6,
+        204..230 => 6,
+        _ => 7,
+    }
 }
 
 fn sequence<S: CoSimulationUnit>(cursor: &mut Cursor<'_>, name: &str, document: &'static [u8]) {

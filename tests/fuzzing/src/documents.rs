@@ -14,3 +14,6 @@ pub(crate) const ESTIMATOR: &[u8] = include_bytes!("../documents/estimator.json"
 pub(crate) const PID: &[u8] = include_bytes!("../documents/pid.json");
 /// `path.json`.
 pub(crate) const PATH: &[u8] = include_bytes!("../documents/path.json");
+/// `longitudinal.json`.
+pub(crate) const LONGITUDINAL: &[u8] =
+    include_bytes!("../../../examples/drives/multibody/longitudinal.json");

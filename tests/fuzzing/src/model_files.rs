@@ -2,11 +2,12 @@
 
 use crate::calls::chosen;
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
+use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, LONGITUDINAL, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::{CoSimulationUnit, Log, Resources};
 use serde_json::Value;
 use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
+    ReferencePath,
 };
 
 /// Numbers changed in one document, at most.
@@ -26,6 +27,7 @@ pub(crate) fn model_files(bytes: &[u8]) {
             3 => run::<LateralPid>("pid.json", &changed(PID, &mut cursor)),
             4 => run::<ReferencePath>("path.json", &changed(PATH, &mut cursor)),
             5 => run::<NonlinearVehicle>("vehicle.json", &changed(VEHICLE, &mut cursor)),
+            7 => run::<LongitudinalPlant>("longitudinal.json", &changed(LONGITUDINAL, &mut cursor)),
             _ => run::<PoseEstimator>("estimator.json", &changed(ESTIMATOR, &mut cursor)),
         }
         return;
@@ -35,6 +37,7 @@ pub(crate) fn model_files(bytes: &[u8]) {
     run::<LateralPid>("pid.json", bytes);
     run::<ReferencePath>("path.json", bytes);
     run::<NonlinearVehicle>("vehicle.json", bytes);
+    run::<LongitudinalPlant>("longitudinal.json", bytes);
     run::<PoseEstimator>("estimator.json", bytes);
 }
 

@@ -3,10 +3,11 @@
 
 use fmi2_export::model_description::Value;
 use fmi2_export::{CoSimulationUnit, Log, Resources, VariableId};
-use steerwright_formats::{Document, InputKind, Matrix, Plant};
+use steerwright_formats::{Document, InputKind, Longitudinal, Matrix, Plant};
 use steerwright_models::linear::discretize;
 use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
+    ReferencePath,
 };
 
 fn column(entries: &[f64]) -> Matrix {
@@ -115,6 +116,21 @@ pub fn nonlinear() -> NonlinearVehicle {
     let mut vehicle = NonlinearVehicle::open(&Resources::default()).unwrap();
     set(&mut vehicle, "actuator_delay", 0.025);
     vehicle
+}
+
+pub fn longitudinal_file() -> Longitudinal {
+    let text = include_str!("../../../../examples/drives/multibody/longitudinal.json");
+    Longitudinal::from_json(text, "longitudinal.json").unwrap()
+}
+
+pub fn open_longitudinal(file: &Longitudinal) -> LongitudinalPlant {
+    let file = file.to_json().into_bytes();
+    LongitudinalPlant::open(&Resources::from(vec![("longitudinal.json".into(), file)])).unwrap()
+}
+
+/// An accelerator with a table of gains, a brake and both delays.
+pub fn longitudinal() -> LongitudinalPlant {
+    open_longitudinal(&longitudinal_file())
 }
 
 pub fn pid() -> LateralPid {

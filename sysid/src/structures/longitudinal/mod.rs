@@ -19,7 +19,7 @@ use crate::Error;
 use crate::structures::longitudinal::fit::{Fit, prediction_errors};
 use crate::structures::longitudinal::model::{
     BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, Point, RESISTANCE,
-    RESISTANCE_PER_SPEED, Schedule,
+    RESISTANCE_PER_SPEED, Schedule, Simulation,
 };
 use crate::structures::longitudinal::quality::{check_excitation, quality};
 use crate::structures::longitudinal::signals::{Piece, Signals};
@@ -115,6 +115,31 @@ pub fn validate_longitudinal(
     let [_, validation] = signals.split(options)?;
     let (schedule, point) = parameters(model);
     Ok(Windows::simulate(&signals, &schedule, &point, &validation).fit())
+}
+
+/// The speed, m/s, that a model has at each sample of a log from its inputs, gears and grade alone. Each segment of the log
+/// begins at its mean measured speed, with lags in the steady state of its first inputs.
+///
+/// # Errors
+/// [`Error::SpeedLogNeeded`] for another log.
+pub fn simulate_longitudinal(log: &DriveLog, model: &Longitudinal) -> Result<Vec<f64>, Error> {
+    if log.response != Response::Speed {
+        return Err(Error::SpeedLogNeeded { response: log.response });
+    }
+    let signals = Signals::new(log);
+    let (schedule, point) = parameters(model);
+    let simulation = Simulation::new(&signals, &schedule, point);
+    let mut speeds = Vec::with_capacity(log.len());
+    for segment in &log.segments {
+        let from = segment.range.start;
+        let mut lags = simulation.steady(from);
+        let mut speed = signals.mean_speed[from];
+        for k in segment.range.clone() {
+            speeds.push(speed);
+            speed = (speed + simulation.increment(&mut lags, from, k, speed)).max(0.0);
+        }
+    }
+    Ok(speeds)
 }
 
 /// Smallest, mean and largest speed.
