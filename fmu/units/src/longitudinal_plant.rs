@@ -199,13 +199,6 @@ impl CoSimulationUnit for LongitudinalPlant {
         self.plant().state_rate(index)
     }
 
-    /// For the differences of the layer alone: before the start states follow from parameters and inputs.
-    fn set_state(&mut self, index: usize, value: f64) {
-        if self.flags.started {
-            self.plant.set_state(index, value);
-        }
-    }
-
     fn output_derivative(&mut self, variable: V) -> f64 {
         let p = self.plant();
         match variable {
@@ -269,6 +262,19 @@ impl CoSimulationUnit for LongitudinalPlant {
             Unknown::Variable(_) => false,
         };
         depends.then_some(DependencyKind::Dependent)
+    }
+
+    /// By states; by inputs and parameters the layer takes differences.
+    fn partial_derivative(&mut self, unknown: Unknown<V>, known: Known<V>) -> Option<f64> {
+        let Known::State(state) = known else { return None };
+        let plant = self.plant();
+        Some(match unknown {
+            Unknown::Variable(V::Acceleration) => plant.partial(SPEED, state),
+            Unknown::Variable(V::Speed) => f64::from(u8::from(state == SPEED)),
+            Unknown::Variable(V::Distance) => f64::from(u8::from(state == DISTANCE)),
+            Unknown::Derivative(rate) => plant.partial(rate, state),
+            Unknown::Variable(_) | Unknown::State(_) => 0.0,
+        })
     }
 
     fn save(&self) -> Vec<u8> {

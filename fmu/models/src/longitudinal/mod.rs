@@ -259,13 +259,24 @@ impl LongitudinalPlant {
         }
     }
 
-    /// Replaces a state; gain and resistances follow the speed at once.
-    pub fn set_state(&mut self, index: usize, value: f64) {
-        match index {
-            0 => (self.state.speed, self.state.speed_of_grid) = (value, value),
-            1 => self.state.distance = value,
-            2 => self.state.drive = value,
-            _ => self.state.brake = value,
+    /// The derivative of the rate of a state by a state, of the equations at the present speed.
+    #[must_use]
+    pub fn partial(&self, rate: usize, state: usize) -> f64 {
+        let (p, v) = (&self.started, self.speed());
+        let stands = v <= 0.0 && self.acceleration() == 0.0;
+        match (rate, state) {
+            (0, _) if stands => 0.0,
+            (0, 0) => -(p.resistance_per_speed + 2.0 * p.drag * v),
+            (0, 2 | 3) | (1, 0) => 1.0,
+            (2, 0) => {
+                // The gain is linear between the speeds of its table.
+                let width = 1e-3;
+                let slope = (self.gain(v + width) - self.gain(v - width)) / (2.0 * width);
+                slope * self.drive_delay.output(self.command(), 0.0).0 / p.time_constant
+            }
+            (2, 2) => -1.0 / p.time_constant,
+            (3, 3) => -1.0 / p.brake_time_constant,
+            _ => 0.0,
         }
     }
 
