@@ -35,7 +35,7 @@ fn a_changed_layout_has_another_version() {
         ("IdentifiedPlant", (8, 195, 0x03a2_834a_f362_12ca)),
         ("BicyclePlant", (8, 293, 0x5921_6ad3_0845_b9bb)),
         ("NonlinearVehicle", (8, 550, 0x6b1c_cd55_a6ec_7888)),
-        ("LongitudinalPlant", (8, 0, 0)),
+        ("LongitudinalPlant", (8, 342, 0xd6c4_1093_fa86_e9d1)),
         ("LateralPid", (8, 345, 0xae0e_fc53_d021_007d)),
         ("ReferencePath", (8, 203, 0x454b_0963_695b_c746)),
         ("PoseEstimator", (8, 720, 0xebb2_b0ed_b5d8_1740)),
@@ -306,7 +306,10 @@ fn impossible_nonlinear_vehicles_are_refused() {
 #[test]
 fn impossible_longitudinal_plants_are_refused() {
     let fresh = longitudinal();
-    let mut used = driven(&fresh, 1, |s| set(s, "accelerator", 0.3));
+    let mut used = driven(&fresh, 1, |s| {
+        set(s, "accelerator", 0.3);
+        set(s, "brake", 0.1);
+    });
     for i in 0..4 {
         let state = used.state(i);
         refused(&fresh, &used, state, &NOT_FINITE);
