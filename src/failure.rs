@@ -27,10 +27,20 @@ impl Failure {
 
     /// A file that could not be read or written.
     pub(crate) fn file(path: &Path, error: &std::io::Error) -> Self {
-        Self::new(
-            format!("{}: {error}", path.display()),
-            "check that the path is right and that you may read and write there",
-        )
+        use std::io::ErrorKind;
+        let hint = match error.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                "free some space there, or name a file on another disk"
+            }
+            ErrorKind::ReadOnlyFilesystem => {
+                "name a file on another disk: nothing can be written there"
+            }
+            ErrorKind::InvalidFilename => {
+                "use a shorter name, without characters that the disk rejects"
+            }
+            _ => "check that the path is right and that you may read and write there",
+        };
+        Self::new(format!("{}: {error}", path.display()), hint)
     }
 
     /// An error of a stage, with the file that it concerns.

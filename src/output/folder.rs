@@ -6,10 +6,11 @@
 //! `.out.steerwright-old` for a moment.
 
 use super::identity::{Identity, resolved};
+use super::lock::Lock;
 use super::manifest::{self, Manifest};
 use crate::failure::Failure;
 use crate::process::program::INTERRUPTED;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -87,8 +88,8 @@ impl Folder {
             hidden.push(format!(".steerwright-{end}"));
             hidden
         };
-        let lock = Lock::take(&parent.join(sibling("lock")), path)?;
-        clean(&target, parent, &sibling(""), &sibling("old"), &lock.path);
+        let lock = Lock::take(&parent.join(sibling("lock")), path, "folder")?;
+        clean(&target, parent, &sibling(""), &sibling("old"), lock.path());
         if target.exists() {
             manifest::check(&target, command, force)?;
         }
@@ -102,7 +103,7 @@ impl Folder {
         };
         let stage = builder.tempdir_in(parent).map_err(|e| Failure::file(parent, &e))?.keep();
         let rest = Arc::new(Mutex::new(Some(Rest { stage: stage.clone(), made })));
-        on_interruption(Arc::clone(&rest), lock.path.clone(), path.to_path_buf());
+        on_interruption(Arc::clone(&rest), lock.path().to_path_buf(), path.to_path_buf());
         Ok(Self { path: path.into(), target, command, force, stage, rest, lock: Some(lock) })
     }
 
@@ -200,51 +201,6 @@ fn make(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
         _ => Failure::file(folder, &e),
     })?;
     Ok(missing)
-}
-
-/// A lock that holds for as long as its process lives.
-#[derive(Debug)]
-struct Lock {
-    path: PathBuf,
-    _file: File,
-}
-
-impl Lock {
-    /// `folder` is what is locked, for the message.
-    fn take(path: &Path, folder: &Path) -> Result<Self, Failure> {
-        loop {
-            let file = File::options().create(true).truncate(false).write(true).open(path);
-            let file = file.map_err(|e| Failure::file(path, &e))?;
-            match file.try_lock() {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) => {
-                    return Err(Failure::new(
-                        format!("{}: another run is writing this folder", folder.display()),
-                        "wait for it to end, or name another folder",
-                    ));
-                }
-                // A file system without locks.
-                Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => {}
-                Err(TryLockError::Error(e)) => return Err(Failure::file(path, &e)),
-            }
-            // Its last holder may have removed it between the two calls: then the lock is on a
-            // file that no other process finds.
-            let same = match (file.metadata(), fs::metadata(path)) {
-                (Ok(a), Ok(b)) => Identity::new(path, &a) == Identity::new(path, &b),
-                _ => false,
-            };
-            if same {
-                return Ok(Self { path: path.into(), _file: file });
-            }
-        }
-    }
-}
-
-impl Drop for Lock {
-    /// Removed while it is held, so that it is not another run's.
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path);
-    }
 }
 
 /// Removes the remains of a killed run next to the target; the lock is held.

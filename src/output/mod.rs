@@ -4,6 +4,7 @@
 mod folder;
 mod identity;
 mod kind;
+mod lock;
 mod manifest;
 
 use crate::failure::Failure;
@@ -14,6 +15,8 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use steerwright_formats::{Document, Model};
+
+use lock::Lock;
 
 pub(crate) use folder::Folder;
 pub(crate) use kind::Kind;
@@ -44,7 +47,9 @@ impl Outputs {
     }
 
     pub(crate) fn file(&mut self, path: impl Into<PathBuf>, kind: Kind) -> Result<Output, Failure> {
-        let output = Output { path: path.into(), kind, rules: Rc::clone(&self.rules) };
+        let mut output =
+            Output { path: path.into(), kind, rules: Rc::clone(&self.rules), _lock: None };
+        let mut destination = None;
         let identity = match output.destination()? {
             Destination::Stdout if console::is_json() => {
                 let message = format!("{output}: with --json the result is printed there");
@@ -58,10 +63,13 @@ impl Outputs {
                 .ok()
                 .filter(is_fifo)
                 .map(|metadata| Identity::new(&path, &metadata)),
-            Destination::File(path) => Some(match fs::metadata(&path) {
-                Ok(metadata) => Identity::new(&path, &metadata),
-                Err(_) => Identity::of_new(&path),
-            }),
+            Destination::File(path) => {
+                destination = Some(path.clone());
+                Some(match fs::metadata(&path) {
+                    Ok(metadata) => Identity::new(&path, &metadata),
+                    Err(_) => Identity::of_new(&path),
+                })
+            }
         };
         if let Some(identity) = identity {
             if self.taken.contains(&identity) {
@@ -69,6 +77,9 @@ impl Outputs {
                 return Err(Failure::new(message, "name two files"));
             }
             self.taken.push(identity);
+        }
+        if let Some(path) = destination {
+            output._lock = lock_file(&path, &output.path)?;
         }
         Ok(output)
     }
@@ -130,6 +141,8 @@ pub(crate) struct Output {
     path: PathBuf,
     kind: Kind,
     rules: Rc<Rules>,
+    /// Held until the command has written the file.
+    _lock: Option<Lock>,
 }
 
 enum Destination {
@@ -280,6 +293,23 @@ fn folder_of(path: &Path) -> Result<(), Failure> {
             .map_err(|e| Failure::file(&there, &e.into()))?;
     }
     Ok(())
+}
+
+/// Locks a file that a command writes at its end, so that of two runs the second is refused before its work. In a folder
+/// that is not there yet nothing is locked.
+fn lock_file(path: &Path, named: &Path) -> Result<Option<Lock>, Failure> {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Ok(None) };
+    // A longer name with that of the lock would be none.
+    const LONGEST_NAME: usize = 200;
+    let is_there = folder.as_os_str().is_empty() || folder.is_dir();
+    if !is_there || name.len() > LONGEST_NAME {
+        return Ok(None);
+    }
+    // With the name of a new file, so that the lock of a killed run goes with the next one's.
+    let mut lock = std::ffi::OsString::from(NEW);
+    lock.push(name);
+    lock.push(".lock");
+    Lock::take(&folder.join(lock), named, "file").map(Some)
 }
 
 /// The start of the names of new files.

@@ -2,7 +2,6 @@
 
 use crate::Error;
 use crate::study::Study;
-use std::collections::HashMap;
 use std::path::PathBuf;
 use steerwright_host::{
     Archive, Connection, Error as HostError, Grid, Instance, Linear, Measurement, System,
@@ -31,8 +30,6 @@ pub(crate) struct Wired {
     pub(crate) source: Source,
     /// One instance of each archive, for its description; it is not run.
     pub(crate) system: System,
-    /// Connections that scale, by instance and input.
-    pub(crate) scaled: HashMap<(String, String), Linear>,
     pub(crate) files: Vec<PathBuf>,
     /// Ignored parts of a package.
     pub(crate) remarks: Vec<String>,
@@ -43,13 +40,12 @@ pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result
     let (source, files) = open(study)?;
     let (grid, differing) = grid(study, &source)?;
     let mut remarks = Vec::new();
-    let mut scaled = HashMap::new();
     let system = match &source {
         Source::Package(package) => {
             let at = study.raw.ssp.as_ref();
             let (mut system, left_out) = package.system().map_err(|e| host(study, at, e))?;
             remarks.extend(left_out);
-            explicit(study, &mut system, &mut scaled)?;
+            explicit(study, &mut system)?;
             system
         }
         Source::Files(files) => {
@@ -58,13 +54,13 @@ pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result
                 let located = |e| host(study, Some(entry), e);
                 system.add(Instance::new(archive, name).map_err(located)?).map_err(located)?;
             }
-            explicit(study, &mut system, &mut scaled)?;
+            explicit(study, &mut system)?;
             by_name(study, measurements, &mut system)?;
             system
         }
     };
     remarks.extend(differing.map(|differing| format!("{differing}; start_s is {}", grid.start)));
-    Ok(Wired { source, system, scaled, files, remarks, grid })
+    Ok(Wired { source, system, files, remarks, grid })
 }
 
 /// An error of the host, with the entry of the study that led to it.
@@ -148,11 +144,7 @@ fn grid(study: &Study, source: &Source) -> Result<(Grid, Option<String>), Error>
 }
 
 /// The connections that the study writes out.
-fn explicit(
-    study: &Study,
-    system: &mut System,
-    scaled: &mut HashMap<(String, String), Linear>,
-) -> Result<(), Error> {
+fn explicit(study: &Study, system: &mut System) -> Result<(), Error> {
     for entry in &study.raw.connect {
         let stated = entry.get_ref();
         let (from, output) = split(study, &stated.from)?;
@@ -169,8 +161,7 @@ fn explicit(
             let hint = "use finite numbers";
             return Err(study.fault(entry, "factor or offset is no finite number", hint));
         }
-        system.connect_compared(connection).map_err(located)?;
-        scaled.insert((to.to_owned(), input.to_owned()), scale);
+        system.connect_scaled(connection, scale).map_err(located)?;
     }
     Ok(())
 }

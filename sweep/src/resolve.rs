@@ -27,7 +27,7 @@ pub(crate) fn resolve(study: &Study, wired: &Wired, resets: Resets<'_>) -> Resul
     let points = points(study, &varied)?;
     let disturbed = disturbances(study, wired, &varied)?;
     let observed = observed(study, wired)?;
-    let composed = composed(wired, &disturbed);
+    let composed = composed(&disturbed);
     let signals = disturbed.len();
     let read = observed.clone();
     let options = PlanOptions { read, assigned, signals, composed, ..PlanOptions::default() };
@@ -112,16 +112,10 @@ fn observed(study: &Study, wired: &Wired) -> Result<Vec<Key>, Error> {
     Ok(observed)
 }
 
-/// The inputs that a connection scales or disturbances are added to.
-fn composed(wired: &Wired, disturbed: &[Disturbed<'_>]) -> BTreeMap<Key, Composition> {
+/// The inputs that disturbances are added to.
+fn composed(disturbed: &[Disturbed<'_>]) -> BTreeMap<Key, Composition> {
     let mut composed = BTreeMap::new();
     let copy = || Composition { scale: Linear::IDENTITY, added: Vec::new() };
-    for (index, instance) in wired.system.instances().iter().enumerate() {
-        let here = wired.scaled.iter().filter(|((to, _), _)| to == instance.name());
-        for ((_, input), scale) in here {
-            composed.insert((index, input.clone()), Composition { scale: *scale, ..copy() });
-        }
-    }
     for (signal, (index, variable, _)) in disturbed.iter().enumerate() {
         let input = composed.entry((*index, variable.name.clone())).or_insert_with(copy);
         input.added.push(signal);

@@ -4,7 +4,7 @@ use crate::support::{chain, data, run, text_of, words};
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const LOG: &str = "log.csv --input-channel steering_command_rad --order 2 --horizon 10";
 const STUDY: &str = r#"
@@ -265,4 +265,33 @@ fn links_and_permissions_are_kept() {
     fs::set_permissions(&file, fs::Permissions::from_mode(0o440)).unwrap();
     refused(here, line, &["read-only", "--force"]);
     done(here, &format!("{line} --force"));
+}
+
+/// Of two runs with one output file the second is refused before its work, and the end of the first, by whatever, frees the
+/// file.
+#[test]
+fn two_runs_never_write_one_file() {
+    let folder = workplace();
+    let here = folder.path();
+    let line = format!("identify - {} -o shared.json", &LOG[7..]);
+    let mut first = Command::new(env!("CARGO_BIN_EXE_steerwright"))
+        .args(words(&line, chain()))
+        .current_dir(here)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let lock = here.join(".steerwright-new-shared.json.lock");
+    while !lock.exists() {
+        assert!(first.try_wait().unwrap().is_none(), "it waits for its log");
+        std::thread::yield_now();
+    }
+    let other = "bicycle vehicle.toml -o shared.json --force";
+    refused(here, other, &["shared.json: another run is writing this file", "name another file"]);
+    done(here, "bicycle vehicle.toml -o other.json");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    done(here, other);
+    assert!(!lock.exists(), "the lock of a killed run is left");
 }

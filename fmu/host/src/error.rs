@@ -162,6 +162,9 @@ pub enum Error {
     #[error("{from} is {from_kind} and {to} is {to_kind}: they cannot be connected")]
     #[diagnostic(help("{}", SAME_TYPE))]
     KindMismatch { from: String, from_kind: Kind, to: String, to_kind: Kind },
+    #[error("{from} cannot be scaled on its way to {to}, which is {kind}")]
+    #[diagnostic(help("scale values of the type Real only"))]
+    ScaledKind { from: String, to: String, kind: Kind },
     #[error("{from} is in {from_unit:?} and {to} is in {to_unit:?}: they cannot be connected")]
     #[diagnostic(help("{}", SAME_TYPE))]
     UnitMismatch { from: String, from_unit: String, to: String, to_unit: String },
@@ -203,7 +206,7 @@ pub enum Error {
     SystemStructure { package: String, file: String, line: u32, problem: String },
     #[error("{package}: {file}:{line}: {what} is not supported")]
     #[diagnostic(help(
-        "use a flat SSP 1.0 system: FMI 2.0 co-simulation FMUs, plain connections and parameter values"
+        "use FMI 2.0 co-simulation FMUs, connections with at most a LinearTransformation, and parameter values"
     ))]
     SystemNotSupported { package: String, file: String, line: u32, what: String },
     #[error("{package}: the source {source_name:?} cannot be read: {reason}")]
@@ -232,22 +235,6 @@ pub enum Error {
     #[error("{from} is in {from_unit:?} and {to} is in {to_unit:?}, a unit of another dimension")]
     #[diagnostic(help("connect variables of the same quantity"))]
     UnitDimension { from: String, from_unit: String, to: String, to_unit: String },
-    #[error(
-        "{from} is in {from_unit:?} and {to} is in {to_unit:?}, where a value is {factor} times as \
-         large{}, and units of connections are not converted",
-        if *offset == 0.0 { String::new() } else { format!(" plus {offset}") }
-    )]
-    #[diagnostic(help(
-        "connect variables of the same unit, or put an FMU between that scales; where the values are meant as they are, write suppressUnitConversion=\"true\""
-    ))]
-    UnitFactor {
-        from: String,
-        from_unit: String,
-        to: String,
-        to_unit: String,
-        factor: f64,
-        offset: f64,
-    },
 
     // --- input tables
     #[error("{table}: line {line}, column {column:?}: {text:?} is not {need}")]

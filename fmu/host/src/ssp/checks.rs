@@ -1,7 +1,7 @@
 //! Whether the connectors of a package agree with the variables of its FMUs.
 //!
 //! A connector that differs from the variable of its FMU is reported, and the FMU has priority.
-//! Connections pass values unchanged, so their ends must have the same unit.
+//! Values are converted from the unit of the one end to that of the other.
 
 use model_description::{Causality, Unit, Variable};
 
@@ -9,7 +9,7 @@ use super::structure::{Component, Connector, Place};
 use crate::Error;
 use crate::archive::Archive;
 use crate::names::near_text;
-use crate::system::Connection;
+use crate::system::{Connection, Linear};
 use crate::units::{Relation, base_of, relation};
 
 /// The differences between a component's connectors and its FMU, one line each.
@@ -90,15 +90,15 @@ impl<'a> End<'a> {
     }
 }
 
-/// Whether values may pass from the one end to the other: the units of connectors and FMUs must not
-/// differ in dimension, and those of the FMUs not in factor or offset either, unless the package
-/// forbids conversion (`suppressUnitConversion`). Returns a remark, if there is one.
+/// How values pass from the one end to the other: the units of connectors and FMUs must not differ in dimension;
+/// where those of the FMUs differ in factor or offset, values are converted, unless the package forbids it
+/// (`suppressUnitConversion`). Returns the conversion, and a remark, if there is one.
 pub(super) fn units(
     connection: &Connection,
     (from, to): (&End<'_>, &End<'_>),
     package: &[Unit],
     suppressed: bool,
-) -> Result<Option<String>, Error> {
+) -> Result<(Linear, Option<String>), Error> {
     let ends = |from_unit: &str, to_unit: &str| {
         let quoted = |path: String, unit: &str| (path, unit.to_owned());
         (quoted(connection.source(), from_unit), quoted(connection.target(), to_unit))
@@ -122,19 +122,21 @@ pub(super) fn units(
         return Err(other_dimension(&one, &other));
     }
     let meant = |end: &End<'_>| end.unit_of_fmu().or(end.stated).map(str::to_owned);
-    let (Some(one), Some(other)) = (meant(from), meant(to)) else { return Ok(None) };
+    let (Some(one), Some(other)) = (meant(from), meant(to)) else {
+        return Ok((Linear::IDENTITY, None));
+    };
     let relation = related(&one, &other);
     match relation {
-        Some(Relation::Same) => Ok(None),
+        Some(Relation::Same) => Ok((Linear::IDENTITY, None)),
         Some(Relation::OtherDimension) => Err(other_dimension(&one, &other)),
-        _ if suppressed => Ok(Some(format!(
-            "{connection} passes values in {one:?} to {other:?} as they are: \
-             suppressUnitConversion is true"
-        ))),
-        Some(Relation::Scaled { factor, offset }) => {
-            let ((from, from_unit), (to, to_unit)) = ends(&one, &other);
-            Err(Error::UnitFactor { from, from_unit, to, to_unit, factor, offset })
+        _ if suppressed => {
+            let remark = format!(
+                "{connection} passes values in {one:?} to {other:?} as they are: \
+                 suppressUnitConversion is true"
+            );
+            Ok((Linear::IDENTITY, Some(remark)))
         }
+        Some(Relation::Scaled { factor, offset }) => Ok((Linear { factor, offset }, None)),
         None => {
             let ((from, from_unit), (to, to_unit)) = ends(&one, &other);
             Err(Error::UnitMismatch { from, from_unit, to, to_unit })

@@ -1,7 +1,7 @@
 //! System structure packages (SSP 1.0): a zip of FMUs and the `SystemStructure.ssd` that wires them.
 //!
-//! [`SystemPackage`] reads flat systems of FMI 2.0 co-simulation FMUs, of any tool, with parameter
-//! values inline or in `.ssv` files of the package; [`SystemPackage::system`] makes the [`System`]
+//! [`SystemPackage`] reads systems of FMI 2.0 co-simulation FMUs, of any tool, with systems inside them, and with
+//! parameter values inline or in `.ssv` files of the package; [`SystemPackage::system`] makes the [`System`]
 //! to run. The package is extracted as an FMU is: checked entry by entry, see
 //! [`Limits`].
 
@@ -9,6 +9,7 @@ mod checks;
 mod element;
 mod read;
 mod structure;
+mod wires;
 
 use std::fs;
 use std::io::{Cursor, Read, Seek};
@@ -21,7 +22,7 @@ pub use structure::{Component, Connector, Parameter, Place, SystemInput, SystemS
 use crate::archive::{Archive, Limits, extract};
 use crate::instance::Instance;
 use crate::names::near_text;
-use crate::system::{Connection, System};
+use crate::system::{Connection, Linear, System};
 use crate::{Error, units};
 
 /// The file that describes a package.
@@ -175,11 +176,12 @@ impl SystemPackage {
                 checks::units(&connection, ends, &self.structure.units, how.suppressed)
             }
             // Unknown ends are refused while reading.
-            _ => Ok(None),
+            _ => Ok((Linear::IDENTITY, None)),
         };
-        let result = result.and_then(|remark| {
+        let result = result.and_then(|(conversion, remark)| {
             remarks.extend(remark.map(|remark| format!("{}: {remark}", how.place)));
-            system.connect_input(connector, component, input)
+            let scale = how.transformation.after(conversion);
+            system.connect_input(connector, component, input, scale)
         });
         result.map_err(|error| checks::error_at(&self.name, &how.place, &connection, error))
     }
@@ -187,11 +189,14 @@ impl SystemPackage {
     /// Lets the inputs that a connector of the system feeds start with its value.
     fn start_inputs(&self, system: &mut System, parameter: &Parameter) -> Result<(), Error> {
         let fed = self.structure.inputs.iter().filter(|input| input.connector == parameter.name);
-        for SystemInput { component, input, .. } in fed {
+        for SystemInput { component, input, written, .. } in fed {
             let path = format!("{component}.{input}");
             let instance = system.instance_mut(component)?;
             let units = &instance.model().description().units;
-            let value = self.fitting(instance.variable(input)?, parameter, &path, units)?;
+            let value = match self.fitting(instance.variable(input)?, parameter, &path, units)? {
+                Value::Real(value) => Value::Real(written.transformation.apply(value)),
+                value => value,
+            };
             system.start_with(component, input, value)?;
         }
         Ok(())
@@ -229,9 +234,11 @@ impl SystemPackage {
                 written.target()
             ));
         }
-        let remark = checks::units(&connection, ends, &self.structure.units, how.suppressed)?;
+        let (conversion, remark) =
+            checks::units(&connection, ends, &self.structure.units, how.suppressed)?;
         remarks.extend(remark.map(|remark| format!("{}: {remark}", how.place)));
-        system.connect_compared(connection)
+        // A transformation is in addition to the conversion of units.
+        system.connect_scaled(connection, how.transformation.after(conversion))
     }
 
     /// A parameter's value as the variable takes it, in the variable's type and unit.

@@ -1,17 +1,18 @@
-//! Reading a flat `SystemStructure.ssd` of SSP 1.0, of any tool.
+//! Reading a `SystemStructure.ssd` of SSP 1.0, of any tool.
 //!
 //! Elements are identified by namespace and name, independent of prefixes. Unsupported content that
-//! changes the behaviour of the system is an error: nested systems, transformations, parameter
-//! mappings, components other than FMUs. Descriptive content (geometry, unused signal dictionaries,
+//! changes the behaviour of the system is an error: transformations that are not linear, parameter
+//! mappings, components other than FMUs. Systems inside the system are flattened (`wires`). Descriptive content (geometry, unused signal dictionaries,
 //! annotations of other tools) is ignored.
 
 use model_description::{BaseUnit, Unit, Value};
 
 use super::element::{Element, File, line_ends, without_mark};
-use super::structure::{Component, Connector, Parameter, SystemInput, SystemStructure, Written};
+use super::structure::{Component, Connector, Parameter, SystemStructure, Written};
+use super::wires::{Wire, Wires};
 use crate::Error;
 use crate::names::{near, near_text};
-use crate::system::Connection;
+use crate::system::Linear;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
@@ -37,28 +38,16 @@ pub(super) fn structure(
     let mut structure =
         SystemStructure { name: system.attribute("name")?.to_owned(), ..Default::default() };
     structure.units = read_units(root, SSD)?;
-    for written in system.inside(SSD, "Connectors").filter(|e| e.is(SSD, "Connector")) {
-        structure.connectors.push(connector(written)?);
+    let mut wires = Wires::default();
+    // The components of the root keep their names, wherever in the file they are.
+    for element in system.inside(SSD, "Elements").filter(|e| e.is(SSD, "Component")) {
+        wires.reserve(element.attribute("name")?);
     }
-    for element in system.inside(SSD, "Elements") {
-        let component = component(element, load)?;
-        if structure.components.iter().any(|other| other.name == component.name) {
-            return Err(element.error(format!("two components are named {:?}", component.name)));
-        }
-        structure.components.push(component);
-    }
+    read_system(system, "", &mut structure, &mut wires, load)?;
     if structure.components.is_empty() {
         return Err(system.error("the system has no components"));
     }
-    // Bindings of the system count more than those of its components, so they come last.
-    for binding in system.inside(SSD, "ParameterBindings") {
-        for parameter in bound(binding, load)? {
-            distribute(&mut structure, parameter);
-        }
-    }
-    for connection in system.inside(SSD, "Connections").filter(|e| e.is(SSD, "Connection")) {
-        connect(&mut structure, connection)?;
-    }
+    wires.connect(&mut structure)?;
     if let Some(experiment) = root.child(SSD, "DefaultExperiment") {
         structure.start_time = experiment.number("startTime")?;
         structure.stop_time = experiment.number("stopTime")?;
@@ -67,15 +56,65 @@ pub(super) fn structure(
     Ok(structure)
 }
 
+/// Reads a system with its components, values and connections, and the systems inside it. `path` is that of the system from
+/// the root, with a slash after each name.
+fn read_system(
+    system: Element<'_, '_>,
+    path: &str,
+    structure: &mut SystemStructure,
+    wires: &mut Wires,
+    load: &dyn Fn(&str) -> Result<String, Error>,
+) -> Result<(), Error> {
+    for written in system.inside(SSD, "Connectors").filter(|e| e.is(SSD, "Connector")) {
+        let connector = connector(written)?;
+        if path.is_empty() {
+            structure.connectors.push(connector);
+        } else {
+            wires.add_connector(path, connector);
+        }
+    }
+    for element in system.inside(SSD, "Elements") {
+        if element.is(SSD, "System") {
+            let name = element.attribute("name")?;
+            wires.add_system(path, name).map_err(|problem| element.error(problem))?;
+            read_system(element, &format!("{path}{name}/"), structure, wires, load)?;
+            continue;
+        }
+        let mut component = component(element, load)?;
+        let own_name = component.name.clone();
+        // In a system inside the system a name may be that of another component.
+        let is_in_use = structure.components.iter().any(|other| other.name == component.name);
+        if !path.is_empty() && (is_in_use || wires.is_reserved(&component.name)) {
+            component.name = format!("{}{own_name}", path.replace('/', "_"));
+        }
+        if structure.components.iter().any(|other| other.name == component.name) {
+            return Err(element.error(format!("two components are named {:?}", component.name)));
+        }
+        wires
+            .add_component(path, &own_name, &component.name)
+            .map_err(|problem| element.error(problem))?;
+        structure.components.push(component);
+    }
+    // Bindings of the system count more than those of its components, so they come last.
+    for binding in system.inside(SSD, "ParameterBindings") {
+        for parameter in bound(binding, load)? {
+            distribute(structure, wires, path, parameter);
+        }
+    }
+    for connection in system.inside(SSD, "Connections").filter(|e| e.is(SSD, "Connection")) {
+        wires.add(read_wire(connection, path, wires)?);
+    }
+    Ok(())
+}
+
 fn component(
     element: Element<'_, '_>,
     load: &dyn Fn(&str) -> Result<String, Error>,
 ) -> Result<Component, Error> {
     if !element.is(SSD, "Component") {
-        return Err(element.not_supported(match element.node.tag_name().name() {
-            "System" => "a system within the system".to_owned(),
-            name => format!("the element {name}"),
-        }));
+        return Err(
+            element.not_supported(format!("the element {}", element.node.tag_name().name()))
+        );
     }
     let kind = element.optional("type").unwrap_or("application/x-fmu-sharedlibrary");
     if kind != "application/x-fmu-sharedlibrary" {
@@ -178,46 +217,51 @@ fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Erro
     .collect()
 }
 
-/// Gives a parameter of the system, `component.variable`, to its component; one named after an input
-/// connector of the system is the value of that.
-fn distribute(structure: &mut SystemStructure, parameter: Parameter) {
-    if structure.input_connector(&parameter.name).is_some() {
+/// Gives a parameter of a system, `component.variable`, to its component; one of the root that is named after an input
+/// connector is the value of that.
+fn distribute(structure: &mut SystemStructure, wires: &Wires, path: &str, parameter: Parameter) {
+    if path.is_empty() && structure.input_connector(&parameter.name).is_some() {
         structure.parameters.push(parameter);
         return;
     }
-    for component in &mut structure.components {
-        let rest = parameter.name.strip_prefix(&component.name);
-        if let Some(name) = rest.and_then(|rest| rest.strip_prefix('.')) {
-            component.parameters.push(Parameter { name: name.to_owned(), ..parameter });
-            return;
-        }
+    if let Some((component, variable)) = wires.component_of(path, &parameter.name)
+        && let Some(component) = structure.components.iter_mut().find(|c| c.name == component)
+    {
+        component.parameters.push(Parameter { name: variable.to_owned(), ..parameter });
+        return;
     }
     let (place, name) = (parameter.place, parameter.name);
     structure.remarks.push(format!("{place}: no component has the parameter {name}"));
 }
 
-fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<(), Error> {
-    if let Some(child) = element.children().find(|e| e.node.tag_name().namespace() == Some(SSC)) {
-        return Err(
-            child.not_supported(format!("a {} on a connection", child.node.tag_name().name()))
-        );
-    }
-    let ends = (element.optional("startElement"), element.optional("endElement"));
-    let connectors = (element.attribute("startConnector")?, element.attribute("endConnector")?);
-    let place = |name: Option<&str>, connector: &str| match name {
-        Some(name) => format!("{name}.{connector}"),
-        None => connector.to_owned(),
-    };
-    for name in [ends.0, ends.1].into_iter().flatten() {
-        if !structure.components.iter().any(|component| component.name == name) {
-            let known = structure.components.iter().map(|component| component.name.as_str());
-            return Err(element.error(format!(
-                "the connection of {} and {} names {name:?}, which is no component{}",
-                place(ends.0, connectors.0),
-                place(ends.1, connectors.1),
-                near_text(&near(name, known))
-            )));
+fn read_wire(element: Element<'_, '_>, path: &str, wires: &Wires) -> Result<Wire, Error> {
+    let mut transformation = Linear::IDENTITY;
+    for child in element.children().filter(|e| e.node.tag_name().namespace() == Some(SSC)) {
+        if !child.is(SSC, "LinearTransformation") {
+            let name = child.node.tag_name().name();
+            return Err(child.not_supported(format!("a {name} on a connection")));
         }
+        let factor = child.number("factor")?.unwrap_or(1.0);
+        transformation = Linear { factor, offset: child.number("offset")?.unwrap_or(0.0) };
+    }
+    let elements = [element.optional("startElement"), element.optional("endElement")];
+    let connectors = [element.attribute("startConnector")?, element.attribute("endConnector")?];
+    let written_as = |k: usize| match elements[k] {
+        Some(name) => format!("{name}.{}", connectors[k]),
+        None => connectors[k].to_owned(),
+    };
+    let mut ends = Vec::new();
+    for (name, connector) in elements.into_iter().zip(connectors) {
+        let end = wires.end(path, name, connector).map_err(|known| {
+            let name = name.unwrap_or_default();
+            element.error(format!(
+                "the connection of {} and {} names {name:?}, which is no component{}",
+                written_as(0),
+                written_as(1),
+                near_text(&near(name, known.iter().map(String::as_str)))
+            ))
+        })?;
+        ends.push(end);
     }
     let suppressed = match element.optional("suppressUnitConversion").map(str::trim) {
         None | Some("false" | "0") => false,
@@ -227,34 +271,8 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
             return Err(element.error(problem));
         }
     };
-    let written = Written { place: element.place(), suppressed };
-    let (of_system, component, input) = match ends {
-        (Some(start), Some(end)) => {
-            structure.connections.push(Connection::new(start, connectors.0, end, connectors.1));
-            structure.written.push(written);
-            return Ok(());
-        }
-        (None, Some(end)) => (connectors.0, Some(end), connectors.1),
-        (Some(start), None) => (connectors.1, Some(start), connectors.0),
-        (None, None) => (connectors.0, None, connectors.1),
-    };
-    match component {
-        Some(component) if structure.input_connector(of_system).is_some() => {
-            structure.inputs.push(SystemInput {
-                connector: of_system.to_owned(),
-                component: component.to_owned(),
-                input: input.to_owned(),
-                written,
-            });
-        }
-        // Outputs of the system have no effect on a system without surroundings.
-        _ => structure.remarks.push(format!(
-            "the connection of {} and {} is left out: it leads to a connector of the system itself \
-             that is no declared input",
-            connectors.0, connectors.1
-        )),
-    }
-    Ok(())
+    let written = Written { place: element.place(), suppressed, transformation };
+    Ok(Wire::new(ends, path, written, element.file.package))
 }
 
 /// The base step in the annotation of the Open Simulation Platform.

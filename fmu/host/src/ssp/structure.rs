@@ -1,8 +1,8 @@
-//! The content of a flat `SystemStructure.ssd`.
+//! The content of a `SystemStructure.ssd`, without the systems inside the system.
 
 use model_description::{BaseUnit, Unit, Value};
 
-use crate::system::Connection;
+use crate::system::{Connection, Linear};
 
 /// Components that are FMUs, the connections between them, and the values they start with.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,7 +43,7 @@ impl SystemStructure {
 }
 
 /// A connection from an input connector of the system to an input of a component.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SystemInput {
     /// The connector of the system.
     pub connector: String,
@@ -113,9 +113,11 @@ impl std::fmt::Display for Place {
 }
 
 /// How a connection is written.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Written {
     pub(super) place: Place,
     /// `suppressUnitConversion`.
     pub(super) suppressed: bool,
+    /// `LinearTransformation`, of the value of the source.
+    pub(super) transformation: Linear,
 }

@@ -1,9 +1,9 @@
 //! Connections: their rules, and wiring by equal names.
 
-use model_description::Causality;
+use model_description::{Causality, Kind};
 
 use super::by_name::{Connection, Measurement, Unit, wires_by_name};
-use super::{OutsideInput, System};
+use super::{Linear, OutsideInput, System};
 use crate::Error;
 
 impl System {
@@ -13,14 +13,27 @@ impl System {
         &self.connections
     }
 
-    /// Connects an output to an input of the same kind and, where both state one, the same unit.
+    /// Connects an output to an input of the same kind, or an Integer to a Real, and, where both state one, of the same
+    /// unit.
     pub fn connect(&mut self, connection: Connection) -> Result<&mut Self, Error> {
         self.connect_in(connection, true)
     }
 
-    /// [`System::connect`] for ends whose units the caller has compared, or converts.
-    pub fn connect_compared(&mut self, connection: Connection) -> Result<(), Error> {
-        self.connect_in(connection, false).map(drop)
+    /// [`System::connect`] with a change of the values, which is that of their units too.
+    pub fn connect_scaled(&mut self, connection: Connection, scale: Linear) -> Result<(), Error> {
+        let target = (connection.to.clone(), connection.input.clone());
+        let ends = (connection.source(), connection.target());
+        self.connect_in(connection, false)?;
+        if scale == Linear::IDENTITY {
+            return Ok(());
+        }
+        let kind = self.instances[self.index(&target.0)?].variable(&target.1)?.kind;
+        if kind != Kind::Real {
+            self.connections.pop();
+            return Err(Error::ScaledKind { from: ends.0, to: ends.1, kind });
+        }
+        self.scales.insert(target, scale);
+        Ok(())
     }
 
     fn connect_in(
@@ -38,7 +51,8 @@ impl System {
         if to.causality != Causality::Input {
             return Err(Error::WrongCausality { end, need: "input", got: to.causality });
         }
-        if from.kind != to.kind {
+        let is_widened = from.kind == Kind::Integer && to.kind == Kind::Real;
+        if from.kind != to.kind && !is_widened {
             let (from_kind, to_kind) = (from.kind, to.kind);
             return Err(Error::KindMismatch { from: start, from_kind, to: end, to_kind });
         }
@@ -61,17 +75,22 @@ impl System {
     }
 
     /// Feeds an input from a connector of the system itself: from the column of the table that has the
-    /// connector's name, otherwise with the input's own value.
+    /// connector's name, scaled, otherwise with the input's own value.
     pub fn connect_input(
         &mut self,
         connector: &str,
         instance: &str,
         input: &str,
+        scale: Linear,
     ) -> Result<(), Error> {
         let to = self.instances[self.index(instance)?].variable(input)?;
         let end = format!("{instance}.{input}");
         if to.causality != Causality::Input {
             return Err(Error::WrongCausality { end, need: "input", got: to.causality });
+        }
+        if to.kind != Kind::Real && scale != Linear::IDENTITY {
+            let (from, kind) = (connector.to_owned(), to.kind);
+            return Err(Error::ScaledKind { from, to: end, kind });
         }
         let connected = self.feeding(instance, input).map(Connection::source);
         let outside = self.inputs.iter().find(|i| i.instance == instance && i.input == input);
@@ -79,7 +98,7 @@ impl System {
             return Err(Error::AlreadyConnected { to: end, present, from: connector.to_owned() });
         }
         let (instance, input) = (instance.to_owned(), input.to_owned());
-        self.inputs.push(OutsideInput { connector: connector.to_owned(), instance, input });
+        self.inputs.push(OutsideInput { connector: connector.to_owned(), instance, input, scale });
         Ok(())
     }
 
@@ -95,6 +114,14 @@ impl System {
             Some(_) => named().any(|i| i.instance == instance && i.input == input),
             None => input == column,
         }
+    }
+
+    /// The change of a column's values on the way to an input: that of the connector by which the column is named.
+    pub(super) fn scale_of_column(&self, column: &str, index: usize, input: &str) -> Linear {
+        let instance = self.instances[index].name();
+        let mut named = self.inputs.iter().filter(|outside| outside.connector == column);
+        let outside = named.find(|i| i.instance == instance && i.input == input);
+        outside.map_or(Linear::IDENTITY, |outside| outside.scale)
     }
 
     /// Wires each input that has no connection yet by its name ([`wires_by_name`]); an input without a

@@ -18,6 +18,8 @@ pub use plan::{Assigned, Composition, Coupling, Grid, Key, Linear, Plan, PlanOpt
 pub use recording::Recording;
 pub use run::grid;
 
+use std::collections::BTreeMap;
+
 use model_description::{Causality, Kind, Value, Variable};
 
 use crate::Error;
@@ -29,6 +31,8 @@ use crate::names::near;
 pub struct System {
     instances: Vec<Instance>,
     connections: Vec<Connection>,
+    /// The change of the values on connections that do not pass them as they are, by instance and input.
+    scales: BTreeMap<(String, String), Linear>,
     /// Inputs that connectors of the system itself feed.
     inputs: Vec<OutsideInput>,
     settings: Vec<Setting>,
@@ -44,6 +48,8 @@ struct OutsideInput {
     connector: String,
     instance: String,
     input: String,
+    /// From the connector to the input.
+    scale: Linear,
 }
 
 /// A value to set before the run: a parameter's before initialization, an input's in it.

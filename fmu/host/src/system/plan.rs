@@ -37,6 +37,12 @@ impl Linear {
         self.factor * value + self.offset
     }
 
+    /// This after another.
+    #[must_use]
+    pub fn after(self, first: Self) -> Self {
+        Self { factor: self.factor * first.factor, offset: self.apply(first.offset) }
+    }
+
     /// From the result back to the value.
     #[must_use]
     pub fn inverse(self) -> Self {
@@ -235,6 +241,13 @@ impl System {
         grid: Grid,
         options: &PlanOptions,
     ) -> Result<Plan, Error> {
+        let mut composed = options.composed.clone();
+        for ((instance, input), scale) in &self.scales {
+            let key = (self.index(instance)?, input.clone());
+            let copy = Composition { scale: Linear::IDENTITY, added: Vec::new() };
+            let composition = composed.entry(key).or_insert(copy);
+            composition.scale = composition.scale.after(*scale);
+        }
         let mut sources: HashMap<Key, Key> = HashMap::new();
         let mut read: HashSet<Key> = HashSet::new();
         for c in &self.connections {
@@ -249,7 +262,7 @@ impl System {
         read.retain(|key| {
             !sources.contains_key(key)
                 && !options.fed_by_signals.contains_key(key)
-                && !options.composed.contains_key(key)
+                && !composed.contains_key(key)
         });
         let mut plan = Plan {
             coupling,
@@ -295,7 +308,7 @@ impl System {
             };
             plan.members.push(member);
         }
-        for key in options.composed.keys() {
+        for key in composed.keys() {
             // The second place is that of the constant.
             plan.places.insert(key.clone(), plan.numbers);
             plan.numbers += 2;
@@ -311,7 +324,7 @@ impl System {
         }
         for (index, instance) in self.instances.iter().enumerate() {
             for variable in instance.model().variables() {
-                plan.sets((index, variable), &sources, &texts, options);
+                plan.sets((index, variable), &sources, &texts, (options, &composed));
             }
         }
         Ok(plan)
@@ -325,13 +338,13 @@ impl Plan {
         (index, variable): (usize, &Variable),
         sources: &HashMap<Key, Key>,
         texts: &HashMap<Key, usize>,
-        options: &PlanOptions,
+        (options, composed): (&PlanOptions, &BTreeMap<Key, Composition>),
     ) {
         let key = (index, variable.name.clone());
         let assigned = options.assigned.get(&key).cloned();
         let source = sources.get(&key);
         let is_fed = source.is_some() || options.fed_by_signals.contains_key(&key);
-        let composition = options.composed.get(&key);
+        let composition = composed.get(&key);
         let place = self.places.get(&key).copied();
         let source = source.and_then(|source| self.places.get(source)).copied();
         let member = &mut self.members[index];

@@ -7,7 +7,7 @@ use model_description::{Causality, Kind, Variable};
 use super::System;
 use super::cosimulation::Cosimulation;
 use super::inputs::InputTable;
-use super::plan::{Assigned, Coupling, Grid, Key, PlanOptions};
+use super::plan::{Assigned, Coupling, Grid, Key, Linear, PlanOptions};
 use super::recording::Recording;
 use crate::Error;
 use crate::instance::{Phase, why_not_settable};
@@ -215,8 +215,8 @@ pub fn grid(start: f64, stop: f64, step: f64) -> Result<usize, Error> {
 /// A table's columns as external signals.
 #[derive(Default)]
 struct Feed {
-    /// The column of each signal.
-    columns: Vec<usize>,
+    /// The column of each signal, and the change of its values.
+    columns: Vec<(usize, Linear)>,
     /// The table's present row.
     row: usize,
 }
@@ -235,7 +235,7 @@ impl Feed {
         if first > start {
             return Err(Error::TableStart { table: table.name().to_owned(), first, start });
         }
-        let mut columns = Vec::new();
+        let mut columns: Vec<(usize, Linear)> = Vec::new();
         for (column, name) in table.columns().iter().enumerate() {
             // Names of variables may have dots in them, so a dot alone does not make a path.
             let named =
@@ -265,10 +265,11 @@ impl Feed {
                 };
                 let key = (index, variable.name.clone());
                 if let Some(other) = fed.insert(key, columns.len()) {
-                    let both = format!("{} and {}", of(columns[other]), of(column));
+                    let both = format!("{} and {}", of(columns[other].0), of(column));
                     return Err(set_and_fed((index, variable), both));
                 }
-                columns.push(column);
+                let scale = system.scale_of_column(name, index, &variable.name);
+                columns.push((column, scale));
             }
         }
         Ok(Self { columns, row: 0 })
@@ -282,8 +283,8 @@ impl Feed {
             self.row += 1;
         }
         let row = table.row(self.row);
-        for (value, column) in values.iter_mut().zip(&self.columns) {
-            *value = row[*column];
+        for (value, (column, scale)) in values.iter_mut().zip(&self.columns) {
+            *value = scale.apply(row[*column]);
         }
     }
 }

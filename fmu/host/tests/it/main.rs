@@ -5,6 +5,7 @@ mod archive;
 mod instance;
 mod process;
 mod ssp;
+mod ssp_systems;
 mod ssp_units;
 mod support;
 mod system;

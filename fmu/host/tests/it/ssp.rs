@@ -5,7 +5,7 @@ use model_description::Value;
 use steerwright_host::{Connection, Coupling, Error, InputTable, Instance, System, SystemPackage};
 
 /// A structure file. Other prefixes than the usual ones on purpose: namespaces count.
-fn ssd(system: &str, experiment: &str) -> String {
+pub(crate) fn ssd(system: &str, experiment: &str) -> String {
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
 <SystemStructureDescription version="1.0" name="whole"
@@ -38,7 +38,7 @@ const WIRES: &str = r#"<Connections>
 </Connections>"#;
 
 /// ẏ = u in a loop with a gain; `None` where there is no C compiler.
-fn package(ssd: &str, more: &[(&str, &[u8])]) -> Option<Result<SystemPackage, Error>> {
+pub(crate) fn package(ssd: &str, more: &[(&str, &[u8])]) -> Option<Result<SystemPackage, Error>> {
     let description = xml(("u", "m"), ("y", "m"));
     let fmu = |behaviour| {
         let files = [
@@ -134,10 +134,9 @@ fn a_package_runs_as_its_fmus_do() {
 #[test]
 fn what_is_not_supported_is_named_with_its_line() {
     let with = |from: &str, to: &str| ssd(&format!("{PAIR}{WIRES}").replacen(from, to, 1), "");
-    let transformed = r#"endConnector="u"><c:LinearTransformation factor="2"/></Connection>"#;
+    let transformed = r#"endConnector="u"><c:BooleanMappingTransformation/></Connection>"#;
     let mapped = r#"gain.fmu"><ParameterBindings><ParameterBinding><ParameterMapping/></ParameterBinding></ParameterBindings></Component>"#;
     for (text, what) in [
-        (with("</Elements>", r#"<System name="inner"/></Elements>"#), "a system within the system"),
         (
             with(
                 "</Elements>",
@@ -145,7 +144,7 @@ fn what_is_not_supported_is_named_with_its_line() {
             ),
             "SignalDictionaryReference",
         ),
-        (with(r#"endConnector="u"/>"#, transformed), "LinearTransformation"),
+        (with(r#"endConnector="u"/>"#, transformed), "BooleanMappingTransformation"),
         (with(r#"gain.fmu"/>"#, mapped), "a parameter mapping"),
         (
             with(r#"gain.fmu"/>"#, r#"gain.fmu" type="application/x-ssp-package"/>"#),

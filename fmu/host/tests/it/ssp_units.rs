@@ -40,6 +40,10 @@ impl Pair<'_> {
         let Pair { connectors, connection, units, values, .. } = self;
         let connection = match *connection {
             "" => String::new(),
+            // One with an element inside has its end tag.
+            some if some.ends_with("</Connection") => {
+                format!("<Connections><Connection {some}></Connections>")
+            }
             some => format!("<Connections><Connection {some}/></Connections>"),
         };
         let text = format!(
@@ -96,26 +100,13 @@ fn connectors_that_differ_from_the_fmu_are_reported() {
 }
 
 #[test]
-fn values_pass_between_equal_units_alone() {
+fn values_pass_between_units_of_one_dimension() {
     let fmus = |output, input| Pair { output, input, connectors: "", ..PLAIN };
     let says = |connectors| Pair { connectors, ..PLAIN };
     let seconds = r#"<Units><c:Unit name="min"><c:BaseUnit s="1" factor="60"/></c:Unit></Units>"#;
     let in_minutes = r#"<Connector name="u" kind="input"><c:Real unit="min"/></Connector>"#;
     for (pair, what) in [
         (fmus("m", "K"), r#"source.y is in "m" and sink.u is in "K", a unit of another dimension"#),
-        (
-            fmus("m", "cm"),
-            r#"is in "m" and sink.u is in "cm", where a value is 100 times as large"#,
-        ),
-        (fmus("cm", "m"), "where a value is 0.01 times as large"),
-        // The FMU has no unit, so the connector's counts.
-        (
-            Pair {
-                connectors: r#"<Connector name="u" kind="input"><c:Real unit="cm"/></Connector>"#,
-                ..fmus("m", "")
-            },
-            "where a value is 100 times as large",
-        ),
         // Nothing says what rad is.
         (fmus("m", "rad"), r#"is in "m" and sink.u is in "rad": they cannot be connected"#),
         // Another dimension by a unit that the structure defines.
@@ -132,6 +123,32 @@ fn values_pass_between_equal_units_alone() {
         assert!(text.starts_with(place) && text.contains(what), "{what:?} is not in {text}");
         assert!(text.contains("the connection of source.y and sink.u: "), "{text}");
         assert!(error.hint().starts_with("connect variables of the same"), "{}", error.hint());
+    }
+    let in_cm = r#"<Connector name="u" kind="input"><c:Real unit="cm"/></Connector>"#;
+    let doubled = format!(
+        "{}><c:LinearTransformation factor=\"2\" offset=\"1\"/></Connection",
+        PLAIN.connection
+    );
+    let kelvin = fmus("degC", "K");
+    for (pair, expected) in [
+        (fmus("m", "cm"), 300.0),
+        (fmus("cm", "m"), 0.03),
+        // Degrees have an offset.
+        (kelvin, 276.15),
+        // The FMU has no unit, so the connector's counts.
+        (Pair { connectors: in_cm, ..fmus("m", "") }, 300.0),
+        // A transformation is in addition to the conversion.
+        (Pair { connection: &doubled, ..fmus("m", "cm") }, 601.0),
+    ] {
+        let Some(system) = pair.system() else { return };
+        let (mut system, remarks) = system.unwrap();
+        assert!(remarks.is_empty(), "{remarks:?}");
+        system.set("source", "u", 3.0).unwrap();
+        for coupling in [Coupling::GaussSeidel, Coupling::Jacobi] {
+            let recording = system.run(coupling, 0.0, 1.0, 0.5).unwrap();
+            let got = recording.column("sink.y").unwrap()[2];
+            assert!((got - expected).abs() < 1e-9, "{got}, not {expected}");
+        }
     }
     // Another name of the same unit.
     let Some(system) = fmus("m", "metre").system() else { return };
