@@ -28,6 +28,7 @@ mod identify_vehicle;
 mod inspect;
 mod installed;
 mod jacobi_loop;
+mod longitudinal;
 mod model_matches;
 mod nonlinear_vehicle;
 #[cfg(unix)]

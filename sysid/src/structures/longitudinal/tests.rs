@@ -1,4 +1,5 @@
 mod car;
+mod response;
 
 use super::options::LongitudinalOptions;
 use super::{identify_longitudinal, validate_longitudinal};
