@@ -50,7 +50,7 @@ pub enum Error {
         "identify a model from the steering angle, or export this one: steerwright export"
     ))]
     SteeredByTorque,
-    #[error("a model of the speed has no steering to control")]
+    #[error("a model of the structure longitudinal has no steering to control")]
     #[diagnostic(help(
         "identify a model from the steering angle: steerwright identify --structure auto"
     ))]

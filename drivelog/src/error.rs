@@ -420,6 +420,11 @@ fn numbers(text: &str) -> &'static str {
 fn state_unit(column: &str) -> String {
     let (suffix, unit) = unit_in_place_of(column);
     let column = shortened(column);
+    if suffix.is_empty() {
+        return format!(
+            "write `{column} [%]`, or `{column} [1]` where it is from 0 to 1, or state the unit of the column"
+        );
+    }
     let normalised =
         if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
     format!(

@@ -1,6 +1,6 @@
-//! Channels combined: `STEER_ANGLE + STEER_FRACTION`, `ANGLE - 2 * ANGLE * SIGN`.
+//! Channels combined: `STEER_ANGLE + STEER_FRACTION`, `ANGLE - 2 * ANGLE * SIGN`, `1 - RELEASED`.
 
-/// A product of channels of a group.
+/// A product of channels of a group; of none, a constant in the unit of the others.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Term {
     pub(crate) factor: f64,
@@ -15,7 +15,12 @@ impl Term {
         place: impl Fn(usize) -> usize,
     ) -> Vec<f64> {
         let mut all: Vec<f64> = Vec::new();
+        let mut constant = 0.0;
         for Self { factor, channels } in terms {
+            if channels.is_empty() {
+                constant += factor;
+                continue;
+            }
             let mut product: Option<Vec<f64>> = None;
             for values in channels.iter().map(|c| &values[place(*c)]) {
                 match &mut product {
@@ -32,6 +37,9 @@ impl Term {
             } else {
                 all.iter_mut().zip(product).for_each(|(sum, x)| *sum += x);
             }
+        }
+        if constant.to_bits() != 0.0_f64.to_bits() {
+            all.iter_mut().for_each(|sum| *sum += constant);
         }
         all
     }
@@ -57,7 +65,7 @@ pub(crate) fn terms(text: &str) -> Option<Vec<(f64, Vec<&str>)>> {
                 _ => names.push(part),
             }
         }
-        if names.is_empty() || names.contains(&"") {
+        if names.contains(&"") {
             return None;
         }
         terms.push((factor, names));
@@ -67,7 +75,8 @@ pub(crate) fn terms(text: &str) -> Option<Vec<(f64, Vec<&str>)>> {
         }
     }
     let is_single = terms.len() == 1 && text.find(" * ").is_none();
-    (!is_single).then_some(terms)
+    let has_names = terms.iter().any(|(_, names)| !names.is_empty());
+    (!is_single && has_names).then_some(terms)
 }
 
 #[cfg(test)]
@@ -82,7 +91,8 @@ mod tests {
             of("-A - 2 * A * SIGN + 0.1 * long name"),
             Some(vec![(-1.0, vec!["A"]), (-2.0, vec!["A", "SIGN"]), (0.1, vec!["long name"])])
         );
-        for name in ["A", "-A", "a+b", "a-b*c", "A + ", "3 * 2", " + A"] {
+        assert_eq!(of("1 - A"), Some(vec![(1.0, vec![]), (-1.0, vec!["A"])]));
+        for name in ["A", "-A", "a+b", "a-b*c", "A + ", "3 * 2", "1 - 2", " + A"] {
             assert_eq!(of(name), None, "{name}");
         }
         let values = [vec![1.0, 2.0], vec![0.5, f64::NAN]];
@@ -91,5 +101,8 @@ mod tests {
         let sum = Term::sum(&sum, &values, |c| c - 7);
         assert_eq!(sum[0], 1.5);
         assert!(sum[1].is_nan());
+        let released =
+            [Term { factor: 1.0, channels: vec![] }, Term { factor: -1.0, channels: vec![7] }];
+        assert_eq!(Term::sum(&released, &values, |c| c - 7), [0.0, -1.0]);
     }
 }

@@ -12,6 +12,11 @@ pub(crate) enum Wheel {
 }
 
 impl Role {
+    /// Whether a column is named like an acceleration that is commanded.
+    pub(crate) fn is_named_like_acceleration(header: &str) -> bool {
+        is_acceleration_command(&plain_name(header))
+    }
+
     /// Whether a column of that name may be taken where none is stated: as people and the field's tools
     /// name it, in English and German. Names whose sign or axis differs between tools (`gyro_z`,
     /// `heading_rate`) are left to be stated.

@@ -53,8 +53,21 @@ pub enum Role {
 
 /// A unit for the hint about a column without one, by its name.
 pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
-    let roles = [Role::YawRate, Role::Speed, Role::Time, Role::Steering];
+    let roles = [
+        Role::YawRate,
+        Role::Speed,
+        Role::Time,
+        Role::Steering,
+        Role::LongitudinalCommand,
+        Role::Brake,
+    ];
     let role = roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering);
+    let is_pedal = role == Role::Brake
+        || (role == Role::LongitudinalCommand && !Role::is_named_like_acceleration(column));
+    if is_pedal {
+        // No end of a name is the unit of a pedal.
+        return ("", "%");
+    }
     let [_, suffix, unit, _] = role.words();
     (suffix, unit)
 }

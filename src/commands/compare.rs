@@ -89,9 +89,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let outputs = Outputs::new(global.force, arguments.inputs());
     let folder = arguments.out.as_deref().map(|out| outputs.folder(out, "compare")).transpose()?;
     let specified = arguments.specification.read()?;
+    // A model without a response to the steering is rejected before the log is searched for that.
+    let models = arguments.models()?;
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
-    let models = arguments.models()?;
     let compared = steerwright_comparison::compare(Job {
         controllers: arguments.controllers(&models)?,
         models,

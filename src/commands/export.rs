@@ -71,7 +71,7 @@ fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
         Model::Longitudinal(_) => {
             return Err(Failure::new(
                 format!(
-                    "{}: a longitudinal model has no parameters of a steering",
+                    "{}: a model of the structure longitudinal has no parameters of a steering",
                     arguments.model.display()
                 ),
                 "export a plant, a bicycle, a vehicle or a torque",

@@ -137,6 +137,15 @@ pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.
 pub(crate) const RECORDED_ROAD: &str = "recorded";
 
+/// The error of a structure without a response of the yaw rate to the steering.
+fn no_loop(structure: Option<Structure>) -> Failure {
+    let structure = structure.map_or("", Structure::name);
+    Failure::new(
+        format!("a model of the structure {structure} has no steering loop to build"),
+        format!("identify it alone: steerwright identify --structure {structure}"),
+    )
+}
+
 pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let mut out = Writer::new(&job.folder);
     let name = &job.log.name;
@@ -145,10 +154,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
 
     let (identified, structures) = job.wanted.identify(&job.log)?;
     let (model, Some(signals)) = (identified.model, identified.traces) else {
-        return Err(Failure::new(
-            "a model of the steering torque has no loop to build",
-            "identify it with steerwright identify, and export it",
-        ));
+        return Err(no_loop(job.wanted.structure()));
     };
     let source = out.model(&model)?;
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&model, v)).transpose()?;

@@ -23,8 +23,9 @@ fn provoke(unit: &Unit<'_>) -> Vec<Line> {
     assert_eq!(status, DISCARD);
     // A warning: once, where an input has limits.
     if let Some(input) = clipped {
-        assert_eq!(unit.set_real(input.reference, -1.0), WARNING);
-        assert_eq!(unit.set_real(input.reference, -1.0), OK);
+        let below = input.min.unwrap_or_default() - 1.0;
+        assert_eq!(unit.set_real(input.reference, below), WARNING);
+        assert_eq!(unit.set_real(input.reference, below), OK);
     }
     // An error.
     assert_eq!(unit.cancel(), ERROR);
@@ -93,7 +94,10 @@ fn a_good_run_is_silent() {
             assert_eq!(unit.exit_initialization(), OK);
             unit.drive(0, 50);
             assert_eq!(unit.terminate(), OK);
-            assert_eq!(unit.lines.take(), [], "{} {logging_on}", sample.name());
+            let mut lines = unit.lines.take();
+            // The run sets all inputs, of which a model of accelerator and brake does not have each.
+            lines.retain(|line| !line.text.contains("has no effect: "));
+            assert_eq!(lines, [], "{} {logging_on}", sample.name());
         }
     }
 }

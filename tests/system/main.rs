@@ -29,6 +29,7 @@ mod inspect;
 mod installed;
 mod jacobi_loop;
 mod longitudinal;
+mod longitudinal_plant;
 mod model_matches;
 mod nonlinear_vehicle;
 #[cfg(unix)]

@@ -29,6 +29,9 @@ struct Alternative {
     /// Designs over a range of speeds instead: evaluation/experiment/over_speed.py
     #[arg(long)]
     over_speed: bool,
+    /// The response of the speed to an acceleration command instead: evaluation/experiment/longitudinal.py
+    #[arg(long)]
+    longitudinal: bool,
     /// What designs promise from fast and slow logs, and from measured angles, instead:
     /// evaluation/experiment/promises.py
     #[arg(long)]
@@ -44,6 +47,7 @@ impl Alternative {
             (self.engagement, "engagement.py"),
             (self.whole_drive, "whole_drive.py"),
             (self.over_speed, "over_speed.py"),
+            (self.longitudinal, "longitudinal.py"),
             (self.promises, "promises.py"),
             (self.smoke, "smoke.py"),
         ];

@@ -95,7 +95,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if matches!(structure, Some(Structure::Torque | Structure::Longitudinal))
         && let Some(name) = of_signals
     {
-        let message = format!("{name} is not available for this structure");
+        let structure = structure.map_or("", Structure::name);
+        let message = format!("{name} is not available for the structure {structure}");
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }
     let log = arguments.log.read(&arguments.logs, wanted.response())?;

@@ -1,5 +1,5 @@
-//! The folder of the commands, with copies of the inputs in the repository and with two simulated drives: a car of
-//! varying speed up to the limit of its grip, and one that is steered by torque.
+//! The folder of the commands, with copies of the inputs in the repository and with three simulated drives: a car of
+//! varying speed up to the limit of its grip, one that is steered by torque, and one that follows its pedals.
 //!
 //! They are computed without a mathematical library, so that each machine has the same bytes.
 
@@ -30,7 +30,8 @@ pub(super) fn prepare(work: &Path, cases: Option<&Path>) -> Result<(), String> {
         copy_below(cases, &work.join("cases"))?;
     }
     write(&work.join("inputs/varying.csv"), varying_speed().as_bytes())?;
-    write(&work.join("inputs/torque.csv"), torque().as_bytes())
+    write(&work.join("inputs/torque.csv"), torque().as_bytes())?;
+    write(&work.join("inputs/pedals.csv"), pedals().as_bytes())
 }
 
 /// A linear congruential generator: Knuth's MMIX.
@@ -113,13 +114,42 @@ fn torque() -> String {
     log
 }
 
+/// 3 m/s² at the full accelerator and 9 m/s² at the full brake, a lag of 0.3 s, a delay of 0.12 s; 200 s at 25 Hz, 8 to
+/// 24 m/s.
+fn pedals() -> String {
+    const STEP: f64 = 0.02;
+    let (mut random, mut goal, mut reference) = (Random(3), 15.0, 12.0_f64);
+    let (mut speed, mut drive, mut command) = (12.0_f64, 0.0, 0.0_f64);
+    let mut delayed = VecDeque::from(vec![0.0_f64; 6]);
+    let mut log = String::from("time_s,accelerator [1],brake [1],speed_mps\n");
+    for k in 0..10_000_u32 {
+        if k % 300 == 0 {
+            goal = 16.0 + 8.0 * random.uniform();
+        }
+        reference += (goal - reference).clamp(-0.05, 0.03);
+        if k % 2 == 0 {
+            command = (reference - speed + 0.2 + 0.1 * random.normal()).clamp(-4.0, 3.0);
+            let (accelerator, brake) = (command.max(0.0) / 3.0, (-command).max(0.0) / 9.0);
+            let (time, shown) = (f64::from(k) * STEP, speed + 0.03 * random.normal());
+            let _ = writeln!(log, "{time:.2},{accelerator:.4},{brake:.4},{shown:.3}");
+        }
+        delayed.push_back(command);
+        let late = delayed.pop_front().unwrap_or_default();
+        drive += STEP * (late - drive) / 0.3;
+        speed += STEP * (drive - 0.15 - 0.0004 * speed * speed);
+    }
+    log
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_drives_are_the_same_on_each_machine() {
-        let (varying, torque) = (varying_speed(), torque());
+        let (varying, torque, pedals) = (varying_speed(), torque(), pedals());
+        assert_eq!(pedals.lines().count(), 5001);
+        assert_eq!(pedals.lines().nth(2500), Some("99.96,0.0000,0.2446,14.122"));
         assert_eq!(varying.lines().count(), 7501);
         assert_eq!(varying.lines().nth(5000), Some("99.98,-78.0686,-0.28338,9.010,-2.5193"));
         assert_eq!(torque.lines().count(), 30_001);

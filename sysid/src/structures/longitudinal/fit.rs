@@ -166,9 +166,9 @@ fn priors(signals: &Signals<'_>) -> [Normal; COUNT] {
     let mut priors = [gain; COUNT];
     let brake = if signals.brake.is_some() { 8.0 } else { 0.0 };
     priors[BRAKE_GAIN] = normal(brake, 60.0, [-1e3, 1e3]);
-    priors[LAG] = normal(0.3, 1.0, [0.02, 5.0]);
+    priors[LAG] = normal(0.3, 1.0, [0.005, 5.0]);
     priors[DELAY] = normal(0.1, 0.5, [0.0, 1.0]);
-    priors[BRAKE_LAG] = normal(0.15, 0.3, [0.02, 3.0]);
+    priors[BRAKE_LAG] = normal(0.15, 0.3, [0.005, 3.0]);
     priors[BRAKE_DELAY] = normal(0.1, 0.2, [0.0, 1.0]);
     priors[RESISTANCE] = normal(0.15, 1.0, [-10.0, 10.0]);
     priors[RESISTANCE_PER_SPEED] = normal(0.0, 0.05, [-1.0, 1.0]);

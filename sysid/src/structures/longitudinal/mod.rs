@@ -21,7 +21,7 @@ use crate::structures::longitudinal::model::{
     BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, Point, RESISTANCE,
     RESISTANCE_PER_SPEED, Schedule, Simulation,
 };
-use crate::structures::longitudinal::quality::{check_excitation, quality};
+use crate::structures::longitudinal::quality::{Demands, check_excitation, quality};
 use crate::structures::longitudinal::signals::{Piece, Signals};
 use crate::structures::longitudinal::validate::{WINDOW_S, Windows, residual_tests};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
@@ -92,7 +92,7 @@ pub fn identify_longitudinal(
     };
     let mut model = document(&signals, &fit, evidence, options);
     let change_mps = validated.change_rms(count(&validation));
-    model.quality = quality(&model, &fit, change_mps);
+    model.quality = quality(&model, &fit, Demands::new(&signals, &fit, &estimation), change_mps);
     model.checked("longitudinal.json").map_err(|e| Error::no_model(e.to_string()))?;
     Ok(model)
 }

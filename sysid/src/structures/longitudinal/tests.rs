@@ -1,6 +1,8 @@
 mod car;
+mod response;
 
 use super::options::LongitudinalOptions;
+use super::quality::has_unknown_gears;
 use super::{identify_longitudinal, validate_longitudinal};
 use car::{Car, Drive};
 use steerwright_drivelog::{DriveLog, LogOptions, Response, read_log};
@@ -56,7 +58,8 @@ fn estimates(model: &Longitudinal, car: &Car) -> Vec<(&'static str, Estimate, f6
 fn a_linear_car_in_a_closed_loop_is_returned() {
     let car = Car { logs_grade: true, ..Car::linear() };
     let model = identify(&car.drive(1, 400.0));
-    assert_eq!(model.quality.grade, Grade::Pass, "{:?}", model.quality);
+    // The gear of its log is unknown.
+    assert!(has_unknown_gears(&model) && model.quality.reasons.len() == 1, "{:?}", model.quality);
     assert_eq!(model.gains.len(), 1, "{:?}", model.gains);
     for (name, estimate, truth) in estimates(&model, &car) {
         let error = (estimate.value - truth).abs();
@@ -106,7 +109,7 @@ fn the_bands_of_a_hundred_closed_loop_drives_contain_the_truth() {
 #[test]
 #[ignore = "slow: cargo xtask test"]
 fn usual_vehicles_pass() {
-    let mut passed = 0;
+    let (mut passed, mut usable) = (0, 0);
     for seed in 0..24 {
         let car = Car::usual(seed);
         let model = identify(&car.drive(seed, 420.0));
@@ -128,9 +131,12 @@ fn usual_vehicles_pass() {
             e.prediction_error_ratio,
         );
         passed += usize::from(model.quality.grade == Grade::Pass);
+        let is_usable = model.quality.grade == Grade::Pass
+            || has_unknown_gears(&model) && model.quality.reasons.len() == 1;
+        usable += usize::from(is_usable);
     }
-    eprintln!("{passed} of 24 pass");
-    assert!(passed >= 20, "{passed}");
+    eprintln!("{passed} of 24 pass, and {usable} have no other reason than a log without the gear");
+    assert!(usable >= 20, "{usable}");
 }
 
 #[test]

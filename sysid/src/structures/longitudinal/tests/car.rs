@@ -247,4 +247,44 @@ impl Car {
         }
         log
     }
+
+    /// From the pedal or command to the acceleration at a constant speed, as real and imaginary part, by a small sine; with
+    /// the number of the gear after accelerating to that speed, and the steady pedal.
+    pub(super) fn response(&self, speed: f64, frequency_hz: f64) -> ([f64; 2], i64, f64) {
+        let mut gear = 0;
+        let resistance = |speed: f64| self.resistance_mps2 + self.drag_per_m * speed * speed;
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let is_below = self.traction(middle, speed, &mut gear) < resistance(speed);
+            if is_below { low = middle } else { high = middle }
+        }
+        let steady = 0.5 * (low + high);
+        let traction = self.traction(steady, speed, &mut gear);
+        let (mut drive, mut boost, mut now) = (traction, traction, speed);
+        let delay_s = (self.delay_s / STEP).round() * STEP;
+        let period = (1.0 / frequency_hz / STEP).round() as usize;
+        let omega = std::f64::consts::TAU / (period as f64 * STEP);
+        let (settled, cycles) = (10_000_usize.div_ceil(period) * period, 4);
+        let size = 0.02 * steady;
+        let mut sums = [0.0; 2];
+        for k in 0..settled + cycles * period {
+            let t = k as f64 * STEP;
+            let pedal = steady + size * (omega * (t - delay_s)).sin();
+            let traction = self.traction(pedal, now, &mut gear);
+            boost += STEP * (traction - boost) / 0.8;
+            let has_turbo = matches!(self.drive, Drive::Engine { .. });
+            let traction = if has_turbo { 0.9 * traction + 0.1 * boost } else { traction };
+            drive += STEP * (traction - drive) / self.lag_s;
+            let acceleration = drive - resistance(now);
+            now += STEP * acceleration;
+            if k >= settled {
+                sums[0] += acceleration * (omega * t).cos();
+                sums[1] -= acceleration * (omega * t).sin();
+            }
+        }
+        // The pedal is the imaginary part of size·e^{jωt}: the response is j times the sum.
+        let scale = 2.0 / (size * (cycles * period) as f64);
+        ([-scale * sums[1], scale * sums[0]], gear as i64 + 1, steady)
+    }
 }
