@@ -505,7 +505,8 @@ class Longitudinal(Document, documents.Longitudinal):
     def gain(self, speed: ArrayLike) -> Array:
         """Acceleration per command (m/s² per `command_unit`) at speeds (m/s)."""
         speeds = [row.speed_mps for row in self.gains]
-        return np.interp(np.asarray(speed, dtype=float), speeds, [row.gain.value for row in self.gains])
+        gains = [row.gain.value for row in self.gains]
+        return np.asarray(np.interp(np.asarray(speed, dtype=float), speeds, gains), dtype=float)
 
     def _repr_html_(self) -> str:
         rows = [(name, f"{value.value:.4f} ± {1.96 * value.standard_error:.4f}") for name, value in self._estimates()]
