@@ -148,16 +148,21 @@ fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
             .iter()
             .filter_map(|(name, value)| Some(format!("{}={value}", is_input(name)?)))
             .collect();
+        let is_pedal = archive.model().variable("accelerator").is_some();
         let is_vehicle = archive.model().variable("speed").is_some();
         Timed {
             name: name.clone(),
             library: archive.binary().unwrap(),
             guid: archive.model().description().guid.clone(),
             uri: format!("file://{}", archive.folder().join("resources").display()),
-            input: reference(&["speed", "yaw"]),
-            range: if is_vehicle { [14.0, 16.0] } else { [0.0, 0.02] },
+            input: reference(&["accelerator", "speed", "yaw"]),
+            range: match (is_pedal, is_vehicle) {
+                (true, _) => [0.1, 0.3],
+                (false, true) => [14.0, 16.0],
+                (false, false) => [0.0, 0.02],
+            },
             start: start.join(","),
-            output: reference(&["yaw_rate", "steering_angle", "yaw_reference"]),
+            output: reference(&["yaw_rate", "steering_angle", "yaw_reference", "distance"]),
         }
     };
     archives.iter().map(timed).collect()
