@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// Folder and FMU name of each library.
-const LIBRARIES: &[(&str, &str)] = &include!("libraries.rs");
+include!("libraries.rs");
 
 /// The crates that the libraries link, whose manifests say with what features.
 const LINKED: [&str; 5] = ["formats", "modelDescription", "fmu/models", "fmu/export", "fmu/units"];
@@ -41,9 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=libraries.rs");
     println!("cargo::rerun-if-env-changed=STEERWRIGHT_FMU_BINARIES");
+    let fmu = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("..").canonicalize()?;
+    let names = libraries(&fmu)?;
     let libraries = match env::var_os("STEERWRIGHT_FMU_BINARIES") {
-        Some(folder) => ready(Path::new(&folder))?,
-        None => built()?,
+        Some(folder) => ready(Path::new(&folder), &names)?,
+        None => built(&fmu, &names)?,
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("libraries.rs"), table(&libraries))?;
@@ -51,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The libraries in `folder/<platform>/<Name>.<extension>`.
-fn ready(folder: &Path) -> Result<Vec<Library>, Box<dyn Error>> {
+fn ready(folder: &Path, names: &[(String, String)]) -> Result<Vec<Library>, Box<dyn Error>> {
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut libraries = Vec::new();
     let read = |path: &Path| -> Result<Vec<PathBuf>, Box<dyn Error>> {
@@ -65,7 +66,7 @@ fn ready(folder: &Path) -> Result<Vec<Library>, Box<dyn Error>> {
     for platform in read(folder)?.into_iter().filter(|p| p.is_dir()) {
         for file in read(&platform)? {
             let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            if LIBRARIES.iter().any(|(_, name)| *name == stem) {
+            if names.iter().any(|(_, name)| *name == stem) {
                 println!("cargo::rerun-if-changed={}", file.display());
                 eprintln!("FMU libraries: {} is taken", file.display());
                 let platform = platform.file_name().unwrap_or_default().to_string_lossy();
@@ -84,8 +85,8 @@ fn ready(folder: &Path) -> Result<Vec<Library>, Box<dyn Error>> {
 }
 
 /// Builds the libraries for the target of this build.
-fn built() -> Result<Vec<Library>, Box<dyn Error>> {
-    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("../..").canonicalize()?;
+fn built(fmu: &Path, names: &[(String, String)]) -> Result<Vec<Library>, Box<dyn Error>> {
+    let root = fmu.join("..").canonicalize()?;
     let target = env::var("TARGET")?;
     // <target>/<profile>/build/<package>/out: debug and release builds share the libraries.
     let out = PathBuf::from(env::var("OUT_DIR")?);
@@ -107,10 +108,10 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
         .env("CARGO_ENCODED_RUSTFLAGS", remapped_paths(&root, &folder))
         .args(["build", "--profile", "fmu", "--target", &target, "--target-dir"])
         .arg(&folder);
-    for (crate_, _) in LIBRARIES {
+    for (crate_, _) in names {
         cargo.args(["--package", &format!("steerwright-{crate_}")]);
     }
-    eprintln!("FMU libraries: building {} for {target} in {}", LIBRARIES.len(), folder.display());
+    eprintln!("FMU libraries: building {} for {target} in {}", names.len(), folder.display());
     let status = cargo.status()?;
     if !status.success() {
         return Err(
@@ -122,19 +123,19 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
     let platform = platform(&target)?;
     let mut sources = BTreeSet::new();
     let mut libraries = Vec::new();
-    for &(crate_, name) in LIBRARIES {
+    for (crate_, name) in names {
         let file = products.join(library_file(&target, &crate_.replace('-', "_")));
         sources.extend(dependencies(&file.with_extension("d"))?);
         // A name of its own in OUT_DIR, so that a later inner build cannot swap what was embedded.
         let copy = out.join(format!("{name}.library"));
         let size = fs::copy(&file, &copy).map_err(|e| format!("{}: {e}", file.display()))?;
         eprintln!("FMU libraries: {name} for {platform}, {size} bytes");
-        libraries.push(Library { name: name.into(), platform: platform.into(), file: copy });
+        libraries.push(Library { name: name.clone(), platform: platform.into(), file: copy });
     }
     sources.extend(LINKED.iter().map(|crate_| root.join(crate_).join("Cargo.toml")));
-    sources.extend(
-        LIBRARIES.iter().map(|(crate_, _)| root.join("fmu").join(crate_).join("Cargo.toml")),
-    );
+    sources.extend(names.iter().map(|(crate_, _)| fmu.join(crate_).join("Cargo.toml")));
+    // A folder that comes or goes.
+    sources.insert(fmu.to_owned());
     sources.extend(["Cargo.toml", "Cargo.lock"].map(|file| root.join(file)));
     for source in sources {
         println!("cargo::rerun-if-changed={}", source.display());

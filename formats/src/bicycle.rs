@@ -2,6 +2,7 @@
 
 use crate::bicycle_evidence::{BicycleEvidence, VehicleDirection};
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -351,5 +352,17 @@ impl Document for Bicycle {
             evidence.check(c, "evidence.");
         }
         self.quality.check(c, "quality.");
+    }
+}
+
+impl Described for Bicycle {
+    fn facts(self) -> Facts {
+        let vehicle = self.vehicle;
+        let mut facts = quality_facts(self.quality);
+        facts.extend([
+            Fact::new("speed", vehicle.speed_mps, "m/s"),
+            Fact::new("steering_ratio", vehicle.steering_ratio, ""),
+        ]);
+        Facts { name: vehicle.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

@@ -4,6 +4,7 @@
 //! of `PoseEstimator` documents the numbers.
 
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts};
 use crate::is_zero;
 use serde::{Deserialize, Serialize};
 
@@ -208,5 +209,16 @@ impl Document for Estimator {
             }
         }
         c.not_negative(self.speed_mps, "speed_mps");
+    }
+}
+
+impl Described for Estimator {
+    fn facts(self) -> Facts {
+        let facts = vec![
+            Fact::new("gnss_latency", self.gnss.latency_s, "s"),
+            Fact::new("sideslip_per_yaw_rate", self.sideslip_per_yaw_rate_s, "s"),
+            Fact::new("speed", self.speed_mps, "m/s"),
+        ];
+        Facts { name: self.name, provenance: None, evidence: facts }
     }
 }

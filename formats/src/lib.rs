@@ -24,6 +24,7 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
+mod facts;
 mod gains;
 pub mod interruption;
 mod longitudinal;
@@ -63,6 +64,7 @@ pub use evidence::{
     Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
     ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
 };
+pub use facts::{Described, Fact, Facts};
 pub use gains::{GuidanceAdvice, PidGains};
 pub use longitudinal::{
     Brake, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise, SpeedGain,

@@ -2,6 +2,7 @@
 
 use crate::document::{Checker, Document};
 use crate::evidence::ChannelSummary;
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -219,5 +220,25 @@ impl Document for Longitudinal {
         check_fields!(c.finite(e, "evidence."): least_speed_mps window_s estimation_fit
             validation_fit prediction_error_ratio correlation_standard_error);
         self.quality.check(c, "quality.");
+    }
+}
+
+impl Described for Longitudinal {
+    fn facts(self) -> Facts {
+        let e = self.evidence;
+        let mut facts = quality_facts(self.quality);
+        facts.extend(e.warnings.into_iter().map(|line| Fact::new("warning", line, "")));
+        facts.extend([
+            Fact::new("fit_held_out", e.validation_fit, "%"),
+            Fact::new("fit_estimation", e.estimation_fit, "%"),
+            Fact::new("estimation_samples", e.estimation_samples, ""),
+            Fact::new("held_out_samples", e.validation_samples, ""),
+            Fact::new("sample_time", e.sample_time_s, "s"),
+            Fact::new("lowest_speed", e.speed_mps[0], "m/s"),
+            Fact::new("highest_speed", e.speed_mps[2], "m/s"),
+            Fact::new("command_unit", self.command_unit, ""),
+            Fact::new("grade_source", self.grade_source, ""),
+        ]);
+        Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

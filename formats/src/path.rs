@@ -1,6 +1,7 @@
 //! `path.json`: a reference road in arc length, with guidance parameters.
 
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts};
 use crate::is_zero;
 use crate::provenance::Provenance;
 use crate::schedule::{GuidanceEntry, check_speeds};
@@ -150,5 +151,19 @@ impl Document for Path {
             });
             before = point.distance_m;
         }
+    }
+}
+
+impl Described for Path {
+    fn facts(self) -> Facts {
+        let ends = self.points.first().zip(self.points.last());
+        let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
+        let facts = vec![
+            Fact::new("length", length, "m"),
+            Fact::new("points", self.points.len(), ""),
+            Fact::new("closed", self.closed, ""),
+            Fact::new("speed", self.speed_mps, "m/s"),
+        ];
+        Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

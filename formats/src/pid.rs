@@ -2,6 +2,7 @@
 
 use crate::design::{DesignEvidence, Specification};
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::gains::{GuidanceAdvice, PidGains};
 use crate::is_zero;
 use crate::provenance::Provenance;
@@ -195,5 +196,31 @@ impl Document for Pid {
         for (i, entry) in self.schedule.iter().enumerate() {
             entry.check(c, &format!("schedule[{i}]."));
         }
+    }
+}
+
+impl Described for Pid {
+    fn facts(self) -> Facts {
+        let (e, d) = (self.evidence, self.designed_for);
+        let mut facts = quality_facts(d.quality);
+        facts.push(Fact::new("specification_met", e.met, ""));
+        facts.extend(e.shortfalls.into_iter().map(|s| {
+            let line = format!("{}: {} required, {} reached", s.requirement, s.required, s.reached);
+            Fact::new("shortfall", line, "")
+        }));
+        facts.extend([
+            Fact::new("designed_for", d.name, ""),
+            Fact::new("designed_for_sha256", d.sha256, ""),
+            Fact::new("speed", d.speed_mps, "m/s"),
+            Fact::new("loop_delay", d.loop_delay_s, "s"),
+            Fact::new("overshoot", e.step.overshoot_percent, "%"),
+        ]);
+        facts.extend(e.step.settling_time_s.map(|time| Fact::new("settling_time", time, "s")));
+        facts.push(Fact::new("steady_state_error", e.step.steady_state_error_percent, "%"));
+        facts.push(Fact::new("modulus_margin", e.margins.modulus_margin, ""));
+        facts.extend(
+            e.margins.phase_margin_deg.map(|margin| Fact::new("phase_margin", margin, "deg")),
+        );
+        Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

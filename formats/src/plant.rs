@@ -2,6 +2,7 @@
 
 use crate::document::{Checker, Document};
 use crate::evidence::Evidence;
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -189,5 +190,30 @@ impl Document for Plant {
             uncertainty.check(n, c);
         }
         self.quality.check(c, "quality.");
+    }
+}
+
+impl Described for Plant {
+    fn facts(self) -> Facts {
+        let order = self.order();
+        let e = self.evidence;
+        let mut facts = quality_facts(self.quality);
+        facts.extend(e.warnings.into_iter().map(|line| Fact::new("warning", line, "")));
+        facts.extend([
+            Fact::new("fit_held_out", e.fit.validation, "%"),
+            Fact::new("fit_held_out_one_step", e.fit.validation_one_step, "%"),
+            Fact::new("fit_estimation", e.fit.estimation, "%"),
+            Fact::new("method", e.method, ""),
+            Fact::new("order", order, ""),
+            Fact::new("horizon", e.horizon, ""),
+            Fact::new("estimation_samples", e.estimation_samples, ""),
+            Fact::new("held_out_samples", e.validation_samples, ""),
+            Fact::new("sample_time", self.discrete.sample_time_s, "s"),
+            Fact::new("informative_up_to", e.excitation.informative_up_to_hz, "Hz"),
+            Fact::new("speed", self.operating_point.speed_mps, "m/s"),
+            Fact::new("steering_ratio", self.steering_ratio, ""),
+            Fact::new("input_delay", self.input_delay_s, "s"),
+        ]);
+        Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

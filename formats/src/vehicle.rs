@@ -4,6 +4,7 @@
 //! The README of `NonlinearVehicle` documents the numbers.
 
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
 use crate::sideslip::Sideslip;
@@ -160,5 +161,19 @@ impl Document for Vehicle {
             evidence.check(c, "evidence.");
         }
         self.quality.check(c, "quality.");
+    }
+}
+
+impl Described for Vehicle {
+    fn facts(self) -> Facts {
+        // One that was written by hand has no quality of its own.
+        let identified = self.provenance.is_some();
+        let mut facts = if identified { quality_facts(self.quality) } else { Vec::new() };
+        facts.extend([
+            Fact::new("speed", self.speed_mps, "m/s"),
+            Fact::new("steering_ratio", self.actuator.steering_ratio, ""),
+            Fact::new("friction_coefficient", self.tyres.friction_coefficient, ""),
+        ]);
+        Facts { name: self.name, provenance: self.provenance, evidence: facts }
     }
 }

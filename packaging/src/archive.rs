@@ -4,14 +4,19 @@ use crate::documentation::Sections;
 use crate::platform::Platform;
 use crate::provenance::Origin;
 use crate::terminals::DOMAIN;
-use crate::{Error, documentation, icons, provenance, reference, terminals};
+use crate::{Error, documentation, provenance, reference, terminals};
 use model_description::{DefaultExperiment, ModelDescription};
 use std::io::{Cursor, Write};
 use steerwright_formats::{Document, Start};
-use steerwright_units::Fmu;
+use steerwright_units::{Fmu, Icon};
 use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
+
+const TERMINAL: Icon = Icon {
+    png: include_bytes!("../icons/terminal.png"),
+    svg: include_bytes!("../icons/terminal.svg"),
+};
 
 /// An FMU's library for one platform.
 #[derive(Debug, Clone, Copy)]
@@ -89,7 +94,7 @@ pub fn package(
     description.license = Some("MIT OR Apache-2.0".into());
     description.vendor_annotations = vec![origin.annotation()];
 
-    let icon = icons::icon(fmu);
+    let icon = fmu.icon();
     let reference = reference::run(fmu, document, file, entries, &description, step)?;
     let extra = format!("extra/{DOMAIN}");
     let mut sorted = platforms.clone();
@@ -109,8 +114,8 @@ pub fn package(
         (format!("resources/{}", fmu.resource()), document.into()),
         ("terminalsAndIcons/icon.png".into(), icon.png.into()),
         ("terminalsAndIcons/icon.svg".into(), icon.svg.into()),
-        ("terminalsAndIcons/terminal.png".into(), icons::TERMINAL.png.into()),
-        ("terminalsAndIcons/terminal.svg".into(), icons::TERMINAL.svg.into()),
+        ("terminalsAndIcons/terminal.png".into(), TERMINAL.png.into()),
+        ("terminalsAndIcons/terminal.svg".into(), TERMINAL.svg.into()),
         ("terminalsAndIcons/terminalsAndIcons.xml".into(), terminals::xml(&description).into()),
     ];
     files.extend(start.map(|(name, bytes)| (format!("resources/{name}"), bytes)));

@@ -7,7 +7,6 @@
 mod archive;
 mod documentation;
 mod error;
-mod icons;
 mod platform;
 mod provenance;
 mod reference;

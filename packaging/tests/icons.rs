@@ -12,12 +12,10 @@ const SIDE: u32 = 128;
 const TERMINAL_SIDE: u32 = 40;
 
 fn drawings() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("icons");
-    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut drawings: Vec<_> =
-        files.filter(|f| f.extension().is_some_and(|e| e == "svg")).collect();
-    drawings.sort();
-    drawings
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let fmus = steerwright_packaging::Fmu::ALL
+        .map(|fmu| here.join("../fmu").join(fmu.folder()).join("icon.svg"));
+    fmus.into_iter().chain([here.join("icons/terminal.svg")]).collect()
 }
 
 fn drawn(file: &Path) -> Pixmap {
@@ -32,9 +30,7 @@ fn drawn(file: &Path) -> Pixmap {
 
 #[test]
 fn each_picture_is_drawn_from_its_svg() {
-    let drawings = drawings();
-    assert!(drawings.len() > steerwright_packaging::Fmu::ALL.len());
-    for drawing in drawings {
+    for drawing in drawings() {
         let file = drawing.with_extension("png");
         let expected = drawn(&drawing);
         if std::env::var_os("STEERWRIGHT_UPDATE").is_some() {

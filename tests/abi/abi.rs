@@ -8,7 +8,6 @@
 mod api;
 mod benchmark;
 mod c_host;
-mod documents;
 mod locations;
 mod logging;
 mod many;

@@ -1,7 +1,6 @@
 //! The archives of all FMUs, packed, unpacked and loaded once.
 
 use crate::api::Api;
-use crate::documents::document;
 use model_description::{
     Causality, CoSimulation, Initial, Kind, ModelDescription, Variability, Variable,
 };
@@ -55,9 +54,9 @@ fn unpacked(fmu: Fmu) -> Sample {
     let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
-    let document = document(fmu.schema());
     let packed =
-        steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None).unwrap();
+        steerwright_packaging::package(fmu.example(), fmu.resource(), &binaries, None, None)
+            .unwrap();
     let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
     let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
     let description = archive.model().description().clone();

@@ -19,7 +19,7 @@ use functions::functions;
 use std::collections::HashMap;
 use std::sync::Mutex;
 use support::run::Unit;
-use support::{LoopCoupling, archive, compare};
+use support::{LoopCoupling, archive, archives, compare};
 
 #[derive(Clone, Copy)]
 enum Kind {
@@ -122,15 +122,7 @@ macro_rules! missing {
 
 #[test]
 fn every_archive_exports_every_function() {
-    for name in [
-        "IdentifiedPlant",
-        "BicyclePlant",
-        "NonlinearVehicle",
-        "LongitudinalPlant",
-        "ReferencePath",
-        "LateralPid",
-        "PoseEstimator",
-    ] {
+    for name in &archives() {
         let unit = Rust::open(name, false);
         let binding = unit.import.binding(name).unwrap();
         assert_eq!(functions!(missing)(&binding), [""; 0], "{name}");

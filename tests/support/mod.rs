@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 use steerwright_formats::Document;
+use steerwright_packaging::Fmu;
 
 /// Runs `steerwright` with arguments, in a folder.
 pub(crate) fn steerwright<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &[S]) -> Output {
@@ -46,7 +47,7 @@ pub(crate) fn demo() -> &'static Demo {
 }
 
 /// The folder with the archives of all FMUs, made once for a test binary: those of the demo's
-/// multi-body drive, and those that no drive makes (see [`package_others`]).
+/// multi-body drive, and those of the examples that it does not make.
 pub(crate) fn archives() -> &'static Path {
     static ARCHIVES: OnceLock<PathBuf> = OnceLock::new();
     ARCHIVES.get_or_init(|| {
@@ -61,11 +62,15 @@ pub(crate) fn archives() -> &'static Path {
     })
 }
 
-/// Packs the nonlinear vehicle, the response of the speed and the pose estimator into a folder.
+/// Packs the examples of the FMUs that are not in a folder into it.
 pub(crate) fn package_others(folder: &Path) {
-    let files = ["vehicle", "longitudinal", "estimator"]
-        .map(|name| format!("{{data}}/multibody/{name}.json"));
-    let line = format!("package {} --out .", files.join(" "));
+    let mut line = "package --out .".to_owned();
+    for fmu in Fmu::ALL {
+        if !folder.join(format!("{}.fmu", fmu.name())).is_file() {
+            let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("fmu").join(fmu.folder());
+            line.push_str(&format!(" {}", example.join("example.json").display()));
+        }
+    }
     let output = steerwright(folder, &words(&line, folder));
     assert!(output.status.success(), "{}", text_of(&output));
 }

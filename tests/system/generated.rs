@@ -3,6 +3,8 @@
 //! The figures and tables that commands write into other files have tests where they are made: those of the FMUs'
 //! READMEs, the icons and the licences in `packaging/tests`.
 
+#[path = "../../xtask/src/fmus.rs"]
+mod fmus;
 #[path = "../../xtask/src/formats.rs"]
 mod formats;
 #[path = "../../xtask/src/python_types.rs"]
@@ -31,5 +33,21 @@ fn generated_files_are_current_and_state_their_command() {
         if let Some(generated) = generated {
             assert!(text == generated, "{file} is out of date: run `{command}`");
         }
+    }
+}
+
+/// What each FMU has with nothing of its own in it, and the lists of all FMUs.
+#[test]
+fn each_fmu_has_what_is_generated_for_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let fmus = fmus::fmus(root).unwrap();
+    assert_eq!(fmus.len(), steerwright_packaging::Fmu::ALL.len(), "{fmus:?}");
+    for (folder, name) in fmus {
+        let fmu = steerwright_packaging::Fmu::ALL.into_iter().find(|fmu| fmu.name() == name);
+        assert_eq!(fmu.map(steerwright_packaging::Fmu::folder), Some(folder.as_str()), "{name}");
+    }
+    for (file, generated) in fmus::files(root).unwrap() {
+        let text = std::fs::read_to_string(root.join(&file)).unwrap_or_default();
+        assert!(text.replace("\r\n", "\n") == generated, "{file} is out of date: run `{DOCS}`");
     }
 }

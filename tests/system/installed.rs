@@ -1,6 +1,6 @@
 //! The program alone, on a machine without a compiler.
 
-use crate::support::{archives, data, demo, text_of};
+use crate::support::{archives, demo, text_of};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -13,18 +13,17 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
     fs::create_dir_all(&folder).unwrap();
     let program = folder.join("steerwright");
     fs::copy(env!("CARGO_BIN_EXE_steerwright"), &program).unwrap();
-    let files = ["plant.json", "bicycle.json", "pid.json", "path.json"];
-    for file in files {
-        fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
-    }
-    let by_hand = ["vehicle.json", "longitudinal.json", "estimator.json"];
-    for file in by_hand {
-        fs::copy(data().join("multibody").join(file), folder.join(file)).unwrap();
+    let files = Fmu::ALL.map(Fmu::resource);
+    for fmu in Fmu::ALL {
+        let file = folder.join(fmu.resource());
+        // What the demo does not make is an example.
+        if fs::copy(demo().folder.join("multibody").join(fmu.resource()), &file).is_err() {
+            fs::write(&file, fmu.example()).unwrap();
+        }
     }
     let output = Command::new(&program)
         .arg("package")
         .args(files)
-        .args(by_hand)
         .args(["--out", "fmu"])
         .current_dir(&folder)
         .env_clear()

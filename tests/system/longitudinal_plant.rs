@@ -130,9 +130,8 @@ fn the_packed_model_has_the_speeds_of_the_validation() {
 #[test]
 fn a_model_that_failed_validation_needs_consent() {
     let folder = tempfile::tempdir().unwrap();
-    let file = crate::support::data().join("multibody/longitudinal.json");
-    let text = std::fs::read_to_string(file).unwrap();
-    let mut model = Longitudinal::from_json(&text, "it").unwrap();
+    let example = steerwright_packaging::Fmu::LongitudinalPlant.example();
+    let mut model = Longitudinal::from_json(example, "it").unwrap();
     model.quality.grade = Grade::Fail;
     model.quality.reasons.push(Reason::new(
         ReasonCode::LowValidationFit,

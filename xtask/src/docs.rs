@@ -2,7 +2,7 @@
 
 use crate::files::{below, read};
 use crate::run::{answer, cargo, root, run, target};
-use crate::{formats, python_types};
+use crate::{fmus, formats, python_types};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -19,10 +19,16 @@ pub(crate) fn docs(update: bool) -> Result<(), String> {
     if update {
         let sources = root().join("formats/src");
         for (file, text) in [
-            ("docs/formats.md", formats::page(&sources)?),
-            ("python/steerwright/documents.py", python_types::module(&sources)?),
-        ] {
+            ("docs/formats.md".to_owned(), formats::page(&sources)?),
+            ("python/steerwright/documents.py".to_owned(), python_types::module(&sources)?),
+        ]
+        .into_iter()
+        .chain(fmus::files(root())?)
+        {
             let path = root().join(file);
+            if let Some(folder) = path.parent() {
+                fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+            }
             fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         }
     }

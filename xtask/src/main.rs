@@ -9,6 +9,7 @@ mod evaluate;
 mod every_fmu;
 mod experiment;
 mod files;
+mod fmus;
 mod formats;
 mod fuzz;
 mod importers;

@@ -1,14 +1,17 @@
 //! `BicyclePlant`: the glue from [`steerwright_models::BicyclePlant`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{SCENARIO_ANGLE, Scenario, steered};
 use fmi2_export::{
     Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, variables,
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
+use steerwright_formats::Bicycle;
 use steerwright_models::sensitivity::{self, Factor};
 use steerwright_models::{BicycleParameters, SavedBicyclePlant};
 
@@ -135,13 +138,24 @@ fn by_parameter(unknown: Unknown<V>, parameter: V) -> bool {
     }
 }
 
+impl Definition for BicyclePlant {
+    type File = Bicycle;
+    const RESOURCE: &'static str = "bicycle.json";
+    const ROLE: Role = Role::Vehicle;
+
+    fn scenario(file: Bicycle) -> Scenario {
+        let vehicle = file.vehicle;
+        steered(0.0, SCENARIO_ANGLE * vehicle.steering_ratio, vehicle.speed_mps)
+    }
+}
+
 impl CoSimulationUnit for BicyclePlant {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let bicycle = optional::<steerwright_formats::Bicycle>(resources, "bicycle.json")?;
+        let bicycle = optional::<Bicycle>(resources, Self::RESOURCE)?;
         let vehicle = bicycle.map(|b| b.vehicle);
         let parameters = match &vehicle {
             Some(vehicle) => steerwright_models::files::bicycle_parameters(vehicle),

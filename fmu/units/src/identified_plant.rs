@@ -1,16 +1,18 @@
 //! `IdentifiedPlant`: the glue from [`steerwright_models::IdentifiedPlant`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{SCENARIO_ANGLE, Scenario, steered};
 use fmi2_export::{
     Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, variables,
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use std::sync::Arc;
-use steerwright_formats::InputKind;
+use steerwright_formats::{InputKind, Plant};
 use steerwright_models::SavedIdentifiedPlant;
 use steerwright_models::sensitivity::{self, Factor};
 
@@ -91,13 +93,26 @@ impl IdentifiedPlant {
     }
 }
 
+impl Definition for IdentifiedPlant {
+    type File = Plant;
+    const RESOURCE: &'static str = "plant.json";
+    const ROLE: Role = Role::Vehicle;
+
+    fn scenario(file: Plant) -> Scenario {
+        let seen = file.evidence.excitation.road_wheel_std_rad;
+        let angle = if seen > 0.0 { seen } else { SCENARIO_ANGLE };
+        let point = file.operating_point;
+        steered(point.steering_offset_rad, angle * file.steering_ratio, point.speed_mps)
+    }
+}
+
 impl CoSimulationUnit for IdentifiedPlant {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let plant = required::<steerwright_formats::Plant>(resources, "plant.json")?;
+        let plant = required::<Plant>(resources, Self::RESOURCE)?;
         let model = steerwright_models::files::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = steerwright_models::IdentifiedPlant::new(Arc::new(model));

@@ -1,13 +1,16 @@
 //! `LateralPid`: the glue from [`steerwright_models::Pid`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{Moment, Scenario};
 use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 use steerwright_models::{Pid, PidInput, PidOutput, PidParameters, PidSchedule, Ticks};
 
 variables! {
@@ -134,6 +137,31 @@ impl LateralPid {
     }
 }
 
+impl Definition for LateralPid {
+    type File = steerwright_formats::Pid;
+    const RESOURCE: &'static str = "pid.json";
+    const ROLE: Role = Role::Controller;
+
+    /// A step of the reference with a yaw that lags it, feedforward, and one second disabled.
+    fn scenario(file: steerwright_formats::Pid) -> Scenario {
+        let step = file.specification.step_rad;
+        let feedforward = 0.1 * file.limits.max_angle_rad;
+        Scenario::new(move |input, Moment { course: t, .. }| {
+            let from = |start: f64, value: f64| if t < start { 0.0 } else { value };
+            match input {
+                "yaw_reference" => Some(from(1.0, step)),
+                "yaw" => Some(from(1.2, step * (1.0 - (-(t - 1.2) / 0.5).exp()))),
+                "steering_feedforward" => {
+                    Some(from(5.0, feedforward * (TAU * 0.5 * (t - 5.0)).sin()))
+                }
+                "enabled" if (7.0..8.0).contains(&t) => Some(0.0),
+                "enabled" => Some(1.0),
+                _ => None,
+            }
+        })
+    }
+}
+
 impl CoSimulationUnit for LateralPid {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
@@ -141,7 +169,7 @@ impl CoSimulationUnit for LateralPid {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<steerwright_formats::Pid>(resources, "pid.json")?;
+        let file = optional::<steerwright_formats::Pid>(resources, Self::RESOURCE)?;
         let parameters = match &file {
             Some(file) => steerwright_models::files::pid_parameters(file),
             None => PidParameters::default(),

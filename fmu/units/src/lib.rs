@@ -5,6 +5,8 @@
 //! next to this one add the symbols, one crate an FMU, since two crates that export the same symbols
 //! must never be linked into one binary.
 //!
+//! [`Fmu`] is the one list of the units: who does something for each of them goes through it.
+//!
 //! Times are seconds, angles radians; signs are ISO 8855.
 
 mod bicycle_plant;
@@ -19,9 +21,10 @@ mod reference_path;
 mod resources;
 mod run;
 mod saved;
+mod scenario;
 
 pub use bicycle_plant::BicyclePlant;
-pub use fmu::{Error, Fmu};
+pub use fmu::{Definition, Error, Icon, Role, Visitor};
 pub use identified_plant::IdentifiedPlant;
 pub use lateral_pid::LateralPid;
 pub use longitudinal_plant::LongitudinalPlant;
@@ -29,3 +32,25 @@ pub use nonlinear_vehicle::NonlinearVehicle;
 pub use pose_estimator::PoseEstimator;
 pub use reference_path::ReferencePath;
 pub use run::Running;
+pub use scenario::{Moment, Scenario};
+
+use fmi2_export::{CoSimulationUnit, Resources, describe};
+use model_description::{DefaultExperiment, ModelDescription, Table};
+use steerwright_formats::{Described, Document, Error as DocumentError, Facts};
+
+fmu::fmus! {
+    /// The identified lateral dynamics.
+    IdentifiedPlant in "identified-plant";
+    /// The two-wheel bicycle model.
+    BicyclePlant in "bicycle-plant";
+    /// The vehicle with saturating tyres.
+    NonlinearVehicle in "nonlinear-vehicle";
+    /// The identified response of the speed.
+    LongitudinalPlant in "longitudinal-plant";
+    /// The steering controller.
+    LateralPid in "lateral-pid";
+    /// The reference road and its guidance.
+    ReferencePath in "reference-path";
+    /// The filter for the pose.
+    PoseEstimator in "pose-estimator";
+}

@@ -1,14 +1,17 @@
 //! `LongitudinalPlant`: the glue from [`steerwright_models::LongitudinalPlant`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{Moment, Scenario, weave};
 use fmi2_export::{
     Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, variables,
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use steerwright_formats::Longitudinal;
 use steerwright_models::SavedLongitudinalPlant;
@@ -124,6 +127,34 @@ impl LongitudinalPlant {
     }
 }
 
+impl Definition for LongitudinalPlant {
+    type File = Longitudinal;
+    const RESOURCE: &'static str = "longitudinal.json";
+    const ROLE: Role = Role::Speed;
+
+    /// Pedals, or an acceleration command, on hills and in two gears, until the vehicle stands.
+    fn scenario(file: Longitudinal) -> Scenario {
+        let is_commanded = file.command_unit == "m/s2";
+        let gears = match file.gear_gains.as_slice() {
+            [] => None,
+            [first, .., last] => Some([first.gear, last.gear]),
+            [only] => Some([only.gear, only.gear + 1]),
+        };
+        Scenario::new(move |input, Moment { course: t, .. }| match input {
+            "accelerator" if !is_commanded => Some(weave(t).max(0.0)),
+            "acceleration_command" if is_commanded => Some(2.0 * weave(t)),
+            "brake" if t < 8.5 => Some(0.2 * (-weave(t)).max(0.0)),
+            "brake" => Some(1.0),
+            "grade" => Some(0.05 * (TAU * 0.1 * t).sin()),
+            "gear" => {
+                let [first, second] = gears?;
+                Some((if t < 5.0 { first } else { second }) as f64)
+            }
+            _ => None,
+        })
+    }
+}
+
 impl CoSimulationUnit for LongitudinalPlant {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
@@ -132,7 +163,7 @@ impl CoSimulationUnit for LongitudinalPlant {
         Capabilities { interpolates_inputs: false, ..Capabilities::ALL };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let document = required::<Longitudinal>(resources, "longitudinal.json")?;
+        let document = required::<Longitudinal>(resources, Self::RESOURCE)?;
         let plant = steerwright_models::LongitudinalPlant::new(Arc::new(document))
             .map_err(|e| format!("longitudinal.json: {e}; hint: {}", e.hint()))?;
         with_start_values(Self { plant, flags: LongitudinalFlags::default() }, resources)

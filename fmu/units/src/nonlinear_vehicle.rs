@@ -3,15 +3,18 @@
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::plant::{Flags, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{SCENARIO_ANGLE, Scenario, steered};
 use fmi2_export::{
     Capabilities, CoSimulationUnit, Known, Log, Resources, StateSpec, Unknown, VariableId,
     variables,
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
+use steerwright_formats::Vehicle;
 use steerwright_models::NonlinearParameters;
 use steerwright_models::nonlinear::SavedVehicle;
 
@@ -125,13 +128,25 @@ impl NonlinearVehicle {
     }
 }
 
+impl Definition for NonlinearVehicle {
+    type File = Vehicle;
+    const RESOURCE: &'static str = "vehicle.json";
+    const ROLE: Role = Role::Vehicle;
+
+    fn scenario(file: Vehicle) -> Scenario {
+        // Steered so much that its tyres saturate.
+        let angle = 3.0 * SCENARIO_ANGLE * file.actuator.steering_ratio;
+        steered(0.0, angle, file.speed_mps)
+    }
+}
+
 impl CoSimulationUnit for NonlinearVehicle {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<steerwright_formats::Vehicle>(resources, "vehicle.json")?;
+        let file = optional::<Vehicle>(resources, Self::RESOURCE)?;
         let parameters = match &file {
             Some(file) => steerwright_models::files::nonlinear_parameters(file),
             None => NonlinearParameters::default(),

@@ -1,11 +1,14 @@
 //! `PoseEstimator`: the glue from [`steerwright_models::PoseEstimator`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{Moment, Scenario};
 use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::{Nothing, On};
 use model_description::{Table, Value};
+use steerwright_formats::Estimator;
 use steerwright_models::{PoseParameters, SavedPose};
 
 variables! {
@@ -106,6 +109,44 @@ impl PoseEstimator {
     }
 }
 
+impl Definition for PoseEstimator {
+    type File = Estimator;
+    const RESOURCE: &'static str = "estimator.json";
+    const ROLE: Role = Role::Estimator;
+
+    /// Five seconds to the left, then to the right, with poor fixes, an outlier and a drop-out.
+    fn scenario(file: Estimator) -> Scenario {
+        let (speed, latency) = (file.speed_mps, file.gnss.latency_s);
+        Scenario::new(move |input, Moment { time, .. }| located(input, time, speed, latency))
+    }
+}
+
+/// Yaw rate of the two turns of the reference run, rad/s; the gyro reads a little more.
+const TURN: f64 = 0.2;
+const GYRO_BIAS: f64 = 0.01;
+
+/// An input at a time (s) of the reference run, at a speed (m/s), with fixes that are late by `latency` (s).
+fn located(input: &str, time: f64, speed: f64, latency: f64) -> Option<f64> {
+    // The latest fix: ten a second, none from 6 s to 8 s.
+    let count = if (6.0..8.0).contains(&time) { 60.0 } else { (10.0 * time + 1e-6).floor() };
+    let valid = (0.1 * count - latency).max(0.0);
+    let radius = speed / TURN;
+    let (left, right) = (TURN * valid.min(5.0), TURN * (valid - 5.0).max(0.0));
+    Some(match input {
+        "yaw_rate" => GYRO_BIAS + if time < 5.0 { TURN } else { -TURN },
+        "speed" => speed,
+        "gnss_fix_count" => count,
+        "gnss_std" if (40.0..=60.0).contains(&count) => 0.5,
+        "gnss_std" => 0.02,
+        "gnss_x" => {
+            let outlier = if count == 30.0 { 5.0 } else { 0.0 };
+            outlier + radius * (left.sin() + left.sin() - (left - right).sin())
+        }
+        "gnss_y" => radius * (1.0 - left.cos() + (left - right).cos() - left.cos()),
+        _ => return None,
+    })
+}
+
 impl CoSimulationUnit for PoseEstimator {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
@@ -113,7 +154,7 @@ impl CoSimulationUnit for PoseEstimator {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<steerwright_formats::Estimator>(resources, "estimator.json")?;
+        let file = optional::<Estimator>(resources, Self::RESOURCE)?;
         let mut parameters = PoseParameters::default();
         parameters.sideslip.reference_speed = SPEED;
         if let Some(file) = &file {

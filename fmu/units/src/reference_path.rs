@@ -1,13 +1,17 @@
 //! `ReferencePath`: the glue from [`steerwright_models::PathFollower`] to the export trait.
 
 use self::Variable as V;
+use crate::fmu::{Definition, Role};
 use crate::resources::{required, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
+use crate::scenario::{Moment, Scenario};
 use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::sync::Arc;
+use steerwright_formats::{Path, PathPoint};
 use steerwright_models::{
     GuidanceParameters, GuidanceSchedule, GuidanceState, PathFollower, PathOutput,
 };
@@ -145,6 +149,49 @@ impl ReferencePath {
     }
 }
 
+impl Definition for ReferencePath {
+    type File = Path;
+    const RESOURCE: &'static str = "path.json";
+    const ROLE: Role = Role::Guidance;
+
+    /// Along the path, a quarter of a metre to either side and a degree or so off the heading.
+    fn scenario(file: Path) -> Scenario {
+        Scenario::new(move |input, Moment { time, course: t }| match input {
+            "x" | "y" | "yaw" => {
+                let place = along(&file.points, file.speed_mps * time)?;
+                let offset = 0.25 * (TAU * 0.2 * t).sin();
+                Some(match input {
+                    "x" => place.x_m - offset * place.heading_rad.sin(),
+                    "y" => place.y_m + offset * place.heading_rad.cos(),
+                    _ => place.heading_rad + 0.02 * (TAU * 0.2 * t).cos(),
+                })
+            }
+            "sideslip_per_yaw_rate_offset" if t < 2.0 => Some(0.0),
+            "sideslip_per_yaw_rate_offset" => Some(0.02 * (TAU * 0.1 * (t - 2.0)).sin()),
+            _ => None,
+        })
+    }
+}
+
+/// The place at that distance along the path, at most its end.
+fn along(points: &[PathPoint], distance: f64) -> Option<PathPoint> {
+    let last = points.last()?;
+    let distance = (points.first()?.distance_m + distance).min(last.distance_m);
+    let after = points.partition_point(|p| p.distance_m <= distance);
+    let (Some(a), Some(b)) = (points.get(after.checked_sub(1)?), points.get(after)) else {
+        return Some(*last);
+    };
+    let part = (distance - a.distance_m) / (b.distance_m - a.distance_m);
+    let between = |a: f64, b: f64| a + part * (b - a);
+    Some(PathPoint {
+        distance_m: distance,
+        x_m: between(a.x_m, b.x_m),
+        y_m: between(a.y_m, b.y_m),
+        heading_rad: between(a.heading_rad, b.heading_rad),
+        curvature_per_m: between(a.curvature_per_m, b.curvature_per_m),
+    })
+}
+
 impl CoSimulationUnit for ReferencePath {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
@@ -152,7 +199,7 @@ impl CoSimulationUnit for ReferencePath {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let path = required::<steerwright_formats::Path>(resources, "path.json")?;
+        let path = required::<Path>(resources, Self::RESOURCE)?;
         let geometry = steerwright_models::files::path_geometry(&path)
             .map_err(|e| format!("path.json: {e}; hint: {}", e.hint()))?;
         let (x, y, yaw) =

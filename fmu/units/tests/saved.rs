@@ -4,52 +4,62 @@
 use crate::common;
 
 use common::{
-    Kind, PLAIN, bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose, set,
-    start, variable,
+    Kind, PLAIN, bicycle, example, get, identified, kinds, longitudinal, nonlinear, path, pid,
+    pose, set, start, variable,
 };
 use fmi2_export::model_description::{Causality, Value};
 use fmi2_export::{CoSimulationUnit, Log};
 use proptest::prelude::*;
+use steerwright_units::{Definition, Fmu, Visitor};
 
-/// The layout version, the length and a fingerprint (FNV-1a) of each unit's state before the start.
-#[test]
-fn a_changed_layout_has_another_version() {
-    fn fingerprint<S: CoSimulationUnit>(unit: &S) -> (u8, usize, u64) {
-        let bytes = unit.save();
+/// The layout version, the length and a fingerprint (FNV-1a) of a unit's state before the start.
+struct Layout;
+
+impl Visitor for Layout {
+    type Output = String;
+
+    fn visit<S: Definition>(self) -> String {
+        let bytes = example::<S>().save();
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         for byte in &bytes[1..] {
             hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
-        (bytes[0], bytes.len(), hash)
+        format!("{} {} {} {hash:016x}\n", S::TABLE.model_name, bytes[0], bytes.len())
     }
-    let seen = [
-        ("IdentifiedPlant", fingerprint(&identified(PLAIN))),
-        ("BicyclePlant", fingerprint(&bicycle())),
-        ("NonlinearVehicle", fingerprint(&nonlinear())),
-        ("LongitudinalPlant", fingerprint(&longitudinal())),
-        ("LateralPid", fingerprint(&pid())),
-        ("ReferencePath", fingerprint(&path(false))),
-        ("PoseEstimator", fingerprint(&pose())),
-    ];
-    let known = [
-        ("IdentifiedPlant", (8, 195, 0x03a2_834a_f362_12ca)),
-        ("BicyclePlant", (8, 293, 0x5921_6ad3_0845_b9bb)),
-        ("NonlinearVehicle", (8, 550, 0x6b1c_cd55_a6ec_7888)),
-        ("LongitudinalPlant", (8, 342, 0xd6c4_1093_fa86_e9d1)),
-        ("LateralPid", (8, 345, 0xae0e_fc53_d021_007d)),
-        ("ReferencePath", (8, 203, 0x454b_0963_695b_c746)),
-        ("PoseEstimator", (8, 720, 0xebb2_b0ed_b5d8_1740)),
-    ];
+}
+
+/// `saved_layouts.txt` is written again with `STEERWRIGHT_UPDATE=1`.
+#[test]
+fn a_changed_layout_has_another_version() {
+    let seen: String = Fmu::ALL.map(|fmu| fmu.visit(Layout)).concat();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/saved_layouts.txt");
+    let known = std::fs::read_to_string(file).unwrap_or_default();
+    if std::env::var_os("STEERWRIGHT_UPDATE").is_some() {
+        let version_of = |line: &str| line.split(' ').nth(1).map(str::to_owned);
+        for line in known.lines() {
+            let name = line.split_inclusive(' ').next().unwrap_or_default();
+            let now = seen.lines().find(|other| other.starts_with(name)).unwrap_or(line);
+            assert!(
+                line == now || version_of(line) != version_of(now),
+                "{name}has another layout: raise LAYOUT in src/saved.rs first"
+            );
+        }
+        return std::fs::write(file, seen).unwrap();
+    }
     assert_eq!(
         seen, known,
-        "with another layout raise LAYOUT in src/saved.rs, then state what is seen"
+        "with another layout raise LAYOUT in src/saved.rs, then STEERWRIGHT_UPDATE=1"
     );
 }
 
 /// A parameter that a state leaves out would have its value of before.
-#[test]
-fn every_parameter_is_in_the_state() {
-    fn check<S: CoSimulationUnit>(unit: &S) {
+struct Parameters;
+
+impl Visitor for Parameters {
+    type Output = ();
+
+    fn visit<S: Definition>(self) {
+        let unit = example::<S>();
         let (mut set_apart, mut loaded) = (unit.clone(), unit.clone());
         for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Parameter) {
             let (min, max) = (row.min.unwrap_or(f64::MIN), row.max.unwrap_or(f64::MAX));
@@ -66,13 +76,11 @@ fn every_parameter_is_in_the_state() {
             assert_eq!(seen, kept, "{} of {}", row.name, S::TABLE.model_name);
         }
     }
-    check(&identified(PLAIN));
-    check(&bicycle());
-    check(&nonlinear());
-    check(&longitudinal());
-    check(&pid());
-    check(&path(false));
-    check(&pose());
+}
+
+#[test]
+fn every_parameter_is_in_the_state() {
+    Fmu::ALL.into_iter().for_each(|fmu| fmu.visit(Parameters));
 }
 
 /// Sets the inputs and steps, then reads all variables: as bits, so that NaN compares.

@@ -4,14 +4,13 @@
 //! states: `input.csv`, `result.csv`, and `reference.json` with start, stop, step and absolute tolerance. The
 //! result is rounded to 1e-10, so that it does not depend on the last bits of the platform's sine.
 
-mod scenario;
-
 use crate::Error;
-use model_description::{Causality, ModelDescription, Value, Variable};
-use scenario::Scenario;
+use model_description::{Causality, Kind, ModelDescription, Value, Variable};
 use serde::Serialize;
-use steerwright_units::{Fmu, Running};
+use steerwright_units::{Fmu, Moment, Running, Scenario};
 
+/// Seconds of a scenario.
+const SCENARIO: f64 = 10.0;
 /// Seconds of the run, where the step allows.
 const DURATION: f64 = 10.0;
 /// Most steps of the run, however small the step.
@@ -54,7 +53,8 @@ pub(crate) fn run(
     let (inputs, outputs) = (of(Causality::Input), of(Causality::Output));
     let steps = steps(step);
     let every = steps.div_ceil(MOST_ROWS - 1);
-    let scenario = Scenario::new(fmu, document, file, f64::from(steps) * step)?;
+    let scenario = fmu.scenario(document, file)?;
+    let pace = SCENARIO / (f64::from(steps) * step);
 
     let mut input = Rows::new(&inputs);
     let mut result = Rows::new(&outputs);
@@ -67,8 +67,9 @@ pub(crate) fn run(
             unit.step(begin, step).map_err(failed(begin))?;
         }
         let mut given = None;
+        let moment = Moment { time, course: time * pace };
         if k % every == 0 && (k < steps || k == 0) {
-            given = Some(inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<_>>());
+            given = Some(inputs.iter().map(|v| value(&scenario, v, moment)).collect::<Vec<_>>());
         }
         if k == 0 {
             set(&mut *unit, &inputs, given.as_deref());
@@ -123,6 +124,21 @@ fn steps(step: f64) -> u32 {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 1 and MOST_STEPS
     let steps = (DURATION / step + 1e-9).floor().clamp(1.0, f64::from(MOST_STEPS)) as u32;
     steps
+}
+
+/// The value of an input from a moment on; `None` where it keeps its start value.
+fn value(scenario: &Scenario, input: &Variable, moment: Moment) -> Option<Value> {
+    let number = scenario.value(&input.name, moment)?;
+    match input.kind {
+        Kind::Real => {
+            let (min, max) = (input.min.unwrap_or(f64::MIN), input.max.unwrap_or(f64::MAX));
+            Some(Value::Real(rounded(number.max(min).min(max))))
+        }
+        #[allow(clippy::cast_possible_truncation)] // saturates
+        Kind::Integer => Some(Value::Integer(number as i32)),
+        Kind::Boolean => Some(Value::Boolean(number != 0.0)),
+        Kind::String => None,
+    }
 }
 
 fn set(unit: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {

@@ -1,7 +1,7 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
+use crate::Error;
 use crate::archive::Packed;
-use crate::{Error, Fmu};
 use steerwright_host::{Connection, Measurement, Unit};
 
 /// Measurements of the pose estimator: in a loop without receiver the fixes are the true position, and
@@ -14,14 +14,7 @@ pub const MEASUREMENTS: [Measurement<'_>; 2] =
 #[must_use]
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();
-    ordered.sort_by_key(|p| match p.fmu {
-        // The speed that the plants move at.
-        Fmu::LongitudinalPlant => 0,
-        Fmu::IdentifiedPlant | Fmu::BicyclePlant | Fmu::NonlinearVehicle => 1,
-        Fmu::PoseEstimator => 2,
-        Fmu::ReferencePath => 3,
-        Fmu::LateralPid => 4,
-    });
+    ordered.sort_by_key(|p| p.fmu.role());
     ordered
 }
 

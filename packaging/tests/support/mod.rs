@@ -184,17 +184,9 @@ pub(crate) fn document(fmu: Fmu) -> String {
     match fmu {
         Fmu::IdentifiedPlant => plant(),
         Fmu::BicyclePlant => bicycle(),
-        Fmu::NonlinearVehicle => {
-            include_str!("../../../examples/drives/multibody/vehicle.json").to_owned()
-        }
-        Fmu::LongitudinalPlant => {
-            include_str!("../../../examples/drives/multibody/longitudinal.json").to_owned()
-        }
         Fmu::LateralPid => pid(),
         Fmu::ReferencePath => path(),
-        Fmu::PoseEstimator => {
-            include_str!("../../../examples/drives/multibody/estimator.json").to_owned()
-        }
+        other => other.example().to_owned(),
     }
 }
 

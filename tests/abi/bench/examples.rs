@@ -1,21 +1,23 @@
 //! The documents that the timed FMUs are made from, where one example is not enough.
 
 use crate::documents;
-use steerwright_formats::{Continuous, Document, Matrix, Plant};
+use steerwright_formats::{Continuous, Document, Matrix, Path, Pid, Plant};
+use steerwright_packaging::Fmu;
 
 /// Suffix of the FMU's name, and the document.
-pub(crate) fn of(schema: &str) -> Vec<(&'static str, String)> {
-    match schema {
+pub(crate) fn of(fmu: Fmu) -> Vec<(&'static str, String)> {
+    match fmu.schema() {
         Plant::SCHEMA => plants(),
-        _ => vec![("", documents::document(schema))],
+        Pid::SCHEMA => vec![("", documents::pid().to_json())],
+        Path::SCHEMA => vec![("", documents::path().to_json())],
+        _ => vec![("", fmu.example().to_owned())],
     }
 }
 
 /// The identified plant as it usually is, with its continuous form: without and with its delay;
 /// and without that form, which moves on the grid of its samples.
 fn plants() -> Vec<(&'static str, String)> {
-    let json = documents::document(Plant::SCHEMA);
-    let sampled = || Plant { input_delay_s: 0.0, ..Plant::from_json(&json, "plant.json").unwrap() };
+    let sampled = || Plant { input_delay_s: 0.0, ..documents::plant() };
     let continuous = || Plant { continuous: Some(logarithm(&sampled())), ..sampled() };
     vec![
         ("", continuous().to_json()),

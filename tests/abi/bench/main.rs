@@ -7,15 +7,13 @@
 //! the processor time of its thread in rounds, each of all subjects in turn.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // a tool of developers
 
-#[path = "../documents.rs"]
-#[allow(dead_code)]
 mod documents;
 mod examples;
 mod table;
 mod timing;
 
 use fmi2_export::{CoSimulationUnit, Resources};
-use model_description::Causality;
+use model_description::{Causality, Kind};
 use std::path::{Path, PathBuf};
 use steerwright_host::Archive;
 use steerwright_packaging::Binary;
@@ -122,7 +120,7 @@ fn archives() -> Vec<(String, Archive)> {
         let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
-        for (what, document) in examples::of(fmu.schema()) {
+        for (what, document) in examples::of(fmu) {
             let packed =
                 steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None)
                     .unwrap();
@@ -135,8 +133,14 @@ fn archives() -> Vec<(String, Archive)> {
 
 fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
     let timed = |(name, archive): &(String, Archive)| {
-        let reference = |names: &[&str]| {
-            names.iter().find_map(|n| archive.model().variable(n)).expect("a variable").reference
+        // The named ones, or the first that there is.
+        let reference = |causality: Causality, names: &[&str]| {
+            let named = names.iter().find_map(|n| archive.model().variable(n));
+            let mut variables = archive.model().description().variables.iter();
+            named
+                .or_else(|| variables.find(|v| v.causality == causality && v.kind == Kind::Real))
+                .expect("a variable")
+                .reference
         };
         // A vehicle in a curve and a controller with an error: nothing is zero by chance.
         let start = [("steering_angle", 0.3), ("yaw_reference", 0.05), ("yaw", 0.01), ("x", 5.0)];
@@ -155,14 +159,17 @@ fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
             library: archive.binary().unwrap(),
             guid: archive.model().description().guid.clone(),
             uri: format!("file://{}", archive.folder().join("resources").display()),
-            input: reference(&["accelerator", "speed", "yaw"]),
+            input: reference(Causality::Input, &["accelerator", "speed", "yaw"]),
             range: match (is_pedal, is_vehicle) {
                 (true, _) => [0.1, 0.3],
                 (false, true) => [14.0, 16.0],
                 (false, false) => [0.0, 0.02],
             },
             start: start.join(","),
-            output: reference(&["yaw_rate", "steering_angle", "yaw_reference", "distance"]),
+            output: reference(
+                Causality::Output,
+                &["yaw_rate", "steering_angle", "yaw_reference", "distance"],
+            ),
         }
     };
     archives.iter().map(timed).collect()

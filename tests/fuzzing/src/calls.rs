@@ -12,15 +12,11 @@
 mod importer;
 
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, LONGITUDINAL, PATH, PID, PLANT, VEHICLE};
-use fmi2_export::CoSimulationUnit;
+use crate::documents::chosen;
 use importer::Importer;
 use std::path::PathBuf;
 use std::sync::OnceLock;
-use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
-    ReferencePath,
-};
+use steerwright_units::{Definition, Visitor};
 
 /// Calls in one sequence, at most.
 const LONGEST: usize = 400;
@@ -28,34 +24,27 @@ const LONGEST: usize = 400;
 /// Runs the sequence that the bytes encode.
 pub(crate) fn calls(bytes: &[u8]) {
     let mut cursor = Cursor::new(bytes);
-    match chosen(cursor.byte()) {
-        0 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", PLANT),
-        1 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", DELAYED),
-        2 => sequence::<BicyclePlant>(&mut cursor, "bicycle.json", BICYCLE),
-        3 => sequence::<LateralPid>(&mut cursor, "pid.json", PID),
-        4 => sequence::<ReferencePath>(&mut cursor, "path.json", PATH),
-        5 => sequence::<NonlinearVehicle>(&mut cursor, "vehicle.json", VEHICLE),
-        7 => sequence::<LongitudinalPlant>(&mut cursor, "longitudinal.json", LONGITUDINAL),
-        _ => sequence::<PoseEstimator>(&mut cursor, "estimator.json", ESTIMATOR),
-    }
+    let (fmu, document) = chosen(cursor.byte());
+    fmu.visit(Sequence { cursor, document: document.as_bytes() });
 }
 
-/// Which document a byte chooses: the six of old as before, so that the corpora keep their meaning,
-/// and the newest from what was left over.
-pub(crate) const fn chosen(byte: u8) -> u8 {
-    match byte {
-        0..204 => byte % 6,
-        204..230 => 6,
-        _ => 7,
-    }
+/// The calls that the bytes encode, of one FMU.
+struct Sequence<'a> {
+    cursor: Cursor<'a>,
+    document: &'static [u8],
 }
 
-fn sequence<S: CoSimulationUnit>(cursor: &mut Cursor<'_>, name: &str, document: &'static [u8]) {
-    let mut importer = Importer::<S>::new(&folder(name, document), name, document);
-    let mut made = 0;
-    while made < LONGEST && !cursor.is_empty() {
-        importer.call(cursor);
-        made += 1;
+impl Visitor for Sequence<'_> {
+    type Output = ();
+
+    fn visit<S: Definition>(mut self) {
+        let folder = folder(S::RESOURCE, self.document);
+        let mut importer = Importer::<S>::new(&folder, S::RESOURCE, self.document);
+        let mut made = 0;
+        while made < LONGEST && !self.cursor.is_empty() {
+            importer.call(&mut self.cursor);
+            made += 1;
+        }
     }
 }
 

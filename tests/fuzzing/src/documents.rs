@@ -1,19 +1,30 @@
-//! The documents that inputs are made from: a small one of each file.
+//! The documents that inputs are made from, each with its FMU.
 
-/// `plant.json`, no delay.
-pub(crate) const PLANT: &[u8] = include_bytes!("../documents/plant.json");
+use steerwright_units::Fmu;
+
 /// `plant.json`, its input delayed by no multiple of the sample time.
-pub(crate) const DELAYED: &[u8] = include_bytes!("../documents/plant-delayed.json");
-/// `bicycle.json`.
-pub(crate) const BICYCLE: &[u8] = include_bytes!("../documents/bicycle.json");
-/// `vehicle.json`, with a delay.
-pub(crate) const VEHICLE: &[u8] = include_bytes!("../documents/vehicle.json");
-/// `estimator.json`, with a latency.
-pub(crate) const ESTIMATOR: &[u8] = include_bytes!("../documents/estimator.json");
-/// `pid.json`.
-pub(crate) const PID: &[u8] = include_bytes!("../documents/pid.json");
-/// `path.json`.
-pub(crate) const PATH: &[u8] = include_bytes!("../documents/path.json");
-/// `longitudinal.json`.
-pub(crate) const LONGITUDINAL: &[u8] =
-    include_bytes!("../../../examples/drives/multibody/longitudinal.json");
+const DELAYED: &str = include_str!("../documents/plant-delayed.json");
+
+/// The FMU and the document that a byte chooses: those of old as before, so that the corpora keep their meaning,
+/// and the newest from what was left over.
+pub(crate) fn chosen(byte: u8) -> (Fmu, &'static str) {
+    const OF_OLD: [Fmu; 6] = [
+        Fmu::IdentifiedPlant,
+        Fmu::BicyclePlant,
+        Fmu::LateralPid,
+        Fmu::ReferencePath,
+        Fmu::NonlinearVehicle,
+        Fmu::PoseEstimator,
+    ];
+    let fmu = match byte {
+        0..204 if byte % 6 == 1 => return (Fmu::IdentifiedPlant, DELAYED),
+        0..204 => OF_OLD[usize::from((byte % 6).saturating_sub(1))],
+        204..230 => Fmu::PoseEstimator,
+        230.. => {
+            let mut newer = Fmu::ALL.to_vec();
+            newer.retain(|fmu| !OF_OLD.contains(fmu));
+            newer[usize::from(byte - 230) % newer.len()]
+        }
+    };
+    (fmu, fmu.example())
+}

@@ -1,14 +1,10 @@
 //! The stages' files, as an FMU's `resources/` may hold them.
 
-use crate::calls::chosen;
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, LONGITUDINAL, PATH, PID, PLANT, VEHICLE};
+use crate::documents::chosen;
 use fmi2_export::{CoSimulationUnit, Log, Resources};
 use serde_json::Value;
-use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
-    ReferencePath,
-};
+use steerwright_units::{Definition, Fmu, Visitor};
 
 /// Numbers changed in one document, at most.
 const MOST_CHANGES: usize = 8;
@@ -20,30 +16,17 @@ const MOST_CHANGES: usize = 8;
 pub(crate) fn model_files(bytes: &[u8]) {
     if let Some(changes) = bytes.strip_prefix(b"#") {
         let mut cursor = Cursor::new(changes);
-        match chosen(cursor.byte()) {
-            0 => run::<IdentifiedPlant>("plant.json", &changed(PLANT, &mut cursor)),
-            1 => run::<IdentifiedPlant>("plant.json", &changed(DELAYED, &mut cursor)),
-            2 => run::<BicyclePlant>("bicycle.json", &changed(BICYCLE, &mut cursor)),
-            3 => run::<LateralPid>("pid.json", &changed(PID, &mut cursor)),
-            4 => run::<ReferencePath>("path.json", &changed(PATH, &mut cursor)),
-            5 => run::<NonlinearVehicle>("vehicle.json", &changed(VEHICLE, &mut cursor)),
-            7 => run::<LongitudinalPlant>("longitudinal.json", &changed(LONGITUDINAL, &mut cursor)),
-            _ => run::<PoseEstimator>("estimator.json", &changed(ESTIMATOR, &mut cursor)),
-        }
-        return;
+        let (fmu, document) = chosen(cursor.byte());
+        return fmu.visit(Run { document: &changed(document, &mut cursor) });
     }
-    run::<IdentifiedPlant>("plant.json", bytes);
-    run::<BicyclePlant>("bicycle.json", bytes);
-    run::<LateralPid>("pid.json", bytes);
-    run::<ReferencePath>("path.json", bytes);
-    run::<NonlinearVehicle>("vehicle.json", bytes);
-    run::<LongitudinalPlant>("longitudinal.json", bytes);
-    run::<PoseEstimator>("estimator.json", bytes);
+    for fmu in Fmu::ALL {
+        fmu.visit(Run { document: bytes });
+    }
 }
 
 /// The document with some of its numbers changed.
-fn changed(document: &[u8], cursor: &mut Cursor<'_>) -> Vec<u8> {
-    let mut json: Value = serde_json::from_slice(document).expect("our own document");
+fn changed(document: &str, cursor: &mut Cursor<'_>) -> Vec<u8> {
+    let mut json: Value = serde_json::from_str(document).expect("our own document");
     for _ in 0..MOST_CHANGES {
         if cursor.is_empty() {
             break;
@@ -69,26 +52,34 @@ fn collect<'a>(json: &'a mut Value, numbers: &mut Vec<&'a mut Value>) {
     }
 }
 
-/// A refusal must say why; an accepted file must give finite values at the start, and then run on or
-/// say why not. (Later the C layer is the one that passes no other value on: see `calls`.)
-fn run<S: CoSimulationUnit>(name: &str, bytes: &[u8]) {
-    let resources = Resources::from(vec![(name.to_owned(), bytes.to_vec())]);
-    let mut unit = match S::open(&resources) {
-        Ok(unit) => unit,
-        Err(problem) => return assert!(problem.len() > 10, "{problem:?}"),
-    };
-    let mut log = Log::default();
-    let mut outcome = unit.exit_initialization(0.0, &mut log);
-    let mut time = 0.0;
-    for step in [0.01, 1e-6, 0.25] {
-        if let Err(problem) = outcome {
-            return assert!(problem.len() > 10, "{problem:?}");
+/// One FMU with a document. A refusal must say why; an accepted file must give finite values at the start, and
+/// then run on or say why not. (Later the C layer is the one that passes no other value on: see `calls`.)
+struct Run<'a> {
+    document: &'a [u8],
+}
+
+impl Visitor for Run<'_> {
+    type Output = ();
+
+    fn visit<S: Definition>(self) {
+        let resources = Resources::from(vec![(S::RESOURCE.to_owned(), self.document.to_vec())]);
+        let mut unit = match S::open(&resources) {
+            Ok(unit) => unit,
+            Err(problem) => return assert!(problem.len() > 10, "{problem:?}"),
+        };
+        let mut log = Log::default();
+        let mut outcome = unit.exit_initialization(0.0, &mut log);
+        let mut time = 0.0;
+        for step in [0.01, 1e-6, 0.25] {
+            if let Err(problem) = outcome {
+                return assert!(problem.len() > 10, "{problem:?}");
+            }
+            if time == 0.0 {
+                all_finite(&mut unit);
+            }
+            outcome = unit.step(time, step, &mut log);
+            time += step;
         }
-        if time == 0.0 {
-            all_finite(&mut unit);
-        }
-        outcome = unit.step(time, step, &mut log);
-        time += step;
     }
 }
 

@@ -34,6 +34,19 @@ fn out() -> PathBuf {
     PathBuf::from(folder).join("multibody")
 }
 
+/// The FMUs of the demo's folder, which has one of each.
+pub(crate) fn archives() -> Vec<String> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(out().join("fmu")).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_some_and(|extension| extension == "fmu") {
+            names.push(file.file_stem().unwrap().to_string_lossy().into_owned());
+        }
+    }
+    assert!(names.len() >= 7, "{names:?}");
+    names
+}
+
 /// An archive of the demo.
 pub(crate) fn archive(name: &str) -> PathBuf {
     out().join("fmu").join(format!("{name}.fmu"))

@@ -17,19 +17,19 @@ pub(crate) fn build(platform: Platform, toolchain: &Toolchain, zig: &Path) -> Re
     let products = folder().join("build");
     if platform.format() == Format::MachO {
         // One at a time: a library of macOS holds its own name.
-        for (package, name) in LIBRARIES {
+        for (package, name) in LIBRARIES.iter() {
             let link = format!("-Clink-arg=-Wl,-install_name,@rpath/{name}.dylib");
             // Without `-S` the linker would list the object files, with their paths, for a debugger.
             let mut one = command(platform, toolchain, zig, "rustc", &[package]);
             run(one.args(["--", &link, "-Clink-arg=-Wl,-S"]))?;
         }
     } else {
-        let packages: Vec<_> = LIBRARIES.iter().map(|(package, _)| *package).collect();
+        let packages: Vec<_> = LIBRARIES.iter().map(|(package, _)| package.as_str()).collect();
         run(&mut command(platform, toolchain, zig, "build", &packages))?;
     }
     let to = binaries().join(platform.name());
     fs::create_dir_all(&to).map_err(|e| format!("{}: {e}", to.display()))?;
-    for (package, name) in LIBRARIES {
+    for (package, name) in LIBRARIES.iter() {
         let from = products.join(target).join("fmu").join(platform.product(package));
         fs::copy(&from, to.join(format!("{name}.{}", platform.extension())))
             .map_err(|e| format!("{}: {e}", from.display()))?;

@@ -18,18 +18,20 @@ mod trajectories;
 mod universal;
 
 use crate::files::remove;
-use crate::run::target;
+use crate::run::{root, target};
 pub(crate) use apt::{apt, find, is_root};
 use clap::Args;
 pub(crate) use platform::Platform;
 use platform::Runner;
 pub(crate) use setup::{check, linker};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::Instant;
 pub(crate) use toolchain::Source;
 
 /// Folder and FMU name of each library.
-const LIBRARIES: &[(&str, &str)] = &include!("../../../fmu/binaries/libraries.rs");
+static LIBRARIES: LazyLock<Vec<(String, String)>> =
+    LazyLock::new(|| crate::fmus::fmus(root()).unwrap_or_default());
 
 /// What is built where no platform is named: what `cargo xtask test --cross` runs.
 pub(crate) const USUAL: [Platform; 2] = [Platform::Linux64, Platform::Win64];
@@ -81,7 +83,7 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
         let name = platform.name();
         let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;
         timed(&format!("{name}: build"), || build::build(platform, &toolchain, &zig))?;
-        for (_, library) in LIBRARIES {
+        for (_, library) in LIBRARIES.iter() {
             let file = library_file(platform, library);
             let needed = inspect::inspect(platform, library, &file)?;
             eprintln!("{name}/{library}: {needed}");

@@ -19,7 +19,7 @@ pub(crate) fn join(platforms: &[Platform]) -> Result<(), String> {
     if !platforms.contains(&Platform::Darwin64) || !platforms.contains(&Platform::Aarch64Darwin) {
         return Ok(());
     }
-    for (_, name) in LIBRARIES {
+    for (_, name) in LIBRARIES.iter() {
         let file = library_file(Platform::Darwin64, name);
         let read = |platform| {
             let file = library_file(platform, name);

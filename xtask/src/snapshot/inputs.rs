@@ -29,9 +29,25 @@ pub(super) fn prepare(work: &Path, cases: Option<&Path>) -> Result<(), String> {
     if let Some(cases) = cases {
         copy_below(cases, &work.join("cases"))?;
     }
+    examples(&work.join("documents"))?;
     write(&work.join("inputs/varying.csv"), varying_speed().as_bytes())?;
     write(&work.join("inputs/torque.csv"), torque().as_bytes())?;
     write(&work.join("inputs/pedals.csv"), pedals().as_bytes())
+}
+
+/// The example of each FMU, by the name of its format.
+fn examples(folder: &Path) -> Result<(), String> {
+    let fmus = root().join("fmu");
+    let entries = std::fs::read_dir(&fmus).map_err(|e| format!("{}: {e}", fmus.display()))?;
+    for entry in entries {
+        let path =
+            entry.map_err(|e| format!("{}: {e}", fmus.display()))?.path().join("example.json");
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let format =
+            text.split('/').nth(1).ok_or_else(|| format!("{}: no schema", path.display()))?;
+        write(&folder.join(format!("{format}.json")), text.as_bytes())?;
+    }
+    Ok(())
 }
 
 /// A linear congruential generator: Knuth's MMIX.

@@ -173,7 +173,7 @@ fn the_controller() {
 #[test]
 fn the_controller_of_an_older_file() {
     use steerwright_formats::Document;
-    let text = include_str!("../../../../tests/fuzzing/documents/pid.json");
+    let text = include_str!("../../../lateral-pid/example.json");
     let pid = steerwright_formats::Pid::from_json(text, "pid.json").unwrap();
     assert!(!pid.to_json().contains("large_errors"));
     let p = pid_parameters(&pid);

@@ -6,8 +6,8 @@ use fmi2_export::{CoSimulationUnit, Log, Resources, VariableId};
 use steerwright_formats::{Document, InputKind, Longitudinal, Matrix, Plant};
 use steerwright_models::linear::discretize;
 use steerwright_units::{
-    BicyclePlant, IdentifiedPlant, LateralPid, LongitudinalPlant, NonlinearVehicle, PoseEstimator,
-    ReferencePath,
+    BicyclePlant, Definition, Fmu, IdentifiedPlant, LateralPid, LongitudinalPlant,
+    NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 
 fn column(entries: &[f64]) -> Matrix {
@@ -119,7 +119,7 @@ pub fn nonlinear() -> NonlinearVehicle {
 }
 
 pub fn longitudinal_file() -> Longitudinal {
-    let text = include_str!("../../../../examples/drives/multibody/longitudinal.json");
+    let text = include_str!("../../../longitudinal-plant/example.json");
     Longitudinal::from_json(text, "longitudinal.json").unwrap()
 }
 
@@ -193,6 +193,13 @@ pub fn path_over_speed(
     };
     let file = file.to_json().into_bytes();
     ReferencePath::open(&Resources::from(vec![("path.json".into(), file)])).unwrap()
+}
+
+/// The unit of an FMU's example.
+pub fn example<S: Definition>() -> S {
+    let fmu = Fmu::ALL.into_iter().find(|fmu| fmu.name() == S::TABLE.model_name).unwrap();
+    let document = fmu.example().as_bytes().to_vec();
+    S::open(&Resources::from(vec![(S::RESOURCE.into(), document)])).unwrap()
 }
 
 /// The variable of that name.

@@ -1,40 +1,13 @@
-//! The file that each FMU is made from, small enough to be read a million times.
+//! The documents that are timed, where the FMU's example is not like those of a drive.
 
 use steerwright_formats::{
-    DesignEvidence, DesignedFor, Discrete, Document, GuidanceAdvice, InputKind, Limits, Margins,
-    Matrix, Noise, OperatingPoint, Path, PathPoint, Pid, PidGains, Plant, Specification,
+    DesignEvidence, DesignedFor, Discrete, Document as _, GuidanceAdvice, InputKind, Limits,
+    Margins, Matrix, Noise, OperatingPoint, Path, PathPoint, Pid, PidGains, Plant, Specification,
     StepMetrics,
 };
 
-/// The document with that schema.
-pub(crate) fn document(schema: &str) -> String {
-    match schema {
-        Plant::SCHEMA => plant().to_json(),
-        steerwright_formats::Bicycle::SCHEMA => {
-            steerwright_control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
-        }
-        steerwright_formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
-        steerwright_formats::Longitudinal::SCHEMA => LONGITUDINAL.to_owned(),
-        steerwright_formats::Estimator::SCHEMA => ESTIMATOR.to_owned(),
-        Pid::SCHEMA => pid().to_json(),
-        Path::SCHEMA => path().to_json(),
-        _ => panic!("no example of {schema}"),
-    }
-}
-
-const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791.6\n\
-    distance_front_m = 1.156\ndistance_rear_m = 1.422\ncornering_stiffness_front_npr = 110000.0\n\
-    cornering_stiffness_rear_npr = 105000.0\nactuator_time_constant_s = 0.05\n\
-    steering_ratio = 15.0\nspeed_mps = 15.0\n";
-
-const NONLINEAR: &str = include_str!("../../examples/drives/multibody/vehicle.json");
-
-const LONGITUDINAL: &str = include_str!("../../examples/drives/multibody/longitudinal.json");
-
-const ESTIMATOR: &str = include_str!("../../examples/drives/multibody/estimator.json");
-
 /// Four stable states with a delay and noise.
-fn plant() -> Plant {
+pub(crate) fn plant() -> Plant {
     Plant {
         schema: Plant::SCHEMA.into(),
         name: "example".into(),
@@ -70,7 +43,8 @@ fn plant() -> Plant {
     }
 }
 
-fn pid() -> Pid {
+/// A controller of a car with a steering ratio of 15.
+pub(crate) fn pid() -> Pid {
     let step = StepMetrics {
         overshoot_percent: 0.5,
         settling_time_s: Some(0.9),
@@ -142,7 +116,7 @@ fn pid() -> Pid {
 }
 
 /// A straight of 20 m, then an arc to the left.
-fn path() -> Path {
+pub(crate) fn path() -> Path {
     let radius = 50.0;
     let point = |i: i32| {
         let distance_m = f64::from(i) * 2.0;
