@@ -74,7 +74,13 @@ impl<'a> Csv<'a> {
         } else {
             None
         };
-        let losses = Losses::new(top, channels.len());
+        let is_bus = dialect::has_frames(&head.header);
+        let bus = (is_bus || !head.has_names && !options.dbc.is_empty()).then(|| {
+            format!(
+                "{name}: no frames of a bus are recognised, and it is read as a table of numbers; frames are read from a log of candump, ASC or TRC, into which python -m can.logconvert converts others"
+            )
+        });
+        let losses = Losses::new(top.into_iter().chain(bus).collect(), channels.len());
         let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
         let mut csv = Self {
@@ -92,17 +98,18 @@ impl<'a> Csv<'a> {
             held: VecDeque::new(),
             top: HashSet::new(),
             has_rows: false,
+            lengths: [0; 16],
         };
         let mut record = csv::ByteRecord::new();
-        let mut is_short = Ok(());
+        let (mut is_short, mut is_long) = (Ok(()), false);
         for _ in 0..head.records {
             csv.next(&mut record)?;
+            is_long |= record.iter().any(|cell| cell.contains(&b'\n'));
             is_short = is_short.and(csv.check_header(&record));
             if !is_blank(&record) {
                 csv.top.insert(joined(&record));
             }
         }
-        let is_long = csv.groups[0].channels.iter().any(|channel| channel.name.contains('\n'));
         if is_long && csv.is_at_end() && csv.reader.get_ref().is_quoted() {
             return Err(Error::OpenQuote { file: name, line: head.header_line });
         }
@@ -200,7 +207,7 @@ impl Recording for Csv<'_> {
                 shortened(&channel.name)
             )
         });
-        self.losses.sentences(file).into_iter().chain(open).collect()
+        self.losses.sentences(file, &self.groups[0].channels).into_iter().chain(open).collect()
     }
 
     fn dates(&self, clock: usize) -> Option<Dates> {
