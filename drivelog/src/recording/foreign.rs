@@ -97,7 +97,10 @@ fn known_text(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let first = lines.next()?;
     let is_key = first.ends_with(':') || first.contains(": ");
     let is_yaml = is_key && !first.contains([',', ';', '\t']) && text.lines().any(|l| l == "---");
-    is_yaml.then_some((
+    if !is_yaml {
+        return None;
+    }
+    Some((
         "YAML, as ros2 topic echo prints messages",
         "record them with ros2 bag record, or print a table with ros2 topic echo --csv, in ROS 1 with rostopic echo -p",
     ))

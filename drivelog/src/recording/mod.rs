@@ -251,8 +251,10 @@ impl Channel {
     }
 
     fn is_named(&self, role: Role, name: &Name<'_>) -> bool {
-        let is_named_like = || self.has_role_by_name && role.is_of(name);
-        self.role.map_or_else(is_named_like, |own| own == role)
+        match self.role {
+            Some(own) => own == role,
+            None => self.has_role_by_name && role.is_of(name),
+        }
     }
 }
 

@@ -43,7 +43,7 @@ pub(super) fn candump(line: &str) -> Line {
         }
         let (id, is_extended, data) = (number, id.len() > 3, bytes(&data)?);
         let frame = Frame { time, bus: bus.into(), id, is_extended, data, is_request: false };
-        time.is_finite().then_some(Line::Frame(frame))
+        if time.is_finite() { Some(Line::Frame(frame)) } else { None }
     })();
     parsed.unwrap_or(Line::Fault)
 }

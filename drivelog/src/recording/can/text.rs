@@ -55,8 +55,10 @@ impl Form {
             Some(Self::Asc)
         } else if is(|line| matches!(Trc::default().line(line), Line::Frame(_))) {
             Some(Self::Trc)
+        } else if is(has_no_time) {
+            Some(Self::NoTime)
         } else {
-            is(has_no_time).then_some(Self::NoTime)
+            None
         }
     }
 }

@@ -75,12 +75,13 @@ impl<'a> Csv<'a> {
             None
         };
         let is_bus = dialect::has_frames(&head.header);
-        let bus = (is_bus || !head.has_names && !options.dbc.is_empty()).then(|| {
-            format!(
+        let mut top = Vec::from_iter(top);
+        if is_bus || !head.has_names && !options.dbc.is_empty() {
+            top.push(format!(
                 "{name}: no frames of a bus are recognised, and it is read as a table of numbers; frames are read from a log of candump, ASC or TRC, into which python -m can.logconvert converts others"
-            )
-        });
-        let losses = Losses::new(top.into_iter().chain(bus).collect(), channels.len());
+            ));
+        }
+        let losses = Losses::new(top, channels.len());
         let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
         let mut csv = Self {
@@ -219,6 +220,6 @@ impl Recording for Csv<'_> {
     }
 
     fn sha256(&mut self) -> Option<String> {
-        self.is_read.then(|| self.reader.get_ref().inner().sha256_hex())
+        if self.is_read { Some(self.reader.get_ref().inner().sha256_hex()) } else { None }
     }
 }

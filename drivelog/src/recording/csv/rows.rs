@@ -127,7 +127,7 @@ impl Csv<'_> {
             };
         }
         (self.held, self.stamps) = (held, stamps);
-        is_text.then_some(rows)
+        if is_text { Some(rows) } else { None }
     }
 
     /// Reads a row: its numbers to the end of `values`; its line, or `None` at the end.

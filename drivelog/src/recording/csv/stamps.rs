@@ -347,9 +347,10 @@ fn read(text: &str) -> Option<(Form, f64)> {
     if let Some((rest, zone)) = text.rsplit_once(' ')
         && let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone)
     {
-        let (form, seconds) = read(rest)?;
-        let is_local = form == Form::Local;
-        return is_local.then_some((Form::Zoned, seconds - 3600.0 * hours));
+        return match read(rest)? {
+            (Form::Local, seconds) => Some((Form::Zoned, seconds - 3600.0 * hours)),
+            _ => None,
+        };
     }
     if let Some(instant) = with_month_name(text) {
         return Some((Form::Local, instant));
