@@ -4,6 +4,7 @@ use crate::formats::LOG_FORMATS;
 use crate::role::unit_in_place_of;
 use crate::units::known_units;
 use miette::Diagnostic;
+use std::borrow::Cow;
 
 /// A cell of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,6 +55,11 @@ pub enum Error {
     #[error("{file}: none of the {kinds} kinds of frames is in the databases{faults}")]
     #[diagnostic(help("name the database of this vehicle and bus"))]
     NotInDatabase { file: String, kinds: usize, faults: String },
+    #[error("{file}: no data frame of CAN was read{faults}")]
+    #[diagnostic(help(
+        "log a CAN bus with numbers for identifiers; LIN, FlexRay and Ethernet are not read"
+    ))]
+    NoFrames { file: String, faults: String },
     #[error("{file}: the frames of candump have no time")]
     #[diagnostic(help(
         "record with candump -ta or candump -L, which write the time of each frame"
@@ -464,9 +470,18 @@ pub(crate) fn short(x: f64) -> String {
 /// The start of a text of a file, such as a cell or a name, in one line, as messages quote it.
 pub(crate) fn shortened(text: &str) -> String {
     const MOST: usize = 80;
-    let line = text.split(['\r', '\n']).next().unwrap_or_default();
-    let start: String = line.chars().take(MOST).collect();
-    if start.len() < text.len() { start + "…" } else { start }
+    let start: String = text.chars().take(MOST).collect();
+    let is_whole = start.len() == text.len();
+    in_one_line(&start).into_owned() + if is_whole { "" } else { "…" }
+}
+
+/// The text with a blank in place of each end of a line.
+pub(crate) fn in_one_line(text: &str) -> Cow<'_, str> {
+    if !text.contains(['\r', '\n']) {
+        return text.into();
+    }
+    let lines = text.split(['\r', '\n']).map(str::trim).filter(|line| !line.is_empty());
+    lines.collect::<Vec<_>>().join(" ").into()
 }
 
 /// `1 gap`, `2 gaps`.

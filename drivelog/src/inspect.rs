@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::channel_units::{check_quantity, check_units_are_used, unit_of};
+use crate::error::counted;
 use crate::mapping::time_column;
 use crate::options::LogOptions;
 use crate::read::opened;
@@ -101,6 +102,7 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
         }
     }
     losses.extend(file.recording.losses());
+    losses.extend(groups.iter().zip(&states).filter_map(|(group, state)| state.falls(group)));
     // A mapping file may state those of other files.
     losses.extend(check_units_are_used(groups.iter(), options).err().map(|e| e.to_string()));
     let firsts = states.iter().filter(|s| s.clock.is_some()).map(|s| s.first);
@@ -124,6 +126,9 @@ struct State {
     period: f64,
     gaps: usize,
     longest: Option<[f64; 2]>,
+    /// Instants before the one above them, and the first two of these.
+    falls: usize,
+    first_fall: Option<[f64; 2]>,
 }
 
 impl State {
@@ -150,6 +155,8 @@ impl State {
             period: f64::NAN,
             gaps: 0,
             longest: None,
+            falls: 0,
+            first_fall: None,
         }
     }
 
@@ -178,11 +185,25 @@ impl State {
                     self.longest = Some([self.last, t]);
                 }
             }
+            if t < self.last {
+                self.falls += 1;
+                self.first_fall.get_or_insert([self.last, t]);
+            }
             self.last = t;
         }
         for (channel, values) in self.channels.iter_mut().zip(&columns.values) {
             time.iter().zip(values).for_each(|(t, x)| channel.take(*t, *x));
         }
+    }
+
+    /// The report of a clock that does not rise.
+    fn falls(&self, group: &Group) -> Option<String> {
+        let [before, after] = self.first_fall?;
+        let rows = counted(self.falls, "row");
+        Some(format!(
+            "{}: {rows} with a time before that of the row above, the first {after} s after {before} s",
+            group.place()
+        ))
     }
 
     fn finish(self, group: &Group, options: &LogOptions, log_start_s: f64) -> InspectedGroup {

@@ -157,9 +157,10 @@ fn text(found: &Inspection) -> String {
 const LONGEST_NAME: usize = 200;
 
 fn shown_name(name: &str) -> String {
+    let name = name.replace(['\r', '\n'], " ");
     match name.char_indices().nth(LONGEST_NAME) {
         Some((end, _)) => format!("{}…", &name[..end]),
-        None => name.to_owned(),
+        None => name,
     }
 }
 

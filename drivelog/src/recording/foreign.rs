@@ -1,4 +1,4 @@
-//! Formats that are not read here, by their first bytes, and what reads them.
+//! Formats that are not read here, by their first bytes or lines, and what reads them.
 
 use super::Recording;
 use super::bytes::{Head, LogFile};
@@ -18,6 +18,19 @@ const COLUMNS: &str =
 const UNPACK: &str =
     "decompress it first; one log in gzip, Zstandard, bzip2 or ZIP is read as it is";
 
+const ARDUPILOT: &str = "convert a message to CSV with pymavlink, as in: mavlogdump.py --format csv --types STER FILE > OUT.csv";
+const UTF_32: &str = "save it as UTF-8, as with: iconv -f UTF-32 -t UTF-8 LOG > UTF8.csv";
+
+/// First letters of a text that marks up another one, name, what to do.
+const MARKED_UP: &[(&str, &str, &str)] = &[
+    ("<!doctype html", "a web page (HTML)", "download the log itself"),
+    ("<html", "a web page (HTML)", "download the log itself"),
+    ("<gpx", "a track (GPX)", TRACK),
+    ("<kml", "a track (KML)", TRACK),
+    ("<?xml", "an XML document", "export the numbers as CSV"),
+];
+const TRACK: &str = "convert it to CSV, as with: gpsbabel -i gpx -f IN -o unicsv -F OUT.csv";
+
 const FORMATS: &[Known] = &[
     (b"\x89HDF\r\n\x1a\n", "HDF5", "convert it to Parquet or CSV, as with h5py and pandas"),
     (b"MATLAB 7.3 MAT", "a MAT file (MATLAB 7.3)", PYTHON),
@@ -34,6 +47,10 @@ const FORMATS: &[Known] = &[
     (b"TDSm", "a TDMS file", PYTHON),
     (b"FEA1", "Feather of the first version", COLUMNS),
     (b"ULog\x01\x12\x35", "a log of PX4 (ULog)", "convert it to CSV, as with ulog2csv of pyulog"),
+    (b"\xa3\x95\x80\x80", "a log of ArduPilot (.bin)", ARDUPILOT),
+    (b"FMT, 128, 89, FMT,", "a log of ArduPilot in text", ARDUPILOT),
+    (b"\xff\xfe\0\0", "text in UTF-32", UTF_32),
+    (b"\0\0\xfe\xff", "text in UTF-32", UTF_32),
     (b"\x28\xb5\x2f\xfd", "compressed as a whole (Zstandard)", UNPACK),
     (b"\xfd7zXZ\0", "compressed as a whole (xz)", UNPACK),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
@@ -61,8 +78,40 @@ fn known(start: &[u8]) -> Option<(&'static str, &'static str)> {
     Some((name, help))
 }
 
+/// A text that is no table, by its first lines.
+fn known_text(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let text = String::from_utf8_lossy(start);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let begins = |text: &str, with: &str| {
+        text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with))
+    };
+    if text.starts_with('<') {
+        let of_root = |root: &str| MARKED_UP.iter().find(|(with, ..)| begins(root, with)).copied();
+        // What a document of XML is stands in its first elements.
+        let inner =
+            text.match_indices('<').skip(1).take(8).find_map(|(at, _)| of_root(&text[at..]));
+        let (_, name, help) = inner.or_else(|| of_root(text))?;
+        return Some((name, help));
+    }
+    let mut lines = text.lines().map(str::trim_end).filter(|line| *line != "---");
+    let first = lines.next()?;
+    let is_key = first.ends_with(':') || first.contains(": ");
+    let is_yaml = is_key && !first.contains([',', ';', '\t']) && text.lines().any(|l| l == "---");
+    if !is_yaml {
+        return None;
+    }
+    Some((
+        "YAML, as ros2 topic echo prints messages",
+        "record them with ros2 bag record, or print a table with ros2 topic echo --csv, in ROS 1 with rostopic echo -p",
+    ))
+}
+
+fn recognised(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    known(start).or_else(|| known_text(start))
+}
+
 pub(super) fn recognises(head: &Head<'_>) -> bool {
-    known(head.start).is_some()
+    recognised(head.start).is_some()
 }
 
 /// Refuses the file by the name of its format.
@@ -71,6 +120,6 @@ pub(super) fn open<'a>(
     _: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
     let start = file.head()?;
-    let (format, help) = known(&start).unwrap_or(("another format", SHEET));
+    let (format, help) = recognised(&start).unwrap_or(("another format", SHEET));
     Err(Error::OtherFormat { file: file.name, format, help })
 }

@@ -26,7 +26,7 @@ pub use memory::in_memory;
 pub use read_at::ReadAt;
 
 use crate::Error;
-use crate::error::{last_part, shortened};
+use crate::error::{in_one_line, last_part, shortened};
 use crate::names::Name;
 use crate::options::LogOptions;
 use crate::role::Role;
@@ -251,8 +251,10 @@ impl Channel {
     }
 
     fn is_named(&self, role: Role, name: &Name<'_>) -> bool {
-        let is_named_like = || self.has_role_by_name && role.is_of(name);
-        self.role.map_or_else(is_named_like, |own| own == role)
+        match self.role {
+            Some(own) => own == role,
+            None => self.has_role_by_name && role.is_of(name),
+        }
     }
 }
 
@@ -303,12 +305,12 @@ impl Group {
         }
     }
 
-    /// The channel of that name: with or without its unit in brackets, and with the group before it.
+    /// The channel of that name: with or without its unit in brackets, in one line, and with the group before it.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         let names = || self.channels.iter().map(|c| c.name.as_str());
         let found = names()
             .position(|own| own == name)
-            .or_else(|| names().position(|own| split_brackets(own).0 == name));
+            .or_else(|| names().position(|own| is_short(own, name)));
         if found.is_some() || self.name.is_empty() {
             return found;
         }
@@ -324,6 +326,12 @@ impl Group {
         let file = [self.file.as_str(), last_part(&self.file)];
         file.contains(&name) || !self.name.is_empty() && (self.name == name || self.place() == name)
     }
+}
+
+/// Whether the name is another one in one line, with or without its unit in brackets.
+fn is_short(own: &str, name: &str) -> bool {
+    let own = in_one_line(own);
+    own == name || split_brackets(&own).0 == name
 }
 
 type Opened<'a> = Result<Box<dyn Recording + 'a>, Error>;

@@ -14,6 +14,7 @@ mod headers;
 mod mcap;
 mod mdf;
 mod parquet;
+mod tools;
 mod torn;
 mod units;
 

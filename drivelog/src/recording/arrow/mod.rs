@@ -23,7 +23,8 @@ pub(super) fn recognises(head: &Head<'_>) -> bool {
         let bytes = stream.get(at..)?.first_chunk();
         bytes.map(|bytes| u32::from_le_bytes(*bytes))
     };
-    let is_length = number(0).is_some_and(|length| (8..1 << 26).contains(&length));
+    // Aligned, as the mark of UTF-32 is not.
+    let is_length = number(0).is_some_and(|n| (8..1 << 26).contains(&n) && n % 4 == 0);
     let is_place = number(4).is_some_and(|place| (4..256).contains(&place) && place % 4 == 0);
     head.start.starts_with(MAGIC) || is_length && is_place
 }

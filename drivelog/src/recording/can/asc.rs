@@ -62,29 +62,39 @@ impl Asc {
         };
         let [_, _, _, length, data @ ..] = rest else { return Line::Fault };
         let Ok(count) = length.parse::<usize>() else { return Line::Fault };
-        self.frame_line(bus, id, count, data)
+        self.frame_line(bus, identifier(id, self.radix()), count, data)
     }
 
     fn frame(&self, bus: &str, id: &str, length: &str, data: &[&str]) -> Line {
-        match usize::from_str_radix(length, 16) {
-            Ok(count) => self.frame_line(bus, id, count.min(8), data),
-            Err(_) => Line::Fault,
-        }
+        let Ok(count) = usize::from_str_radix(length, 16) else { return Line::Fault };
+        // Behind the data the identifier is in decimal digits, also where a name is in its place.
+        let stated = data.windows(3).find(|words| words[..2] == ["ID", "="]);
+        let id = match stated.and_then(|words| identifier(words[2], 10)) {
+            Some(stated) => Some(stated),
+            None => identifier(id, self.radix()),
+        };
+        self.frame_line(bus, id, count.min(8), data)
     }
 
-    fn frame_line(&self, bus: &str, id: &str, count: usize, data: &[&str]) -> Line {
-        let radix = if self.is_hex { 16 } else { 10 };
-        let (number, is_extended) =
-            id.strip_suffix('x').or(id.strip_suffix('X')).map_or((id, false), |id| (id, true));
-        let id = u32::from_str_radix(number, radix).ok();
-        let byte = |text: &&str| u8::from_str_radix(text, radix).ok();
+    fn radix(&self) -> u32 {
+        if self.is_hex { 16 } else { 10 }
+    }
+
+    fn frame_line(&self, bus: &str, id: Option<(u32, bool)>, count: usize, data: &[&str]) -> Line {
+        let byte = |text: &&str| u8::from_str_radix(text, self.radix()).ok();
         let data = data.get(..count).and_then(|data| data.iter().map(byte).collect());
         match (id, data) {
-            (Some(id), Some(data)) => {
+            (Some((id, is_extended)), Some(data)) => {
                 let (time, bus) = (self.time, bus.to_owned());
                 Line::Frame(Frame { time, bus, id, is_extended, data, is_request: false })
             }
             _ => Line::Fault,
         }
     }
+}
+
+/// An identifier and whether it is extended, which an `x` behind it states.
+fn identifier(text: &str, radix: u32) -> Option<(u32, bool)> {
+    let number = text.trim_end_matches(['x', 'X']);
+    Some((u32::from_str_radix(number, radix).ok()?, number.len() < text.len()))
 }

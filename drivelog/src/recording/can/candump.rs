@@ -33,11 +33,7 @@ pub(super) fn candump(line: &str) -> Line {
                 if rest.first() == Some(&"remote") {
                     return Some(Line::Other);
                 }
-                let data = rest.get(..count)?;
-                if data.iter().any(|byte| byte.len() != 2) {
-                    return None;
-                }
-                (word, data.concat())
+                (word, digits(&rest, count)?)
             }
         };
         let number = u32::from_str_radix(id, 16).ok()?;
@@ -47,9 +43,26 @@ pub(super) fn candump(line: &str) -> Line {
         }
         let (id, is_extended, data) = (number, id.len() > 3, bytes(&data)?);
         let frame = Frame { time, bus: bus.into(), id, is_extended, data, is_request: false };
-        time.is_finite().then_some(Line::Frame(frame))
+        if time.is_finite() { Some(Line::Frame(frame)) } else { None }
     })();
     parsed.unwrap_or(Line::Fault)
+}
+
+/// The hexadecimal digits of so many bytes in columns, which may be binary (`-i`) or in reverse with marks between them
+/// (`-S`).
+fn digits(words: &[&str], count: usize) -> Option<String> {
+    if let [swapped, ..] = words
+        && swapped.contains('`')
+    {
+        let bytes: Vec<&str> = swapped.split('`').rev().collect();
+        return digits(&bytes, count);
+    }
+    let hex = |byte: &&str| match byte.len() {
+        2 => Some((*byte).to_owned()),
+        8 => Some(format!("{:02X}", u8::from_str_radix(byte, 2).ok()?)),
+        _ => None,
+    };
+    words.get(..count)?.iter().map(hex).collect()
 }
 
 /// Whether the line is one of candump without `-t`.

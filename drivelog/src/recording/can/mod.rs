@@ -44,7 +44,7 @@ pub(super) fn open<'a>(
         ));
     }
     let Survey { seen, requests, mut losses, .. } = survey;
-    if options.dbc.is_empty() {
+    if options.dbc.is_empty() && !seen.is_empty() {
         let ids: BTreeSet<u32> = seen.keys().map(|i| i.id).collect();
         return Err(Error::NoDatabase { file: file.name, kinds: ids.len() });
     }
@@ -55,6 +55,9 @@ pub(super) fn open<'a>(
         const SHOWN: usize = 4;
         losses.truncate(SHOWN);
         let faults = losses.iter().map(|loss| format!("; {loss}")).collect();
+        if seen.is_empty() {
+            return Err(Error::NoFrames { file: file.name, faults });
+        }
         return Err(Error::NotInDatabase { file: file.name, kinds: seen.len(), faults });
     }
     Ok(Box::new(Bus { file, form, decoder, groups, requests, losses }))

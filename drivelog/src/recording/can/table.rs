@@ -1,4 +1,4 @@
-//! Frames in tables with a row for each, as cabana, SavvyCAN and GVRET, python-can and the CANedge's converter write them.
+//! Frames in tables with a row for each, as cabana, SavvyCAN and GVRET, python-can, Kvaser and the CANedge's converter write them.
 
 use super::candump::bytes;
 use super::frame::{Frame, Line};
@@ -22,9 +22,11 @@ pub(super) struct Table {
     /// Seconds of its unit.
     second: f64,
     id: usize,
-    /// Whether an identifier without `0x` is of hexadecimal digits.
+    /// Whether an identifier without `0x` is of hexadecimal digits, and where bytes are in a cell each, these, too.
     is_hex: bool,
     is_extended: Option<usize>,
+    /// Flags of Kvaser in one number.
+    flags: Option<usize>,
     bus: Option<usize>,
     data: usize,
     kind: Data,
@@ -57,6 +59,10 @@ impl Table {
                 find("d1")?,
                 Data::Cells,
             ),
+            // Kvaser.
+            "time" if find("data0").is_some() => {
+                (0, 1.0, find("id")?, false, None, find("channel"), find("data0")?, Data::Cells)
+            }
             "timestamp" => (
                 0,
                 1.0,
@@ -80,7 +86,7 @@ impl Table {
             _ => return None,
         };
         let length = match kind {
-            Data::Cells => find("len"),
+            Data::Cells => find("len").or(find("dlc")),
             Data::Base64 => find("dlc"),
             Data::Hex => find("datalength"),
         };
@@ -94,12 +100,32 @@ impl Table {
             id,
             is_hex,
             is_extended,
+            flags: find("flags"),
             bus,
             data,
             kind,
             length,
             others,
         })
+    }
+
+    /// The same with the base of its numbers, which Kvaser leaves to the user and does not state: rows with letters or a
+    /// leading zero are hexadecimal.
+    pub(super) fn based_on(mut self, rows: &str) -> Self {
+        let is_hex = |cell: &str| {
+            cell.bytes().all(|b| b.is_ascii_hexdigit())
+                && (cell.len() == 2 && cell.starts_with('0')
+                    || cell.bytes().any(|b| b.is_ascii_alphabetic()))
+        };
+        if self.flags.is_some() {
+            let cells = rows.lines().flat_map(|row| {
+                let cells: Vec<&str> = row.split(self.delimiter).map(str::trim).collect();
+                let data = cells.get(self.data..self.data + 8).unwrap_or_default().to_vec();
+                cells.get(self.id).copied().into_iter().chain(data).collect::<Vec<_>>()
+            });
+            self.is_hex = cells.into_iter().any(is_hex);
+        }
+        self
     }
 
     /// A line; `is_cut` where the file ends within it.
@@ -122,11 +148,21 @@ impl Table {
         let time = stamp.parse::<f64>().ok().filter(|time| time.is_finite())?;
         // SavvyCAN has whole microseconds, or seconds with a fraction.
         let second = if stamp.contains('.') { 1.0 } else { self.second };
+        let flags = match self.flags {
+            Some(at) => cells.get(at)?.parse().ok()?,
+            None => 0,
+        };
+        const REQUEST: u32 = 1;
+        const EXTENDED: u32 = 4;
+        const FAULT: u32 = 32;
+        if flags & (REQUEST | FAULT) != 0 {
+            return Some(Line::Other);
+        }
         let id = *cells.get(self.id)?;
+        let base = if self.is_hex { 16 } else { 10 };
         let id = match id.strip_prefix("0x") {
             Some(hex) => u32::from_str_radix(hex, 16),
-            None if self.is_hex => u32::from_str_radix(id, 16),
-            None => id.parse(),
+            None => u32::from_str_radix(id, base),
         };
         let id = id.ok()?;
         let length = self.length.map(|at| cells.get(at)?.parse::<usize>().ok());
@@ -139,17 +175,23 @@ impl Table {
             Data::Cells => {
                 let cells = cells.get(self.data..)?.get(..length??)?;
                 // The byte at which the file was cut off may lack a digit.
-                if is_cut && cells.last().is_some_and(|cell| cell.len() < 2) {
+                if is_cut && self.is_hex && cells.last().is_some_and(|cell| cell.len() < 2) {
                     return None;
                 }
-                cells.iter().map(|cell| u8::from_str_radix(cell, 16).ok()).collect::<Option<_>>()?
+                cells
+                    .iter()
+                    .map(|cell| u8::from_str_radix(cell, base).ok())
+                    .collect::<Option<_>>()?
             }
         };
         if length.is_some_and(|length| length != Some(data.len())) {
             return None;
         }
         // Where the table does not state it, an identifier beyond 11 bits is extended.
-        let is_extended = self.is_extended.map_or(id > 0x7FF, is_set);
+        let is_extended = match self.is_extended {
+            Some(at) => is_set(at),
+            None => id > 0x7FF || flags & EXTENDED != 0,
+        };
         let bus = self.bus.and_then(|at| cells.get(at)).map_or("1", |bus| bus).to_owned();
         let time = time * second;
         Some(Line::Frame(Frame { time, bus, id, is_extended, data, is_request: false }))

@@ -25,6 +25,7 @@ impl Form {
     /// The form of a text that starts like this.
     pub(super) fn recognise(start: &[u8]) -> Option<Self> {
         let start = String::from_utf8_lossy(start);
+        let start = start.trim_start_matches(BYTE_ORDER_MARK);
         if start.lines().take(30).any(|l| l.starts_with(trc::VERSION)) {
             return Some(Self::Trc);
         }
@@ -54,8 +55,10 @@ impl Form {
             Some(Self::Asc)
         } else if is(|line| matches!(Trc::default().line(line), Line::Frame(_))) {
             Some(Self::Trc)
+        } else if is(has_no_time) {
+            Some(Self::NoTime)
         } else {
-            is(has_no_time).then_some(Self::NoTime)
+            None
         }
     }
 }
@@ -80,6 +83,7 @@ pub(super) struct Frames<R> {
     time: f64,
 }
 
+const BYTE_ORDER_MARK: char = '\u{feff}';
 /// No line of a bus log is longer.
 const LONGEST: u64 = 4096;
 
@@ -112,19 +116,23 @@ impl<R: Read> Frames<R> {
             let at = self.byte;
             self.line += 1;
             self.byte += count as u64;
-            let read = match (std::str::from_utf8(&self.text), self.form) {
-                (Ok(text), Form::Candump | Form::Steps) => candump(text.trim()),
-                (Ok(text), Form::Asc) => self.asc.line(text.trim()),
-                (Ok(text), Form::Trc) => self.trc.line(text.trim()),
-                (Ok(text), Form::Busmaster) => self.busmaster.line(text.trim()),
-                (Ok(text), Form::Table) => match &self.table {
+            // Comments may be in another encoding.
+            let text = String::from_utf8_lossy(&self.text);
+            let text = text.trim_start_matches(BYTE_ORDER_MARK);
+            let read = match self.form {
+                Form::Candump | Form::Steps => candump(text.trim()),
+                Form::Asc => self.asc.line(text.trim()),
+                Form::Trc => self.trc.line(text.trim()),
+                Form::Busmaster => self.busmaster.line(text.trim()),
+                Form::Table => match &self.table {
                     Some(table) => table.line(text.trim(), !text.ends_with('\n')),
                     None => {
-                        self.table = Table::from_header(text.trim());
+                        let rows = String::from_utf8_lossy(self.reader.fill_buf()?);
+                        self.table = Table::from_header(text.trim()).map(|own| own.based_on(&rows));
                         Line::Other
                     }
                 },
-                (Err(_), _) | (_, Form::NoTime) => Line::Fault,
+                Form::NoTime => Line::Fault,
             };
             match read {
                 Line::Frame(mut frame) => {
@@ -212,6 +220,20 @@ mod tests {
             assert_eq!(first(text), frame(0.5, "1", 0x25, false, &[0x49]), "{text}");
         }
         assert!(first("0.5 1 25 TxRq d 1 49\n").is_request);
+        for data in ["01000001 00100000", "20`41"] {
+            assert_eq!(first(&format!("(1.5)  can0  025   [2]  {data}\n")), plain, "{data}");
+        }
+        // By name, some of which are numbers, and after a byte-order mark.
+        for name in ["STEER", "FACE", "25"] {
+            let text = format!("\u{feff}0.5 1 {name} Rx d 1 49 Length = 1 ID = 37\n");
+            assert_eq!(first(&text), frame(0.5, "1", 0x25, false, &[0x49]), "{name}");
+        }
+        let extended = frame(0.5, "1", 0x18FE_CA34, true, &[0x49]);
+        assert_eq!(first("0.5 1 Motion Rx d 1 49 Length = 1 ID = 419351092x\n"), extended);
+        let mut frames =
+            Frames::new(&b"date Do\n// Pr\xfcfstand\n0.5 1 25 Rx d 1 49\n"[..], Form::Asc);
+        assert!(frames.next().unwrap().is_some());
+        assert_eq!(frames.faults, 0);
         for text in ["t,x\n1,2\n", "1 2 3\n", "time [s] speed [2]\n", "a b [2] c d\n"] {
             assert_eq!(form(text), None, "{text}");
         }
@@ -318,6 +340,19 @@ mod tests {
         let extended = frame(1.5, "0", 0x25, true, &[0x49]);
         for row in ["1500000,00000025,TRUE,Rx,0,1,49,", "1.500000,00000025,true,Rx,0,1,49"] {
             assert_eq!(all(&format!("{savvy}{row}")), (vec![extended.clone()], 0), "{row}");
+        }
+    }
+
+    #[test]
+    fn tables_of_kvaser_in_both_bases() {
+        let head = "Time,Channel,ID,Flags,DLC,Data0,Data1,Data2,Counter,AbsTime\n";
+        let expected =
+            [frame(1.5, "1", 0x25, false, &[0x49, 3]), frame(2.5, "1", 0x18FE_CA34, true, &[])];
+        for rows in [
+            "1.5,1,37,0,2,73,3,,0,\n1.6,1,37,1,2,,,,1,\n2.5,1,419351092,4,0,,,,2,\n3,1,37,0,2,x,3,,3,\n",
+            "1.5,1,25,0,2,49,03,,0,\n1.6,1,25,1,2,,,,1,\n2.5,1,18FECA34,4,0,,,,2,\n3,1,25,0,2,x,3,,3,\n",
+        ] {
+            assert_eq!(all(&format!("{head}{rows}")), (expected.to_vec(), 1), "{rows}");
         }
     }
 

@@ -50,6 +50,7 @@ pub(super) fn bare_unit(text: &str) -> &str {
 }
 
 pub(super) fn is_value(cell: &str) -> bool {
+    let cell = cell.strip_prefix('−').unwrap_or(cell);
     cell.parse::<f64>().is_ok() || comma_number(cell).is_some() || Stamps::like(cell).is_some()
 }
 
@@ -103,4 +104,10 @@ pub(super) fn is_blank(record: &csv::ByteRecord) -> bool {
 
 pub(super) fn line(record: &csv::ByteRecord) -> u64 {
     record.position().map_or(1, csv::Position::line)
+}
+
+pub(super) fn set_line(record: &mut csv::ByteRecord, line: u64) {
+    let mut position = record.position().cloned().unwrap_or_else(csv::Position::new);
+    position.set_line(line);
+    record.set_position(Some(position));
 }

@@ -2,6 +2,7 @@
 //! as after a loss of power, are taken out too, and a row has a bound.
 
 use super::missing::is_spreadsheet_error;
+use std::collections::VecDeque;
 use std::io::Read;
 
 const BOM: [u8; 3] = *b"\xEF\xBB\xBF";
@@ -19,6 +20,7 @@ pub(super) struct WithoutComments<R> {
     length: usize,
     /// Zeros since the last other byte but ends of lines.
     zeros: u64,
+    line_of_zeros: u64,
     /// Whether these zeros began within a line.
     is_torn: bool,
     /// A `/` that may begin a comment.
@@ -27,6 +29,16 @@ pub(super) struct WithoutComments<R> {
     blank: bool,
     /// A first cell that may be a comment: `#N/A` and `%` are none.
     mark: Vec<u8>,
+    /// The lines of the file that have text: place in what is passed on, and number. The parser counts no line that a
+    /// carriage return ends, and none that is blank.
+    lines: VecDeque<(u64, u64)>,
+    line: u64,
+    /// Whether the last byte is a carriage return.
+    is_return: bool,
+    /// Bytes that have been made ready.
+    place: u64,
+    /// Whether a byte of this line has been made ready.
+    has_text: bool,
     /// Bytes that are read, and from where on they have not been passed on.
     ready: Vec<u8>,
     from: usize,
@@ -67,13 +79,44 @@ impl<R: Read> WithoutComments<R> {
             is_open: false,
             length: 0,
             zeros: 0,
+            line_of_zeros: 0,
             is_torn: false,
             slash: false,
             blank: false,
             mark,
+            lines: VecDeque::new(),
+            line: 1,
+            is_return: false,
+            place: 0,
+            has_text: false,
             ready,
             from: 0,
             buffer,
+        }
+    }
+
+    /// The line of the file with the first text at or after a place in what is passed on; the places of successive calls
+    /// do not fall.
+    pub(super) fn line_at(&mut self, place: u64) -> Option<u64> {
+        while self.lines.front().is_some_and(|(own, _)| *own < place) {
+            self.lines.pop_front();
+        }
+        self.lines.front().map(|(_, line)| *line)
+    }
+
+    fn pass(&mut self, byte: u8) {
+        let ends_line = b"\r\n".contains(&byte);
+        if !ends_line && !self.has_text {
+            self.lines.push_back((self.place, self.line));
+        }
+        self.has_text = !ends_line;
+        self.place += 1;
+        self.ready.push(byte);
+    }
+
+    fn pass_mark(&mut self) {
+        for byte in std::mem::take(&mut self.mark) {
+            self.pass(byte);
         }
     }
 
@@ -102,9 +145,16 @@ impl<R: Read> WithoutComments<R> {
     }
 
     fn take(&mut self, byte: u8) {
+        self.take_byte(byte);
+        self.line += u64::from(byte == b'\r' || byte == b'\n' && !self.is_return);
+        self.is_return = byte == b'\r';
+    }
+
+    fn take_byte(&mut self, byte: u8) {
         if byte == 0 {
             if self.zeros == 0 {
                 self.is_torn = !self.at_line_end;
+                self.line_of_zeros = self.line;
             }
             self.zeros += 1;
             return;
@@ -112,7 +162,9 @@ impl<R: Read> WithoutComments<R> {
         self.at_line_end = b"\r\n".contains(&byte);
         if self.zeros > 0 && !self.at_line_end {
             self.zeros = 0;
-            self.ready.push(0);
+            let line = std::mem::replace(&mut self.line, self.line_of_zeros);
+            self.pass(0);
+            self.line = line;
         }
         self.length = if self.at == At::LineStart { 1 } else { self.length + 1 };
         if std::mem::take(&mut self.slash) {
@@ -120,7 +172,7 @@ impl<R: Read> WithoutComments<R> {
                 self.at = At::Comment;
             } else {
                 self.at = At::Cell;
-                self.ready.push(b'/');
+                self.pass(b'/');
             }
         }
         if self.at == At::Mark {
@@ -131,7 +183,7 @@ impl<R: Read> WithoutComments<R> {
             }
             self.at = if ends && self.is_cell(byte) { At::Cell } else { At::Comment };
             if self.at == At::Cell {
-                self.ready.append(&mut self.mark);
+                self.pass_mark();
             }
             if byte == self.delimiter && self.at == At::Comment {
                 return;
@@ -145,7 +197,7 @@ impl<R: Read> WithoutComments<R> {
             }
             if std::mem::take(&mut self.blank) && !self.at_line_end {
                 self.at = At::CellStart;
-                self.ready.push(b' ');
+                self.pass(b' ');
             }
         }
         self.at = match (self.at, byte) {
@@ -169,7 +221,7 @@ impl<R: Read> WithoutComments<R> {
             (At::LineStart | At::CellStart, b'"') => At::Quoted,
             _ => At::Cell,
         };
-        self.ready.push(byte);
+        self.pass(byte);
     }
 
     /// Whether the first cell is one, and no comment.
@@ -195,10 +247,10 @@ impl<R: Read> Read for WithoutComments<R> {
             if count? == 0 {
                 self.is_open |= self.at == At::Quoted;
                 if std::mem::take(&mut self.slash) {
-                    self.ready.push(b'/');
+                    self.pass(b'/');
                 }
                 if self.at == At::Mark && is_spreadsheet_error(&self.mark) {
-                    self.ready.append(&mut self.mark);
+                    self.pass_mark();
                 }
                 self.mark.clear();
                 self.at = At::Comment;

@@ -4,7 +4,7 @@ use super::head::Head;
 use super::stamps::Stamps;
 use crate::recording::Channel;
 use crate::role::Role;
-use crate::units::unit_of_header;
+use crate::units::{Quantity, parse_unit, unit_of_header};
 
 /// comma.ai's steering-control data set: command from −1 to 1, speeds and accelerations in SI.
 const STEERING_CONTROL: &[(&str, &str)] = &[
@@ -25,20 +25,33 @@ const STEERING_CONTROL: &[(&str, &str)] = &[
 /// `rostopic echo -p`: both stamps are instants of ROS.
 const ROSTOPIC: &[(&str, &str)] = &[("time", "ns"), ("field.header.stamp", "ns")];
 
+/// The clock of PlotJuggler.
+const PLOTJUGGLER: &[(&str, &str)] = &[("__time", "s")];
+
 /// Units and roles of the columns of known programs, where the table does not state them.
 pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
     let has = |name: &str| head.header.iter().any(|own| own == name);
     let is_ros = has("time") && head.header.iter().any(|name| name.starts_with("field."));
     let is_control = STEERING_CONTROL.iter().all(|(name, _)| has(name));
-    let units = [(is_control, STEERING_CONTROL), (is_ros, ROSTOPIC)];
+    let units = [(is_control, STEERING_CONTROL), (is_ros, ROSTOPIC), (has("__time"), PLOTJUGGLER)];
     let units = units.into_iter().filter(|(is_known, _)| *is_known).flat_map(|(_, units)| units);
     let units: Vec<(&str, &str)> = units.copied().collect();
     for channel in channels.iter_mut().filter(|channel| channel.unit.is_none()) {
         let unit = units.iter().find(|(name, _)| *name == channel.name);
         channel.unit = unit.map(|(_, unit)| (*unit).into());
-        // LabVIEW, whose x is the time unless the user makes it another quantity.
-        if channel.name == "X_Value" && !head.text.iter().any(|line| is_other_x(line)) {
+    }
+    for (place, channel) in channels.iter_mut().enumerate() {
+        // LabVIEW, whose x is the time unless the user makes it another quantity or leaves it out.
+        let is_x = channel.name == "X_Value" && channel.unit.is_none() && !head.are_empty[place];
+        if is_x && !head.text.iter().any(|line| is_other_x(line)) {
             (channel.role, channel.unit) = (Some(Role::Time), Some("s".into()));
+        }
+        // ControlDesk of dSPACE.
+        let unit = channel.unit.as_deref().and_then(parse_unit);
+        if channel.name.eq_ignore_ascii_case("xaxis")
+            && unit.is_some_and(|unit| unit.quantity == Quantity::Time)
+        {
+            channel.role = Some(Role::Time);
         }
     }
     of_race_capture(channels);
@@ -75,6 +88,15 @@ fn of_race_capture(channels: &mut [Channel]) {
             channel.role = Some(Role::Time);
         }
     }
+}
+
+/// Whether the names are those of a table with a frame of a bus in each row.
+pub(super) fn has_frames(names: &[String]) -> bool {
+    let plain = |name: &String| name.replace([' ', '_'], "").to_lowercase();
+    let names: Vec<String> = names.iter().map(plain).collect();
+    let has = |all: &[&str]| names.iter().any(|name| all.contains(&name.as_str()));
+    has(&["id", "canid", "arbid", "arbitrationid", "identifier", "messageid"])
+        && has(&["data", "databytes", "data0", "data1", "d0", "d1", "b0", "b1", "byte0", "byte1"])
 }
 
 /// `X_Dimension` of another quantity than time.

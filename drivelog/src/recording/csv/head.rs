@@ -4,7 +4,7 @@
 
 use super::cells::{
     DELIMITERS, comma_number, is_blank, is_comment, is_comment_record, is_number, is_value, line,
-    switch, text_of,
+    set_line, switch, text_of,
 };
 use super::comments::WithoutComments;
 use super::header;
@@ -34,8 +34,10 @@ pub(super) struct Head {
     /// The unit of each column from the row under the header; empty where there is no such row.
     pub(super) units: Vec<String>,
     pub(super) stamps: Vec<Option<Stamps>>,
-    /// Columns whose first cells are all texts.
+    /// Columns whose cells are all texts, as far as they were looked at.
     pub(super) are_texts: Vec<bool>,
+    /// Columns without a value, as far as they were looked at.
+    pub(super) are_empty: Vec<bool>,
     /// Records from the file's start to the first row of values.
     pub(super) records: usize,
 }
@@ -101,10 +103,16 @@ impl Head {
         let mut stamps: Vec<Option<Option<Stamps>>> = vec![None; header.len()];
         let mut cells = vec![(0, 0); header.len()];
         let samples = values.iter().filter(|row| !is_blank(row) && !is_comment_record(row));
-        for row in samples.take(SAMPLE) {
+        for (place, row) in samples.enumerate() {
             for ((cell, stamps), (all, texts)) in row.iter().zip(&mut stamps).zip(&mut cells) {
+                // A column of texts or without values so far may have numbers further down.
+                if place >= SAMPLE && *texts < *all {
+                    continue;
+                }
                 let cell = std::str::from_utf8(cell).unwrap_or_default().trim();
-                marks.note(cell);
+                if place < SAMPLE {
+                    marks.note(cell);
+                }
                 if is_missing(cell) {
                     continue;
                 }
@@ -128,6 +136,7 @@ impl Head {
             text: text_above(&rows, above.first),
             units: above.units,
             stamps: stamps.into_iter().map(Option::flatten).collect(),
+            are_empty: cells.iter().map(|(all, _)| *all == 0).collect(),
             are_texts: cells.into_iter().map(|(all, texts)| all > 0 && texts == all).collect(),
             records: lead + above.first,
         })
@@ -281,31 +290,39 @@ impl Marks {
 /// The first records at their lines, comments apart.
 fn records(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
     let mut text = Vec::new();
+    let mut reader = WithoutComments::new(start, delimiter);
     // Bytes in memory are read without an error.
-    let _ = WithoutComments::new(start, delimiter).read_to_end(&mut text);
+    let _ = reader.read_to_end(&mut text);
     // What cannot be read here is reported when the rows are.
     let records = reader_of(delimiter).from_reader(&text[..]).into_byte_records();
-    let (mut line, mut counted) = (1, 0);
-    let at_its_line = |record: csv::ByteRecord| {
-        let before = record.position().map_or(0, csv::Position::byte);
-        let before = usize::try_from(before).unwrap_or(text.len()).min(text.len());
-        // The reader passes over blank lines.
-        let blank = text[before..].iter().take_while(|b| b"\r\n".contains(b)).count();
-        let lines = text[counted..before + blank].iter().filter(|b| **b == b'\n').count();
-        (line, counted) = (line + lines as u64, before + blank);
-        at_line(record, line)
+    let at_its_line = |mut record: csv::ByteRecord| {
+        let byte = record.position().map_or(0, csv::Position::byte);
+        set_line(&mut record, reader.line_at(byte).unwrap_or(1));
+        record
     };
     records.map_while(Result::ok).map(at_its_line).collect()
+}
+
+/// The lines of a text with their numbers, whatever ends them.
+fn lines(text: &[u8]) -> impl Iterator<Item = (&[u8], u64)> {
+    let (mut number, mut is_return) = (0, false);
+    text.split_inclusive(|b| b"\r\n".contains(b)).filter_map(move |line| {
+        let is_rest = is_return && line == b"\n";
+        is_return = line.ends_with(b"\r");
+        if is_rest {
+            return None;
+        }
+        number += 1;
+        Some((line, number))
+    })
 }
 
 /// The cells of each comment above a line, without its marks.
 fn comments_above(start: &[u8], delimiter: u8, last: u64) -> Vec<csv::ByteRecord> {
     let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
-    let lines = text.split(|b| *b == b'\n').zip(1..);
-    let parts = lines.flat_map(|(line, n)| line.split(|b| *b == b'\r').map(move |part| (part, n)));
     let mut comments = Vec::new();
     let mut is_top = true;
-    for (part, n) in parts.filter(|(part, _)| !part.trim_ascii().is_empty()) {
+    for (part, n) in lines(text).filter(|(part, _)| !part.trim_ascii().is_empty()) {
         is_top &= is_comment(part) || stated_delimiter(part.trim_ascii()).is_some();
         if !is_top && n >= last {
             break;
@@ -326,9 +343,7 @@ fn bare(text: &[u8]) -> &[u8] {
 }
 
 fn at_line(mut record: csv::ByteRecord, line: u64) -> csv::ByteRecord {
-    let mut position = csv::Position::new();
-    position.set_line(line);
-    record.set_position(Some(position));
+    set_line(&mut record, line);
     record
 }
 

@@ -1,13 +1,16 @@
 //! What of a text is not read, counted and in words.
 
 use crate::Error;
-use crate::error::counted;
+use crate::error::{counted, shortened};
+use crate::recording::Channel;
 
 pub(super) struct Losses {
-    /// What stands at the top of the file besides names and units.
-    top: Option<String>,
+    /// What stands at the top of the file besides names and units, and what the table looks like.
+    top: Vec<String>,
     /// Bad cells of each column: how many, and the first.
     pub(super) bad: Vec<Option<(u64, Error)>>,
+    /// Numbers in each column whose first cells are texts: how many, and the line of the first.
+    pub(super) late: Vec<Option<(u64, u64)>>,
     /// Rows with fewer cells than columns, and the line of the first.
     pub(super) short: Option<(u64, u64)>,
     /// Rows that begin with a mark of a tool and hold texts, and the line of the first.
@@ -21,12 +24,13 @@ pub(super) struct Losses {
 }
 
 impl Losses {
-    pub(super) fn new(top: Option<String>, columns: usize) -> Self {
+    pub(super) fn new(top: Vec<String>, columns: usize) -> Self {
         let bad = (0..columns).map(|_| None).collect();
-        Self { top, bad, short: None, marked: None, repeated: None, last: None, zeros: 0 }
+        let late = vec![None; columns];
+        Self { top, bad, late, short: None, marked: None, repeated: None, last: None, zeros: 0 }
     }
 
-    pub(super) fn sentences(&self, file: &str) -> Vec<String> {
+    pub(super) fn sentences(&self, file: &str, channels: &[Channel]) -> Vec<String> {
         let number = |count: u64, what| counted(usize::try_from(count).unwrap_or(usize::MAX), what);
         let short = self.short.map(|(count, line)| {
             let rows = number(count, "row");
@@ -56,8 +60,13 @@ impl Losses {
             let cells = number(*count, "cell");
             format!("{first}: {cells} of this kind in the column: missing values")
         });
+        let late = self.late.iter().zip(channels).filter_map(|(late, channel)| {
+            let (count, line) = (*late)?;
+            let (numbers, name) = (number(count, "number"), shortened(&channel.name));
+            Some(format!("{file}: column `{name}` is read as text by its first rows: {numbers} further down, the first at line {line}, not read"))
+        });
         let top = self.top.clone().into_iter();
         let rows = top.chain(short).chain(marked).chain(repeated);
-        rows.chain(bad).chain(last).chain(zeros).collect()
+        rows.chain(bad).chain(late).chain(last).chain(zeros).collect()
     }
 }

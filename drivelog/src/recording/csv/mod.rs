@@ -74,6 +74,13 @@ impl<'a> Csv<'a> {
         } else {
             None
         };
+        let is_bus = dialect::has_frames(&head.header);
+        let mut top = Vec::from_iter(top);
+        if is_bus || !head.has_names && !options.dbc.is_empty() {
+            top.push(format!(
+                "{name}: no frames of a bus are recognised, and it is read as a table of numbers; frames are read from a log of candump, ASC or TRC, into which python -m can.logconvert converts others"
+            ));
+        }
         let losses = Losses::new(top, channels.len());
         let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
@@ -92,17 +99,18 @@ impl<'a> Csv<'a> {
             held: VecDeque::new(),
             top: HashSet::new(),
             has_rows: false,
+            lengths: [0; 16],
         };
         let mut record = csv::ByteRecord::new();
-        let mut is_short = Ok(());
+        let (mut is_short, mut is_long) = (Ok(()), false);
         for _ in 0..head.records {
             csv.next(&mut record)?;
+            is_long |= record.iter().any(|cell| cell.contains(&b'\n'));
             is_short = is_short.and(csv.check_header(&record));
             if !is_blank(&record) {
                 csv.top.insert(joined(&record));
             }
         }
-        let is_long = csv.groups[0].channels.iter().any(|channel| channel.name.contains('\n'));
         if is_long && csv.is_at_end() && csv.reader.get_ref().is_quoted() {
             return Err(Error::OpenQuote { file: name, line: head.header_line });
         }
@@ -200,7 +208,7 @@ impl Recording for Csv<'_> {
                 shortened(&channel.name)
             )
         });
-        self.losses.sentences(file).into_iter().chain(open).collect()
+        self.losses.sentences(file, &self.groups[0].channels).into_iter().chain(open).collect()
     }
 
     fn dates(&self, clock: usize) -> Option<Dates> {
@@ -212,6 +220,6 @@ impl Recording for Csv<'_> {
     }
 
     fn sha256(&mut self) -> Option<String> {
-        self.is_read.then(|| self.reader.get_ref().inner().sha256_hex())
+        if self.is_read { Some(self.reader.get_ref().inner().sha256_hex()) } else { None }
     }
 }

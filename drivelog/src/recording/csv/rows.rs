@@ -1,6 +1,8 @@
 //! Which rows of a table are rows of values, and their numbers.
 
-use super::cells::{comma_number, is_blank, is_comment_record, is_number, line, switch, text_of};
+use super::cells::{
+    comma_number, is_blank, is_comment_record, is_number, line, set_line, switch, text_of,
+};
 use super::comments::WithoutComments;
 use super::head::split;
 use super::losses::Losses;
@@ -37,6 +39,8 @@ pub(super) struct Csv<'a> {
     pub(super) top: HashSet<Vec<u8>>,
     /// Whether a row of values was read.
     pub(super) has_rows: bool,
+    /// Bytes of the last cells of the rows before.
+    pub(super) lengths: [usize; 16],
 }
 
 /// Whether a record goes over several lines.
@@ -50,16 +54,27 @@ impl Csv<'_> {
             *record = held?;
             return Ok(true);
         }
-        let more = self.reader.read_byte_record(record).map_err(|e| self.fault(&e))?;
+        let more = self.read(record).map_err(|e| self.fault(&e))?;
         if record.as_slice().contains(&0) {
             return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
         }
         Ok(more)
     }
 
-    fn fault(&self, error: &csv::Error) -> Error {
-        let position = error.position().unwrap_or_else(|| self.reader.position());
-        let (line, problem) = (position.line(), error.to_string());
+    /// Reads a record with its line in the file.
+    fn read(&mut self, record: &mut csv::ByteRecord) -> csv::Result<bool> {
+        let more = self.reader.read_byte_record(record)?;
+        let byte = record.position().map_or(0, csv::Position::byte);
+        if let Some(line) = self.reader.get_mut().line_at(byte) {
+            set_line(record, line);
+        }
+        Ok(more)
+    }
+
+    fn fault(&mut self, error: &csv::Error) -> Error {
+        let position = error.position().unwrap_or_else(|| self.reader.position()).clone();
+        let line = self.reader.get_mut().line_at(position.byte()).unwrap_or(position.line());
+        let problem = error.to_string();
         Error::Csv { file: self.groups[0].file.clone(), line, problem }
     }
 
@@ -72,7 +87,7 @@ impl Csv<'_> {
     fn look(&mut self, rows: usize) -> usize {
         let mut record = csv::ByteRecord::new();
         while self.held.len() < rows {
-            match self.reader.read_byte_record(&mut record) {
+            match self.read(&mut record) {
                 // Lines within a comment in quotes may be rows.
                 Ok(true)
                     if is_blank(&record)
@@ -84,7 +99,10 @@ impl Csv<'_> {
                 Ok(true) => self.held.push_back(Ok(std::mem::take(&mut record))),
                 Ok(false) => break,
                 // The reader does not meet it again.
-                Err(error) => self.held.push_back(Err(self.fault(&error))),
+                Err(error) => {
+                    let fault = self.fault(&error);
+                    self.held.push_back(Err(fault));
+                }
             }
         }
         self.held.len()
@@ -109,7 +127,7 @@ impl Csv<'_> {
             };
         }
         (self.held, self.stamps) = (held, stamps);
-        is_text.then_some(rows)
+        if is_text { Some(rows) } else { None }
     }
 
     /// Reads a row: its numbers to the end of `values`; its line, or `None` at the end.
@@ -136,6 +154,27 @@ impl Csv<'_> {
                 self.losses.last = Some((Error::Read { file, byte, problem }, 1));
                 break;
             }
+            let length = record.iter().next_back().map_or(0, <[u8]>::len);
+            let is_text = self.groups[0]
+                .channels
+                .get(record.len().saturating_sub(1))
+                .is_some_and(|last| last.is_text);
+            // A number that the end of the file cuts is another number.
+            if read.is_ok()
+                && !is_text
+                && self.lengths.iter().all(|before| length < *before)
+                && self.is_at_end()
+                && !self.reader.get_ref().ends_line()
+            {
+                values.iter_mut().for_each(|values| values.truncate(rows));
+                let file = self.groups[0].file.clone();
+                let problem =
+                    "the file ends within this line, and its last cell is shorter than those above"
+                        .into();
+                self.losses.last = Some((Error::Csv { file, line, problem }, 1));
+                break;
+            }
+            self.lengths[self.count as usize % self.lengths.len()] = length;
             if !matches!(&read, Ok(faults) if faults.is_empty()) {
                 let is_marked = record[0].trim_ascii() == b"%" && self.is_of_texts(record);
                 let is_repeated = self.top.contains(&joined(record));
@@ -167,6 +206,7 @@ impl Csv<'_> {
             for (j, error) in read? {
                 self.losses.bad[j].get_or_insert((0, error)).0 += 1;
             }
+            self.note_late_numbers(record, line);
             if record.len() < self.groups[0].channels.len() {
                 let (count, _) = self.losses.short.get_or_insert((0, line));
                 *count += 1;
@@ -316,6 +356,17 @@ impl Csv<'_> {
         Ok(faults)
     }
 
+    /// Counts the numbers in columns whose first cells are texts.
+    fn note_late_numbers(&mut self, record: &csv::ByteRecord, line: u64) {
+        let cells = record.iter().zip(&self.groups[0].channels).zip(&mut self.losses.late);
+        for ((cell, _), late) in cells.filter(|((_, channel), _)| channel.is_text) {
+            let begins = |byte: &u8| byte.is_ascii_digit() || b"+-.".contains(byte);
+            if cell.trim_ascii_start().first().is_some_and(begins) && is_number(&text_of(cell)) {
+                late.get_or_insert((0, line)).0 += 1;
+            }
+        }
+    }
+
     /// Whether the row has as many texts as numbers, or more, in the columns of numbers.
     fn is_of_texts(&self, record: &csv::ByteRecord) -> bool {
         let cells = record.iter().zip(&self.groups[0].channels);
@@ -341,6 +392,8 @@ impl Csv<'_> {
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
         let text = std::str::from_utf8(cell).unwrap_or_default().trim();
+        let typeset = text.strip_prefix('−').map(|number| format!("-{number}"));
+        let text = typeset.as_deref().unwrap_or(text);
         let with_comma = self.decimal == Some(DecimalMark::Comma);
         let is_of_digits = self.stamps[column].as_ref().is_some_and(Stamps::are_digits);
         if !is_of_digits

@@ -1,5 +1,5 @@
 //! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, or the time of day alone; dates with
-//! slashes, hyphens or points that end with the year; durations as MATLAB (`0.01 sec`), pandas (`0 days 00:00:00.01`) and
+//! slashes, hyphens or points that end with the year, or with the name of the month; durations as MATLAB (`0.01 sec`), pandas (`0 days 00:00:00.01`) and
 //! stop watches (`1:02.5`) write them.
 
 use jiff::civil::{Date, Time};
@@ -8,6 +8,20 @@ use jiff::tz::Offset;
 
 const PARSER: DateTimeParser = DateTimeParser::new();
 const DAY_S: f64 = 86_400.0;
+/// Names of zones that have one meaning in logs, h.
+const ZONES: [(&str, f64); 11] = [
+    ("UTC", 0.0),
+    ("GMT", 0.0),
+    ("CET", 1.0),
+    ("MEZ", 1.0),
+    ("CEST", 2.0),
+    ("MESZ", 2.0),
+    ("JST", 9.0),
+    ("EST", -5.0),
+    ("EDT", -4.0),
+    ("PST", -8.0),
+    ("PDT", -7.0),
+];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::recording) struct Stamps {
@@ -247,7 +261,11 @@ fn slashed(text: &str) -> Option<Slashed> {
         let number = numbers.next().filter(|n| (1..=most).contains(&n.len()))?;
         number.parse::<i16>().ok().filter(|n| *n > 0)
     };
-    let (a, b, year) = (next(2)?, next(2)?, next(4)?);
+    let (a, b, mut year) = (next(2)?, next(2)?, next(4)?);
+    // Between points only the year is last.
+    if mark == '.' && year < 100 && date.len() <= 8 {
+        year += 2000;
+    }
     if year < 1000 || numbers.next().is_some() {
         return None;
     }
@@ -311,8 +329,31 @@ fn read(text: &str) -> Option<(Form, f64)> {
     if let Some(number) = text.strip_suffix(" sec") {
         return Some((Form::Seconds, number.trim().parse().ok().filter(|x: &f64| x.is_finite())?));
     }
-    if is_mark(4, b'/') && is_mark(7, b'/') {
-        return read(&text.replacen('/', "-", 2));
+    for mark in ['/', '.'] {
+        if is_mark(4, mark as u8) && is_mark(7, mark as u8) {
+            return read(&text.replacen(mark, "-", 2));
+        }
+    }
+    if is_mark(4, b'-') && is_mark(7, b'-') && is_mark(10, b'_') {
+        return read(&text.replacen('_', " ", 1));
+    }
+    // `20240301T100000.010`, `20240301-10:00:00.010`.
+    if let Some((date, time)) = text.split_at_checked(8)
+        && date.bytes().all(|b| b.is_ascii_digit())
+        && let Some(time) = time.strip_prefix(['T', '-', '_', ' '])
+    {
+        return read(&format!("{}-{}-{} {time}", &date[..4], &date[4..6], &date[6..]));
+    }
+    if let Some((rest, zone)) = text.rsplit_once(' ')
+        && let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone)
+    {
+        return match read(rest)? {
+            (Form::Local, seconds) => Some((Form::Zoned, seconds - 3600.0 * hours)),
+            _ => None,
+        };
+    }
+    if let Some(instant) = with_month_name(text) {
+        return Some((Form::Local, instant));
     }
     if !(is_mark(4, b'-') && is_mark(7, b'-')) {
         return None;
@@ -323,6 +364,43 @@ fn read(text: &str) -> Option<(Form, f64)> {
         Some(zone) => Some((Form::Zoned, since_1970(pieces.date(), time, zone)?)),
         None => Some((Form::Local, since_1970(pieces.date(), time, Offset::UTC)?)),
     }
+}
+
+/// Seconds since 1970 of a date with the name of its month, such as `01-Mar-2024 10:00:00.010` of MATLAB or
+/// `Mar 1, 2024 10:00:00`.
+fn with_month_name(text: &str) -> Option<f64> {
+    const MONTHS: [&[&str]; 12] = [
+        &["jan"],
+        &["feb"],
+        &["mar", "mär", "mrz"],
+        &["apr"],
+        &["may", "mai"],
+        &["jun"],
+        &["jul"],
+        &["aug"],
+        &["sep"],
+        &["oct", "okt"],
+        &["nov"],
+        &["dec", "dez"],
+    ];
+    let colon = text.find(':')?;
+    let (date, time) = text.split_at(text[..colon].rfind([' ', 'T'])?);
+    let parts = date.split([' ', '-', '/', ',']).filter(|part| !part.is_empty());
+    let parts: Vec<&str> = parts.collect();
+    let &[first, second, year] = &parts[..] else { return None };
+    let month = |name: &str| {
+        let start: String = name.chars().take(3).collect::<String>().to_lowercase();
+        MONTHS.iter().position(|names| names.contains(&&*start))
+    };
+    let (month, day) = match (month(first), month(second)) {
+        (Some(month), _) => (month, second),
+        (None, Some(month)) => (month, first),
+        (None, None) => return None,
+    };
+    let year = year.parse().ok().filter(|_| year.len() == 4)?;
+    let date = Date::new(year, i8::try_from(month + 1).ok()?, day.parse().ok()?).ok()?;
+    let of_day = time_of_day(time.trim_start_matches(['T', ' ']))?;
+    Some(since_1970(date, Time::midnight(), Offset::UTC)? + of_day)
 }
 
 fn of_day(time: Time) -> f64 {
@@ -355,10 +433,35 @@ mod tests {
         assert_eq!(at("2024-03-01 10:00:00"), 0.0);
         assert!((at("2024-03-01T10:00:00.010Z") - 0.01).abs() < 1e-6);
         assert!((at("2024-03-01 10:00:00,250") - 0.25).abs() < 1e-6);
+        for text in [
+            "2024-03-01 10:00:00 UTC",
+            "2024-03-01 11:00:00 CET",
+            "2024.03.01 10:00:00",
+            "2024-03-01_10:00:00.000",
+            "20240301T100000.000",
+            "20240301-10:00:00.000",
+            "01-Mar-2024 10:00:00.000",
+            "01-Mär-2024 10:00:00",
+            "Mar 1, 2024 10:00:00 AM",
+            "1 March 2024 10:00:00",
+            "01.03.24 10:00:00",
+        ] {
+            assert_eq!(at(text), 0.0, "{text}");
+        }
         assert_eq!(at("2024-03-02T00:00:00Z") - at("2024-03-01T23:59:59Z"), 1.0);
         // A zone now and none then cannot be put in order.
         assert_eq!(seconds(&["2024-03-01T10:00:00Z", "2024-03-01T10:00:01"])[1], None);
-        for none in ["20240301", "1000", "10.5", "", "2024-03-01", "2024-13-01T10:00:00", "1:2"] {
+        for none in [
+            "20240301",
+            "1000",
+            "10.5",
+            "",
+            "2024-03-01",
+            "2024-13-01T10:00:00",
+            "1:2",
+            "run 1 2024 10:00:00",
+            "01-Mar-24 10:00:00",
+        ] {
             assert_eq!(Stamps::like(none), None, "{none}");
         }
     }

@@ -1,0 +1,159 @@
+//! Files as further tools write them: what is read of them, at which line a fault is, and what is not read.
+
+use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer};
+use steerwright_drivelog::{Error, Inspection, LogFile, LogOptions, inspect};
+
+fn o() -> LogOptions {
+    LogOptions::default()
+}
+
+fn inspected(bytes: impl AsRef<[u8]>, options: &LogOptions) -> Inspection {
+    inspect(LogFile::of_bytes("a.csv", bytes.as_ref()), options).unwrap()
+}
+
+fn reports(bytes: impl AsRef<[u8]>, part: &str) {
+    let losses = inspected(bytes, &o()).losses;
+    assert!(losses.iter().any(|loss| loss.contains(part)), "{part}: {losses:?}");
+}
+
+fn text_of(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn a_bad_cell_is_reported_with_its_line_whatever_ends_the_lines() {
+    let bad = |k: usize| if k == 7 { "0.07,0.0,abc,15.0".into() } else { good_row(k) };
+    let text = text_of(csv(HEADER, 1000, bad));
+    for end in ["\n", "\r\n", "\r"] {
+        reports(text.replace('\n', end), "a.csv:9: column `yaw_rate_radps`: `abc`");
+        // A blank line and comments above the header and above the row.
+        let text = text.replace("\n0.07,", "\n\n# a remark\n0.07,");
+        let text = format!("# another one\n\n{text}").replace('\n', end);
+        reports(text, "a.csv:13: column `yaw_rate_radps`: `abc`");
+    }
+    let stated = LogOptions { header_line: Some(3), ..o() };
+    let text = format!("a\rb\r{}", text_of(good()).replace('\n', "\r"));
+    assert_eq!(inspected(text, &stated).groups[0].channels[1].name, "steer_rad");
+}
+
+#[test]
+fn a_last_cell_that_the_end_of_the_file_cuts_is_not_read() {
+    let whole = text_of(csv("time_s,steer_rad,yaw_rate_radps,rpm", 1000, |k| {
+        format!("{},1500", good_row(k).rsplit_once(',').unwrap().0)
+    }));
+    let read = |text: &str| {
+        let found = inspected(text, &o());
+        let rpm = found.groups[0].channels[3].min;
+        (found.groups[0].rows, rpm, found.losses.join("; "))
+    };
+    assert_eq!(read(&whole), (1000, Some(1500.0), String::new()));
+    assert_eq!(read(whole.trim_end()), (1000, Some(1500.0), String::new()));
+    for cut in 2..=4 {
+        let (rows, least, losses) = read(&whole[..whole.len() - cut]);
+        assert_eq!((rows, least), (999, Some(1500.0)));
+        assert!(losses.contains("a.csv:1001: the file ends within this line"), "{losses}");
+    }
+    // The times of the last column.
+    let times = text_of(csv("steer_rad,time_ms", 1000, |k| format!("0.1,{}", 10 * k)));
+    assert_eq!(inspected(&times[..times.len() - 3], &o()).groups[0].rows, 999);
+}
+
+#[test]
+fn texts_above_the_numbers_of_a_column_make_it_no_text() {
+    let late = |texts: usize| {
+        csv(HEADER, 4000, |k| {
+            let row = good_row(k);
+            let (rest, _) = row.rsplit_once(',').unwrap();
+            if k < texts { format!("{rest},init") } else { row }
+        })
+    };
+    let found = inspected(late(250), &o());
+    assert_eq!(found.groups[0].channels[3].values, 3750, "{:?}", found.losses);
+    reports(late(250), "250 of 4000 rows");
+    // Where the first 64 KiB have none, they are counted.
+    reports(late(3990), "column `speed_mps` is read as text by its first rows: 10 numbers");
+    let log = read_one(late(3990), &o()).unwrap();
+    assert!(log.warnings.iter().any(|w| w.contains("10 numbers")), "{:?}", log.warnings);
+}
+
+#[test]
+fn numbers_with_the_sign_of_a_typesetter_are_read() {
+    let text = text_of(good());
+    let found = inspected(text.replace(",-", ",−"), &o());
+    assert_eq!(found.groups, inspected(text, &o()).groups);
+    assert_eq!(found.losses, Vec::<String>::new());
+}
+
+#[test]
+fn a_name_of_several_lines_is_typed_in_one() {
+    let header = "time_s,\"roadwheel\nangle [rad]\",\"yaw rate\r\n[rad/s]\",\"speed \n\n[m/s]\"";
+    let text = csv(header, 1000, good_row);
+    let options = LogOptions {
+        input: Some("roadwheel angle".into()),
+        output: Some("yaw rate [rad/s]".into()),
+        ..o()
+    };
+    assert_eq!(read_one(text, &options).unwrap().len(), read_one(good(), &o()).unwrap().len());
+}
+
+#[test]
+fn clocks_of_further_tools() {
+    let row = |k: usize| format!("{:.2},{},{},15", 0.01 * k as f64, steer(0.01), rate(0.01));
+    for (header, clock) in [
+        ("__time,steer_rad,yaw_rate_radps,speed_mps", "__time"),
+        ("xAxis,steer,yaw_rate,speed\ns,rad,rad/s,m/s", "xAxis"),
+    ] {
+        let found = inspected(csv(header, 500, row), &o());
+        assert_eq!(found.groups[0].clock.as_deref(), Some(clock));
+        assert_eq!(found.groups[0].rate_hz, Some(100.0));
+    }
+    // LabVIEW without values of x, which is no clock.
+    let row = |k: usize| row(k).replacen(|c: char| c != ',', "", 4);
+    let found = inspected(csv("X_Value,steer_rad,yaw_rate_radps,speed_mps", 500, row), &o());
+    let group = &found.groups[0];
+    let hint = group.no_clock.as_deref().unwrap_or_default();
+    assert!(group.clock.is_none() && hint.contains("time between rows"), "{hint}");
+}
+
+#[test]
+fn a_clock_that_falls_is_reported() {
+    let joined = csv(HEADER, 1000, |k| good_row(k % 600));
+    reports(joined, "1 row with a time before that of the row above, the first 0 s after 5.99 s");
+}
+
+#[test]
+fn a_table_of_frames_that_is_not_read_as_such_is_reported() {
+    let bus = |k: usize| format!("{:.3};1;25;8;49 03 20 41", 0.01 * k as f64);
+    let part = "no frames of a bus are recognised";
+    reports(csv("Time [s];Channel;ID;DLC;Data", 100, bus), part);
+    // A dialect that is not known, with a database.
+    let text = "<1.5> can0 25 49\n<1.6> can0 25 48\n<1.7> can0 25 47\n".repeat(20);
+    let dbc = vec![("a.dbc".into(), b"BO_ 37 A: 8 X\n".to_vec())];
+    let losses = inspected(&text, &LogOptions { dbc, ..o() }).losses;
+    assert!(losses.iter().any(|loss| loss.contains(part)), "{losses:?}");
+    assert!(!inspected(&text, &o()).losses.iter().any(|loss| loss.contains(part)));
+    // A bus of another kind.
+    let lin = "date Thu Feb 1\nbase hex  timestamps absolute\n0.5 Li 25 Rx 2 49 03 checksum = 70\n";
+    let error = refused(lin.repeat(2).into_bytes(), &o());
+    assert!(matches!(error, Error::NoFrames { .. }), "{error:?}");
+}
+
+#[test]
+fn texts_that_are_no_tables_are_named() {
+    let ulog = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nIMU, 1, 0.5\n";
+    let utf_32: Vec<u8> =
+        "\u{feff}time_s,x\n0,1\n".chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+    for (text, name, help) in [
+        (b"<?xml version=\"1.0\"?>\n<gpx><trk></trk></gpx>".to_vec(), "GPX", "gpsbabel"),
+        (b"\n<!DOCTYPE html>\n<html><p>404, none</p></html>".to_vec(), "HTML", "download"),
+        (b"<?xml version=\"1.0\"?><Workbook><Row>1</Row></Workbook>".to_vec(), "XML", "CSV"),
+        (b"header:\n  stamp:\n    sec: 1\nx: 0.5\n---\n".to_vec(), "ros2 topic echo", "--csv"),
+        (ulog.into(), "ArduPilot", "mavlogdump"),
+        (b"\xa3\x95\x80\x80\x59FMT\0BBnNZ\0".to_vec(), "ArduPilot", "mavlogdump"),
+        (utf_32, "UTF-32", "iconv"),
+    ] {
+        let error = refused(text, &o());
+        assert!(matches!(error, Error::OtherFormat { .. }), "{name}: {error:?}");
+        assert!(error.to_string().contains(name) && error.hint().contains(help), "{error}");
+    }
+}
