@@ -60,6 +60,8 @@ pub enum ReasonCode {
     ModelError,
     /// The gain from steering to yaw rate is too uncertain, at rest or at a frequency that a controller needs.
     UncertainGain,
+    /// The effect of the accelerator depends on a gear that the log does not have.
+    UnknownGear,
     /// The phase from steering to yaw rate is too uncertain at a frequency that a controller needs.
     UncertainPhase,
     /// The vehicle yaws against the steering at low frequency.

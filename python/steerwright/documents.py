@@ -51,6 +51,7 @@ ReasonCode = Literal[
     "no-continuous-model",
     "model-error",
     "uncertain-gain",
+    "unknown-gear",
     "uncertain-phase",
     "wrong-sign",
     "implausible-gain",

@@ -244,25 +244,24 @@ fn read_wire(element: Element<'_, '_>, path: &str, wires: &Wires) -> Result<Wire
         let factor = child.number("factor")?.unwrap_or(1.0);
         transformation = Linear { factor, offset: child.number("offset")?.unwrap_or(0.0) };
     }
-    let elements = [element.optional("startElement"), element.optional("endElement")];
-    let connectors = [element.attribute("startConnector")?, element.attribute("endConnector")?];
-    let written_as = |k: usize| match elements[k] {
-        Some(name) => format!("{name}.{}", connectors[k]),
-        None => connectors[k].to_owned(),
+    let start = (element.optional("startElement"), element.attribute("startConnector")?);
+    let end = (element.optional("endElement"), element.attribute("endConnector")?);
+    let written_as = |(name, connector): (Option<&str>, &str)| match name {
+        Some(name) => format!("{name}.{connector}"),
+        None => connector.to_owned(),
     };
-    let mut ends = Vec::new();
-    for (name, connector) in elements.into_iter().zip(connectors) {
-        let end = wires.end(path, name, connector).map_err(|known| {
+    let wire_end = |(name, connector): (Option<&str>, &str)| {
+        wires.end(path, name, connector).map_err(|known| {
             let name = name.unwrap_or_default();
             element.error(format!(
                 "the connection of {} and {} names {name:?}, which is no component{}",
-                written_as(0),
-                written_as(1),
+                written_as(start),
+                written_as(end),
                 near_text(&near(name, known.iter().map(String::as_str)))
             ))
-        })?;
-        ends.push(end);
-    }
+        })
+    };
+    let ends = [wire_end(start)?, wire_end(end)?];
     let suppressed = match element.optional("suppressUnitConversion").map(str::trim) {
         None | Some("false" | "0") => false,
         Some("true" | "1") => true,

@@ -30,12 +30,12 @@ pub(super) struct Wire {
 }
 
 impl Wire {
-    /// `ends` are start and end.
-    pub(super) fn new(ends: Vec<WireEnd>, level: &str, written: Written, package: &str) -> Self {
-        let mut ends = ends.into_iter();
-        let missing = || WireEnd::Connector { system: String::new(), name: String::new() };
-        let (start, end) =
-            (ends.next().unwrap_or_else(missing), ends.next().unwrap_or_else(missing));
+    pub(super) fn new(
+        [start, end]: [WireEnd; 2],
+        level: &str,
+        written: Written,
+        package: &str,
+    ) -> Self {
         Self { start, end, level: level.to_owned(), written, package: package.to_owned() }
     }
 

@@ -101,8 +101,8 @@ pub(super) fn quality(
     gains(model, fit.mean_gain(), &mut reasons);
     units(demands, &mut reasons);
     parameters(model, fit, &mut reasons);
-    if has_unknown_gears(model) {
-        reasons.push(Reason::new(ReasonCode::UncertainGain, Grade::Warn, UNKNOWN_GEARS));
+    if model.command_unit != "m/s2" && model.gear_gains.is_empty() {
+        reasons.push(Reason::new(ReasonCode::UnknownGear, Grade::Warn, UNKNOWN_GEAR));
     }
     fits(model, change_mps, &mut reasons);
     let advice = advice(model, &reasons);
@@ -131,22 +131,13 @@ pub(super) fn quality(
 
 /// Of the simulated engines whose log has no gear, some have a gain at one speed that is wrong by a third, which neither the
 /// band nor the residuals show (test `responses_of_usual_vehicles_are_those_of_the_files`).
-const UNKNOWN_GEARS: &str = "the log has no gear: an engine has several gains at one speed, and the stated one is their mean, outside of its band by up to a third";
-
-/// Whether the effect of the accelerator may depend on what the log does not have.
-pub(super) fn has_unknown_gears(model: &Longitudinal) -> bool {
-    model.command_unit != "m/s2" && model.gear_gains.is_empty()
-}
+const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed, and the stated one is their mean, outside of its band by up to a third";
 
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
     let mut advice = Vec::new();
     let mut drive_again = false;
     for reason in reasons {
-        if reason.message == UNKNOWN_GEARS {
-            advice.push("log the gear, or compare the model with another drive".into());
-            continue;
-        }
         match reason.code {
             ReasonCode::WrongSign => {
                 let column = |role: Role| {
@@ -164,6 +155,9 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
                         column(Role::Brake)
                     )
                 });
+            }
+            ReasonCode::UnknownGear => {
+                advice.push("log the gear, or compare the model with another drive".into());
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),
