@@ -3,16 +3,12 @@
 use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer};
 use steerwright_drivelog::{Error, Inspection, LogFile, LogOptions, inspect};
 
-fn o() -> LogOptions {
-    LogOptions::default()
-}
-
 fn inspected(bytes: impl AsRef<[u8]>, options: &LogOptions) -> Inspection {
     inspect(LogFile::of_bytes("a.csv", bytes.as_ref()), options).unwrap()
 }
 
 fn reports(bytes: impl AsRef<[u8]>, part: &str) {
-    let losses = inspected(bytes, &o()).losses;
+    let losses = inspected(bytes, &LogOptions::default()).losses;
     assert!(losses.iter().any(|loss| loss.contains(part)), "{part}: {losses:?}");
 }
 
@@ -31,7 +27,7 @@ fn a_bad_cell_is_reported_with_its_line_whatever_ends_the_lines() {
         let text = format!("# another one\n\n{text}").replace('\n', end);
         reports(text, "a.csv:13: column `yaw_rate_radps`: `abc`");
     }
-    let stated = LogOptions { header_line: Some(3), ..o() };
+    let stated = LogOptions { header_line: Some(3), ..LogOptions::default() };
     let text = format!("a\rb\r{}", text_of(good()).replace('\n', "\r"));
     assert_eq!(inspected(text, &stated).groups[0].channels[1].name, "steer_rad");
 }
@@ -42,7 +38,7 @@ fn a_last_cell_that_the_end_of_the_file_cuts_is_not_read() {
         format!("{},1500", good_row(k).rsplit_once(',').unwrap().0)
     }));
     let read = |text: &str| {
-        let found = inspected(text, &o());
+        let found = inspected(text, &LogOptions::default());
         let rpm = found.groups[0].channels[3].min;
         (found.groups[0].rows, rpm, found.losses.join("; "))
     };
@@ -55,7 +51,7 @@ fn a_last_cell_that_the_end_of_the_file_cuts_is_not_read() {
     }
     // The times of the last column.
     let times = text_of(csv("steer_rad,time_ms", 1000, |k| format!("0.1,{}", 10 * k)));
-    assert_eq!(inspected(&times[..times.len() - 3], &o()).groups[0].rows, 999);
+    assert_eq!(inspected(&times[..times.len() - 3], &LogOptions::default()).groups[0].rows, 999);
 }
 
 #[test]
@@ -67,20 +63,20 @@ fn texts_above_the_numbers_of_a_column_make_it_no_text() {
             if k < texts { format!("{rest},init") } else { row }
         })
     };
-    let found = inspected(late(250), &o());
+    let found = inspected(late(250), &LogOptions::default());
     assert_eq!(found.groups[0].channels[3].values, 3750, "{:?}", found.losses);
     reports(late(250), "250 of 4000 rows");
     // Where the first 64 KiB have none, they are counted.
     reports(late(3990), "column `speed_mps` is read as text by its first rows: 10 numbers");
-    let log = read_one(late(3990), &o()).unwrap();
+    let log = read_one(late(3990), &LogOptions::default()).unwrap();
     assert!(log.warnings.iter().any(|w| w.contains("10 numbers")), "{:?}", log.warnings);
 }
 
 #[test]
 fn numbers_with_the_sign_of_a_typesetter_are_read() {
     let text = text_of(good());
-    let found = inspected(text.replace(",-", ",−"), &o());
-    assert_eq!(found.groups, inspected(text, &o()).groups);
+    let found = inspected(text.replace(",-", ",−"), &LogOptions::default());
+    assert_eq!(found.groups, inspected(text, &LogOptions::default()).groups);
     assert_eq!(found.losses, Vec::<String>::new());
 }
 
@@ -91,9 +87,12 @@ fn a_name_of_several_lines_is_typed_in_one() {
     let options = LogOptions {
         input: Some("roadwheel angle".into()),
         output: Some("yaw rate [rad/s]".into()),
-        ..o()
+        ..LogOptions::default()
     };
-    assert_eq!(read_one(text, &options).unwrap().len(), read_one(good(), &o()).unwrap().len());
+    assert_eq!(
+        read_one(text, &options).unwrap().len(),
+        read_one(good(), &LogOptions::default()).unwrap().len()
+    );
 }
 
 #[test]
@@ -103,13 +102,16 @@ fn clocks_of_further_tools() {
         ("__time,steer_rad,yaw_rate_radps,speed_mps", "__time"),
         ("xAxis,steer,yaw_rate,speed\ns,rad,rad/s,m/s", "xAxis"),
     ] {
-        let found = inspected(csv(header, 500, row), &o());
+        let found = inspected(csv(header, 500, row), &LogOptions::default());
         assert_eq!(found.groups[0].clock.as_deref(), Some(clock));
         assert_eq!(found.groups[0].rate_hz, Some(100.0));
     }
     // LabVIEW without values of x, which is no clock.
     let row = |k: usize| row(k).replacen(|c: char| c != ',', "", 4);
-    let found = inspected(csv("X_Value,steer_rad,yaw_rate_radps,speed_mps", 500, row), &o());
+    let found = inspected(
+        csv("X_Value,steer_rad,yaw_rate_radps,speed_mps", 500, row),
+        &LogOptions::default(),
+    );
     let group = &found.groups[0];
     let hint = group.no_clock.as_deref().unwrap_or_default();
     assert!(group.clock.is_none() && hint.contains("time between rows"), "{hint}");
@@ -129,12 +131,14 @@ fn a_table_of_frames_that_is_not_read_as_such_is_reported() {
     // A dialect that is not known, with a database.
     let text = "<1.5> can0 25 49\n<1.6> can0 25 48\n<1.7> can0 25 47\n".repeat(20);
     let dbc = vec![("a.dbc".into(), b"BO_ 37 A: 8 X\n".to_vec())];
-    let losses = inspected(&text, &LogOptions { dbc, ..o() }).losses;
+    let losses = inspected(&text, &LogOptions { dbc, ..LogOptions::default() }).losses;
     assert!(losses.iter().any(|loss| loss.contains(part)), "{losses:?}");
-    assert!(!inspected(&text, &o()).losses.iter().any(|loss| loss.contains(part)));
+    assert!(
+        !inspected(&text, &LogOptions::default()).losses.iter().any(|loss| loss.contains(part))
+    );
     // A bus of another kind.
     let lin = "date Thu Feb 1\nbase hex  timestamps absolute\n0.5 Li 25 Rx 2 49 03 checksum = 70\n";
-    let error = refused(lin.repeat(2).into_bytes(), &o());
+    let error = refused(lin.repeat(2).into_bytes(), &LogOptions::default());
     assert!(matches!(error, Error::NoFrames { .. }), "{error:?}");
 }
 
@@ -152,7 +156,7 @@ fn texts_that_are_no_tables_are_named() {
         (b"\xa3\x95\x80\x80\x59FMT\0BBnNZ\0".to_vec(), "ArduPilot", "mavlogdump"),
         (utf_32, "UTF-32", "iconv"),
     ] {
-        let error = refused(text, &o());
+        let error = refused(text, &LogOptions::default());
         assert!(matches!(error, Error::OtherFormat { .. }), "{name}: {error:?}");
         assert!(error.to_string().contains(name) && error.hint().contains(help), "{error}");
     }
