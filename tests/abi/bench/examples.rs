@@ -5,7 +5,7 @@ use steerwright_formats::{Continuous, Document, Matrix, Path, Pid, Plant};
 use steerwright_packaging::Fmu;
 
 /// Suffix of the FMU's name, and the document.
-pub(crate) fn of(fmu: Fmu) -> Vec<(&'static str, String)> {
+pub(crate) fn timed_documents(fmu: Fmu) -> Vec<(&'static str, String)> {
     match fmu.schema() {
         Plant::SCHEMA => plants(),
         Pid::SCHEMA => vec![("", documents::pid().to_json())],

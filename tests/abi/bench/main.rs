@@ -120,7 +120,7 @@ fn archives() -> Vec<(String, Archive)> {
         let binaries: Vec<Binary<'_>> = steerwright_binaries::libraries_of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
-        for (what, document) in examples::of(fmu) {
+        for (what, document) in examples::timed_documents(fmu) {
             let packed =
                 steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None)
                     .unwrap();
