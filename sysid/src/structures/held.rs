@@ -18,12 +18,8 @@ use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::LEAST_SPREAD;
 
-/// Most times that the input is held as suits the vehicle that the input before it determines. Of a log of few samples in a
-/// period of the bandwidth, estimates in a row lie on either side of the one that agrees with its input, each about half as
-/// far from it as the one before.
-const MOST_TURNS: usize = 12;
-/// Change of the input, as a share of its largest value, from which it is held again.
-const LEAST_CHANGE: f64 = 1e-4;
+/// Times that the input is held as suits the vehicle that the input before it determines.
+const TURNS: usize = 2;
 
 /// A drive whose steering is held over each sample as suits the vehicle.
 pub(crate) struct Held<'a> {
@@ -46,18 +42,14 @@ impl<'a> Held<'a> {
         let mut held = held_for(log, between, None);
         let mut estimated = of(&held)?;
         let mut vehicle = None;
-        for _ in 0..MOST_TURNS {
+        for _ in 0..TURNS {
             let Some(found) = estimated.as_ref().and_then(|e| e.vehicle.clone()) else { break };
-            let before = std::mem::replace(&mut held, held_for(log, between, Some(&found)));
+            held = held_for(log, between, Some(&found));
             if matches!(held, Cow::Borrowed(_)) {
                 break;
             }
             vehicle = Some(found);
             estimated = of(&held)?;
-            if largest_difference(&before.input, &held.input) <= LEAST_CHANGE * largest(&held.input)
-            {
-                break;
-            }
         }
         Ok(Self { log: held, vehicle, estimated })
     }
@@ -80,14 +72,6 @@ impl<'a> Held<'a> {
             "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
         )
     }
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| most.max(x.abs()))
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
 
 /// What is found in a recording once, whatever the structure.
