@@ -114,6 +114,27 @@ impl<R: Read> WithoutComments<R> {
         self.ready.push(byte);
     }
 
+    /// What is read, byte for byte but within cells, where most bytes change nothing.
+    fn take_all(&mut self, mut bytes: &[u8]) {
+        while let Some((byte, rest)) = bytes.split_first() {
+            let is_within = matches!(self.at, At::Cell | At::CellStart) && self.has_text;
+            if is_within && self.zeros == 0 && self.delimiter != b' ' {
+                let plain = bytes.iter().take_while(|b| !matches!(b, 0 | b'\n' | b'\r' | b'"'));
+                let (plain, rest) = bytes.split_at(plain.count());
+                if let Some(last) = plain.last() {
+                    self.at = if *last == self.delimiter { At::CellStart } else { At::Cell };
+                    self.length += plain.len();
+                    self.place += plain.len() as u64;
+                    self.ready.extend_from_slice(plain);
+                    bytes = rest;
+                    continue;
+                }
+            }
+            self.take(*byte);
+            bytes = rest;
+        }
+    }
+
     fn pass_mark(&mut self) {
         for byte in std::mem::take(&mut self.mark) {
             self.pass(byte);
@@ -238,7 +259,9 @@ impl<R: Read> Read for WithoutComments<R> {
             self.from = 0;
             let mut buffer = std::mem::take(&mut self.buffer);
             let count = self.inner.read(&mut buffer);
-            count.as_ref().map_or(&[][..], |n| &buffer[..*n]).iter().for_each(|b| self.take(*b));
+            if let Ok(count) = &count {
+                self.take_all(&buffer[..*count]);
+            }
             self.buffer = buffer;
             if self.length > LONGEST_ROW {
                 let problem = "a row of more than 16 MiB: its end or the end of a quote is missing";
