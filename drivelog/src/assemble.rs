@@ -92,7 +92,7 @@ impl DriveLog {
             for run in runs {
                 for (role, samples) in &mut self.others {
                     let own = drive.channel(*role).map(|channel| match role {
-                        Role::Brake => channel.interpolate(&grid),
+                        Role::Brake | Role::SteeringCommand => channel.interpolate(&grid),
                         _ => channel.samples_on(&grid),
                     });
                     samples.extend_from_slice(&own.unwrap_or_default()[run.clone()]);

@@ -11,7 +11,7 @@ use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
 use crate::names::Wheel;
-use crate::options::{LogOptions, Response};
+use crate::options::LogOptions;
 use crate::recording::Group;
 use crate::role::Role;
 use crate::series::Series;
@@ -110,13 +110,12 @@ impl Drive {
         let (files, start_s) = (read.files, read.start_s);
         let (places, mut channels): (Vec<_>, Vec<_>) =
             read.series.into_iter().partition(|c| c.role.is_place());
-        // Of the motion, further channels that are stated too.
-        let is_motion = response == Response::Motion;
+        // Of the motion, and of a command beside the angle, further channels that are stated too.
         let stated =
             |c: &Series| response.others().contains(&c.role) && !options.is_optional(c.role);
         for (place, channel) in channels.iter().enumerate() {
             if let Some(value) = channel.constant_value()
-                && (place < 2 || is_motion && stated(channel))
+                && (place < 2 || of_yaw && stated(channel))
             {
                 return Err(channel.constant(value));
             }

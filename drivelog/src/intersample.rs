@@ -26,6 +26,10 @@ const COMMAND_NAMES: [&str; 9] =
 
 /// The behaviour of an input between its samples: as stated, or as name, unit and values indicate.
 pub(crate) fn of_input(series: &Series, options: &LogOptions) -> Intersample {
+    if series.role == Role::SteeringCommand {
+        // What is stated is the angle's.
+        return Intersample::Zoh;
+    }
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
         let is_command = COMMAND_NAMES.iter().any(|word| name.contains(word))

@@ -57,6 +57,8 @@ impl Role {
                     "radeinschlag",
                 ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"])
             }
+            // Where a command is the only steering there is, it is the input: beside an angle it has to be named.
+            Self::SteeringCommand => false,
             Self::YawRate => has_rate(name),
             Self::Speed => {
                 starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])

@@ -56,7 +56,7 @@ impl Response {
     /// The roles of further channels, which are optional.
     pub(crate) fn others(self) -> &'static [Role] {
         match self {
-            Self::YawRate => &[],
+            Self::YawRate => &[Role::SteeringCommand],
             Self::LateralAcceleration => {
                 &[Role::Steering, Role::Roll, Role::Engaged, Role::Override]
             }
@@ -66,6 +66,7 @@ impl Response {
                 Role::LongitudinalAcceleration,
                 Role::LateralVelocity,
                 Role::Sideslip,
+                Role::SteeringCommand,
             ],
         }
     }
@@ -84,7 +85,8 @@ pub struct LogOptions {
     /// Yaw rate, or yaw, which is then differenced; or lateral acceleration, or speed. `None`: the one column with such a
     /// name.
     pub output: Option<String>,
-    /// Further channels of the response by role: `steering`, `roll`, `engaged`, `override` of the lateral
+    /// Further channels of the response by role: `steering_command` beside the measured angle of yaw rate and motion, which
+    /// is taken only where it is named; `steering`, `roll`, `engaged`, `override` of the lateral
     /// acceleration; `lateral_acceleration`, `longitudinal_acceleration`, `lateral_velocity`, `sideslip` of the
     /// motion; `brake`, `grade`, `pitch`, `altitude`, `gear` of the speed. A role that is not there: the one column
     /// with such a name, if there is one; of the motion, and of the speed but for the brake, only where it has values

@@ -234,8 +234,11 @@ fn others(
         }
         without.is_empty()
     });
-    let steering = (options.response == Response::Motion).then_some(&Role::Steering);
-    of_all.chain(steering).map(|role| (*role, Vec::new())).collect()
+    let mut others: BTreeMap<Role, Vec<f64>> = of_all.map(|role| (*role, Vec::new())).collect();
+    if options.response == Response::Motion || others.contains_key(&Role::SteeringCommand) {
+        others.insert(Role::Steering, Vec::new());
+    }
+    others
 }
 
 /// What was read from each column; of several drives, with the file.

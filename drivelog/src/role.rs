@@ -7,6 +7,8 @@ use crate::units::Quantity;
 pub enum Role {
     /// Angle of the steering wheel or of the road wheels.
     Steering,
+    /// Command beside the measured angle of the steering.
+    SteeringCommand,
     /// Torque at the steering, or its normalised command.
     SteeringTorque,
     /// Yaw rate, or yaw.
@@ -78,6 +80,7 @@ impl Role {
     fn words(self) -> [&'static str; 4] {
         match self {
             Self::Steering => ["steering", "deg", "deg", "deg or rad"],
+            Self::SteeringCommand => ["steering command", "deg", "deg", "deg or rad"],
             Self::YawRate => ["yaw rate", "degps", "deg/s", "deg/s or rad/s, or deg or rad of yaw"],
             Self::Speed => ["speed", "kmh", "km/h", "m/s, km/h or mph"],
             Self::SteeringTorque => ["steering torque", "Nm", "Nm", "Nm, or 1 or % of a command"],
@@ -118,6 +121,7 @@ impl Role {
     pub fn key(self) -> &'static str {
         match self {
             Self::YawRate => "yaw_rate",
+            Self::SteeringCommand => "steering_command",
             Self::SteeringTorque => "steering_torque",
             Self::LateralAcceleration => "lateral_acceleration",
             Self::LongitudinalAcceleration => "longitudinal_acceleration",
@@ -133,8 +137,9 @@ impl Role {
     pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
 
     /// The roles of channels.
-    pub(crate) const OF_CHANNELS: [Self; 21] = [
+    pub(crate) const OF_CHANNELS: [Self; 22] = [
         Self::Steering,
+        Self::SteeringCommand,
         Self::SteeringTorque,
         Self::YawRate,
         Self::Speed,
@@ -179,7 +184,10 @@ impl Role {
 
     /// Whether it is an input that is held over each sample of the merged log.
     pub(crate) fn is_held(self) -> bool {
-        matches!(self, Self::Steering | Self::LongitudinalCommand | Self::Brake)
+        matches!(
+            self,
+            Self::Steering | Self::SteeringCommand | Self::LongitudinalCommand | Self::Brake
+        )
     }
 
     pub(crate) fn takes(self, quantity: Quantity) -> bool {
@@ -205,9 +213,12 @@ impl Role {
             }
             Self::Time => quantity == Quantity::Time,
             Self::East | Self::North | Self::Altitude => quantity == Quantity::Length,
-            Self::Roll | Self::Pitch | Self::Sideslip | Self::Latitude | Self::Longitude => {
-                quantity == Quantity::Angle
-            }
+            Self::SteeringCommand
+            | Self::Roll
+            | Self::Pitch
+            | Self::Sideslip
+            | Self::Latitude
+            | Self::Longitude => quantity == Quantity::Angle,
         }
     }
 
@@ -219,7 +230,7 @@ impl Role {
     pub(crate) fn limits(self, quantity: Quantity) -> Option<(f64, f64, &'static str)> {
         match (self, quantity) {
             // More than six turns of a steering wheel.
-            (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
+            (Self::Steering | Self::SteeringCommand, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
             (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
             (Self::Roll | Self::Pitch | Self::Sideslip, Quantity::Angle) => {
                 Some((-1.6, 1.6, "rad"))
@@ -241,7 +252,7 @@ impl Role {
     pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
         let deg = std::f64::consts::PI / 180.0;
         let others: &[(&str, f64)] = match self {
-            Self::Steering | Self::Roll | Self::Pitch | Self::Sideslip => {
+            Self::Steering | Self::SteeringCommand | Self::Roll | Self::Pitch | Self::Sideslip => {
                 &[("deg", deg), ("rad", 1.0)]
             }
             Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],

@@ -1,7 +1,7 @@
 //! The evidence for the quality of an identified bicycle.
 
 use crate::document::Checker;
-use crate::evidence::{ChannelSummary, HeldOut};
+use crate::evidence::{ChannelSummary, HeldOut, IdentifiedActuator};
 use crate::state_space::Continuous;
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +53,9 @@ pub struct BicycleEvidence {
     pub yaw_rate_offset_radps: f64,
     /// The model with a delay of the steering, which is that of the file if the delay is determined and positive.
     pub with_delay: WithDelay,
+    /// The actuator behind the steering command beside the measured angle; absent where no such command was read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator: Option<IdentifiedActuator>,
     /// How long the simulation errors last, s: their long-run variance over their variance, by the
     /// sample time. The standard errors count with it.
     pub error_correlation_time_s: f64,
@@ -167,6 +170,9 @@ impl BicycleEvidence {
         }
         if let Some(period) = self.open_hold_s {
             c.positive(period, &format!("{at}open_hold_s"));
+        }
+        if let Some(actuator) = &self.actuator {
+            actuator.check(c, &format!("{at}actuator."));
         }
         for (value, key) in [
             (self.steering_offset_rad, "steering_offset_rad"),

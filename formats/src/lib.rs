@@ -60,9 +60,10 @@ pub use document::{Checker, Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, Ranged, SensorNoise};
 pub use evidence::{
     BLOCK_S, BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence,
-    Excitation, ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information,
-    Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
-    ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay, too_few_blocks,
+    Excitation, ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, IdentifiedActuator,
+    Information, Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap,
+    PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay,
+    too_few_blocks,
 };
 pub use facts::{Described, Fact, Facts};
 pub use gains::{GuidanceAdvice, PidGains};

@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::bicycle::Bicycle;
 use crate::document::{Document, schema_of};
-use crate::evidence::ChannelSummary;
+use crate::evidence::{ChannelSummary, IdentifiedActuator};
 use crate::longitudinal::Longitudinal;
 use crate::plant::Plant;
 use crate::provenance::Provenance;
@@ -114,6 +114,17 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.to_json(),
             Self::Torque(torque) => torque.to_json(),
             Self::Longitudinal(model) => model.to_json(),
+        }
+    }
+
+    /// The actuator between a steering command and the measured angle of the drive.
+    #[must_use]
+    pub fn identified_actuator(&self) -> Option<IdentifiedActuator> {
+        match self {
+            Self::StateSpace(plant) => plant.evidence.actuator,
+            Self::Bicycle(bicycle) => bicycle.evidence.as_ref()?.actuator,
+            Self::SingleTrack(vehicle) => vehicle.evidence.as_ref()?.actuator,
+            Self::Torque(_) | Self::Longitudinal(_) => None,
         }
     }
 

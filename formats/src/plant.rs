@@ -176,6 +176,9 @@ impl Document for Plant {
         for (i, x) in d.x0.iter().enumerate() {
             c.finite(*x, &format!("discrete.x0[{i}]"));
         }
+        if let Some(actuator) = &self.evidence.actuator {
+            actuator.check(c, "evidence.actuator.");
+        }
         if let Some(vehicle) = &self.evidence.held_for {
             vehicle.check(c, vehicle.f.rows(), "evidence.held_for");
         }

@@ -2,7 +2,7 @@
 
 use crate::bicycle_evidence::{BicycleEvidence, SpeedSummary, VehicleDirection, WithDelay};
 use crate::document::Checker;
-use crate::evidence::ChannelSummary;
+use crate::evidence::{ChannelSummary, IdentifiedActuator};
 use crate::matrix::Matrix;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +42,9 @@ pub struct VehicleEvidence {
     pub directions: Vec<VehicleDirection>,
     /// Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`.
     pub largest_steering_rate_radps: f64,
+    /// The actuator behind the steering command beside the measured angle; absent where no such command was read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator: Option<IdentifiedActuator>,
     /// How much less friction the rear axle can have, relative, before the free simulation of estimation or validation
     /// data spins: at most 0.2, in steps of 0.005 near 0.
     pub spin_margin: f64,
@@ -134,6 +137,7 @@ impl VehicleEvidence {
             largest_steering_rate_radps: Some(self.largest_steering_rate_radps),
             with_delay: WithDelay::default(),
             channels: self.channels.clone(),
+            actuator: self.actuator,
             open_hold_s: self.open_hold_s,
             warnings: self.warnings.clone(),
             ..BicycleEvidence::default()
@@ -146,6 +150,9 @@ impl VehicleEvidence {
         check_fields!(c.finite(self, at): lateral_acceleration_mps2 spin_margin);
         if let Some(period) = self.open_hold_s {
             c.positive(period, &format!("{at}open_hold_s"));
+        }
+        if let Some(actuator) = &self.actuator {
+            actuator.check(c, &format!("{at}actuator."));
         }
         let fits = [(Some(self.estimation), "estimation"), (self.validation, "validation")];
         for (fit, key) in fits {

@@ -523,6 +523,9 @@ class Evidence(Record):
     """Prediction of the validation data."""
     play: Union[SteeringPlay, None]
     """Play of the steering; absent if the data do not show any."""
+    actuator: Union[IdentifiedActuator, None]
+    """The actuator behind the steering command beside the measured angle; absent where no such command was
+    read."""
     yaw_rate_lead_s: Union[float, None]
     """Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead."""
     yaw_rate_lag_s: Union[float, None]
@@ -659,6 +662,9 @@ class BicycleEvidence(Record):
     with_delay: WithDelay
     """The model with a delay of the steering, which is that of the file if the delay is determined and
     positive."""
+    actuator: Union[IdentifiedActuator, None]
+    """The actuator behind the steering command beside the measured angle; absent where no such command was
+    read."""
     error_correlation_time_s: float
     """How long the simulation errors last, s: their long-run variance over their variance, by the sample
     time. The standard errors count with it."""
@@ -881,6 +887,9 @@ class VehicleEvidence(Record):
     independent axis of the parameters that these depend on."""
     largest_steering_rate_radps: float
     """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
+    actuator: Union[IdentifiedActuator, None]
+    """The actuator behind the steering command beside the measured angle; absent where no such command was
+    read."""
     spin_margin: float
     """How much less friction the rear axle can have, relative, before the free simulation of estimation or
     validation data spins: at most 0.2, in steps of 0.005 near 0."""
@@ -1384,6 +1393,26 @@ class SteeringPlay(Record):
     """Its standard error, rad."""
     limit_cycle: Union[LimitCycle, None]
     """The limit cycle of a typical loop about the plant; absent if none is expected."""
+
+
+class IdentifiedActuator(Record):
+    """The actuator from a steering command to the measured angle beside it: `T δ̇ + δ = g u(t − τ) + c`,
+    and no faster than its largest rate where that shows."""
+
+    time_constant_s: float
+    """Time constant T, s."""
+    time_constant_standard_error_s: float
+    """Its standard error, s."""
+    delay_s: float
+    """Delay τ, s."""
+    delay_standard_error_s: float
+    """Its standard error, s."""
+    gain: float
+    """Angle over command g in a steady turn."""
+    max_rate_radps: Union[float, None]
+    """Largest rate of the steering angle, rad/s; absent where the drive does not reach it."""
+    fit: float
+    """Fit of the measured angle by the simulation from the command, percent."""
 
 
 class ResidualCorrelation(Record):

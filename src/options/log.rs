@@ -68,10 +68,11 @@ pub(crate) struct LogArguments {
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
-    /// Further channel: for the structure torque steering (its angle), roll, engaged or override; for single-track
+    /// Further channel: steering_command beside a measured steering angle, from which the actuator between both is
+    /// identified; for the structure torque steering (its angle), roll, engaged or override; for single-track
     /// and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip; for longitudinal brake,
     /// grade, pitch (positive with the nose down), altitude or gear; may be repeated.
-    /// Recognised by their names by default
+    /// All but steering_command are recognised by their names by default
     #[arg(long = "channel", value_name = "ROLE=CHANNEL", value_parser = channel)]
     pub(crate) channels: Vec<(String, String)>,
     /// Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is

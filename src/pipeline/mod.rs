@@ -206,13 +206,15 @@ fn controllers(
     let document = model.to_json();
     let mut archive = Archive::open(out.archive("fmu", &document)?)?;
     // The loops are of the vehicle that takes the command.
-    let commanded = &steerwright_control::model_behind(model, job.design.actuator);
-    if job.design.actuator.is_some() {
+    let plant = DesignPlant::from_model(model);
+    let design = plant.as_ref().map_or(job.design, |plant| job.design.with_actuator_of(plant));
+    let commanded = &steerwright_control::model_behind(model, design.actuator);
+    if design.actuator.is_some() {
         let packed = steerwright_comparison::pack(&commanded.to_json(), "the model", None)?;
         archive = Archive::from_bytes(&packed.bytes, "the model")?;
     }
     let roads = roads(job, model.speed_mps(), remarks)?;
-    let mut bases = vec![(Basis::Identified, DesignPlant::from_model(model), source, document)];
+    let mut bases = vec![(Basis::Identified, plant, source, document)];
     if let Some(bicycle) = bicycle {
         // Next to an identified one its files have other names.
         let (name, folder) = if model.structure() == Structure::Bicycle {
@@ -228,7 +230,7 @@ fn controllers(
     let mut controllers = Vec::new();
     // The bicycle is of the same vehicle, and its data have no actuator rate.
     let driven = bases.iter().filter_map(|(_, plant, ..)| plant.as_ref().ok());
-    let options = driven.fold(job.design, |options, plant| options.with_rate_of(plant));
+    let options = driven.fold(design, |options, plant| options.with_rate_of(plant));
     for (basis, plant, source, document) in bases {
         // A model that no controller can be designed on is reported, and does not end the rest.
         let designed = plant.and_then(|plant| {

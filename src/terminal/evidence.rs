@@ -5,11 +5,26 @@ use crate::output::Files;
 use crate::terminal::console;
 use std::fmt::Write;
 use steerwright_formats::{
-    BandDeparture, ChannelSummary, Evidence, ExcitationBand, Information, Mode, Model, Plant,
-    Provenance, Quality, ResidualTest, Sideslip, SideslipTerm,
+    BandDeparture, ChannelSummary, Evidence, ExcitationBand, IdentifiedActuator, Information, Mode,
+    Model, Plant, Provenance, Quality, ResidualTest, Sideslip, SideslipTerm,
 };
 use steerwright_report::Table;
 use steerwright_sysid::Traces;
+
+/// The actuator behind the steering command of a drive.
+pub(crate) fn actuator_in_words(actuator: &IdentifiedActuator) -> String {
+    let a = actuator;
+    let lag =
+        not_negative(1e3 * a.time_constant_s, 2e3 * a.time_constant_standard_error_s, 0, " ms");
+    let delay = not_negative(1e3 * a.delay_s, 2e3 * a.delay_standard_error_s, 0, " ms");
+    let rate = a.max_rate_radps.map_or(String::new(), |rate| {
+        format!(", at most {rate:.3} rad/s ({:.1}°/s)", rate.to_degrees())
+    });
+    format!(
+        "actuator lag {lag}, delay {delay}{rate}, {:.3} times the command; fit {:.1} % of the measured angle\n",
+        a.gain, a.fit
+    )
+}
 
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
@@ -51,6 +66,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             None => writeln!(text, "delay    none taken: this log does not determine it"),
         };
     }
+    text.extend(e.actuator.as_ref().map(actuator_in_words));
     if let Some(sideslip) = &plant.sideslip {
         text += &sideslip_in_words(sideslip, plant.operating_point.speed_mps);
     }

@@ -29,6 +29,7 @@
 //!
 //! This crate opens no files, and contains no design and no FMUs.
 
+mod actuator;
 mod data;
 mod error;
 mod linalg;

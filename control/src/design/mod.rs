@@ -60,6 +60,7 @@ pub fn design(
     options: &DesignOptions,
 ) -> Result<Pid, Error> {
     options.check()?;
+    let options = &options.with_actuator_of(plant);
     let plant = &plant.behind(options.actuator);
     documented(plant, source, options, Tuned::new(plant, options, &[])?, Vec::new())
 }

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::error::{positive, require};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use steerwright_formats::{Specification, StatedActuator};
+use steerwright_formats::{IdentifiedActuator, NORMAL_95, Specification, StatedActuator};
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,8 @@ pub struct DesignOptions {
     /// Fastest steering of a drive of the vehicle, rad/s in the plant's steering coordinates: where no rate is
     /// stated and the plant comes from no drive, twice that is assumed.
     pub driven_rate_radps: Option<f64>,
-    /// What moves the steering of a vehicle whose model has the measured angle as its input; `None` where the model has it.
+    /// What moves the steering of a vehicle whose model has the measured angle as its input; `None` where the
+    /// model has it, or its drive shows it.
     pub actuator: Option<StatedActuator>,
     /// Largest lateral acceleration of a steady turn, m/s²: it bounds the steering angle at each speed.
     pub max_lateral_acceleration_mps2: f64,
@@ -187,6 +188,25 @@ impl DesignOptions {
         let settling = self.requirements.settling_time_s.unwrap_or(0.0);
         let steady_state_time_s = self.requirements.steady_state_time_s.max(2.0 * settling);
         Specification { steady_state_time_s, ..self.requirements }
+    }
+
+    /// The same with the actuator that a plant's drive shows between the steering command and the measured angle, and with
+    /// its largest rate, unless they are stated.
+    #[must_use]
+    pub fn with_actuator_of(self, plant: &DesignPlant) -> Self {
+        let Some(found) = plant.identified_actuator().filter(|_| self.actuator.is_none()) else {
+            return self;
+        };
+        let IdentifiedActuator { time_constant_s, delay_s, max_rate_radps, .. } = found;
+        // The delay may be another one, as a latency may.
+        let late = NORMAL_95 * found.delay_standard_error_s;
+        let robust = self.robust.map(|r| RobustOptions { latency_s: r.latency_s.hypot(late), ..r });
+        Self {
+            actuator: Some(StatedActuator { time_constant_s, delay_s }),
+            max_rate_radps: self.max_rate_radps.or(max_rate_radps),
+            robust,
+            ..self
+        }
     }
 
     /// The same with the fastest steering of a plant's drive, unless one is stated: for another model of

@@ -4,7 +4,8 @@ use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::{Dynamics, Matrices};
 use nalgebra::{DMatrix, DVector};
 use steerwright_formats::{
-    Bicycle, ChannelSummary, Continuous, Intersample, Matrix, Plant, StatedActuator,
+    Bicycle, ChannelSummary, Continuous, IdentifiedActuator, Intersample, Matrix, Plant,
+    StatedActuator,
 };
 use steerwright_models::linear::discretize;
 
@@ -60,6 +61,18 @@ impl DesignPlant {
             }
             Family::Alone => false,
         }
+    }
+}
+
+impl DesignPlant {
+    /// The actuator that the drive of the model shows before its measured angle, and that a controller can be designed for.
+    pub(crate) fn identified_actuator(&self) -> Option<IdentifiedActuator> {
+        let found = match &self.family {
+            Family::Identified(plant) => plant.evidence.actuator,
+            Family::Bicycle(bicycle) => bicycle.evidence.as_ref()?.actuator,
+            Family::Alone => None,
+        };
+        found.filter(|found| self.actuator.is_none() && found.fault().is_none())
     }
 }
 

@@ -3,7 +3,8 @@
 use crate::common::{car, designed, options};
 use steerwright_control::{DesignOptions, DesignPlant, evaluate};
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, ChannelSummary, Grade, Intersample, Pid, ReasonCode, StatedActuator,
+    Bicycle, BicycleEvidence, ChannelSummary, Grade, IdentifiedActuator, Intersample, Pid,
+    ReasonCode, StatedActuator,
 };
 
 const FAST: StatedActuator = StatedActuator { time_constant_s: 0.0005, delay_s: 0.0 };
@@ -63,4 +64,40 @@ fn a_command_or_an_own_lag_is_an_actuator() {
         assert!(!lacks(&pid));
     }
     assert!(!DesignPlant::from_bicycle(&car(1.0)).unwrap().lacks_actuator());
+}
+
+#[test]
+fn the_actuator_that_a_drive_shows_is_designed_for() {
+    let shown = IdentifiedActuator {
+        time_constant_s: SERVO.time_constant_s,
+        time_constant_standard_error_s: 0.002,
+        delay_s: SERVO.delay_s,
+        delay_standard_error_s: 0.001,
+        gain: 1.01,
+        max_rate_radps: Some(0.3),
+        fit: 97.0,
+    };
+    let shows = |actuator: IdentifiedActuator| {
+        let mut bicycle = identified(FAST, Intersample::Bl);
+        bicycle.evidence.as_mut().unwrap().actuator = Some(actuator);
+        DesignPlant::from_bicycle(&bicycle).unwrap()
+    };
+    let plant = shows(shown);
+    let open = DesignOptions { max_rate_radps: None, ..options() };
+    let pid = designed(&plant, &open);
+    assert_eq!(pid.designed_for.actuator, Some(SERVO));
+    assert!((pid.limits.max_rate_radps - 0.3).abs() < 1e-12 && !lacks(&pid));
+    let reached = evaluate(&plant.behind(Some(SERVO)), &pid).unwrap();
+    assert_eq!(reached.step, pid.evidence.step);
+    // What is stated is preferred.
+    let other = StatedActuator { time_constant_s: 0.1, delay_s: 0.0 };
+    let stated = DesignOptions { actuator: Some(other), max_rate_radps: Some(0.5), ..options() };
+    let pid = designed(&plant, &stated);
+    assert_eq!((pid.designed_for.actuator, pid.limits.max_rate_radps), (Some(other), 0.5));
+    // One that does not explain the angle is not used.
+    for unfit in
+        [IdentifiedActuator { fit: 60.0, ..shown }, IdentifiedActuator { gain: 15.2, ..shown }]
+    {
+        assert_eq!(designed(&shows(unfit), &options()).designed_for.actuator, None);
+    }
 }

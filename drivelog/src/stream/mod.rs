@@ -84,6 +84,9 @@ fn in_chunks<E: From<Error>>(
     if options.response != Response::YawRate {
         return Err(Error::InPieces { option: "response" }.into());
     }
+    if options.stated_channel(Role::SteeringCommand).is_some() {
+        return Err(Error::InPieces { option: "channel steering_command" }.into());
+    }
     for role in [Role::Steering, Role::YawRate] {
         if !groups.iter().any(|group| brings(group, role, options)) {
             return Err(Error::NotADrive { file: name, role: role.name() }.into());

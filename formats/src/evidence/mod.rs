@@ -7,7 +7,9 @@ mod model;
 use crate::state_space::Continuous;
 use serde::{Deserialize, Serialize};
 
-pub use data::{DataFactor, DelayEstimate, FactorMethod, LimitCycle, SteeringPlay};
+pub use data::{
+    DataFactor, DelayEstimate, FactorMethod, IdentifiedActuator, LimitCycle, SteeringPlay,
+};
 pub use frequency::{
     BandDeparture, CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information,
     Persistence, ResponsePoint,
@@ -59,6 +61,9 @@ pub struct Evidence {
     /// Play of the steering; absent if the data do not show any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub play: Option<SteeringPlay>,
+    /// The actuator behind the steering command beside the measured angle; absent where no such command was read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator: Option<IdentifiedActuator>,
     /// Least lead of the yaw rate before the steering that causes it, s; absent if it does not lead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lead_s: Option<f64>,

@@ -19,6 +19,7 @@ pub(crate) fn sections(
     if let Some(plant) = model.plant() {
         log.blocks.extend(identification::information(&plant.evidence.excitation));
         let mut all = vec![log, identification::model(plant, traces, bicycle_fit)];
+        all[1].blocks.extend(actuator(model));
         all.extend(evidence::evidence(plant));
         return all;
     }
@@ -30,6 +31,7 @@ pub(crate) fn sections(
         output(model)
     ))];
     blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
+    blocks.extend(actuator(model));
     if let Some(traces) = traces {
         let caption = "Simulation from steering and speed alone: the model never sees the measured \
                        yaw rate, and of the shaded part it saw nothing at all.";
@@ -37,6 +39,32 @@ pub(crate) fn sections(
         blocks.push(Block::figure(figure, 720, caption));
     }
     vec![log, Section::new("The identified model", blocks)]
+}
+
+/// The actuator between the steering command and the measured angle.
+fn actuator(model: &Model) -> Option<Block> {
+    let a = model.identified_actuator()?;
+    let lag_error = NORMAL_95 * a.time_constant_standard_error_s;
+    let delay_error = NORMAL_95 * a.delay_standard_error_s;
+    let mut table = Table::new(["actuator", "value", "95 % band", "unit"])
+        .row([
+            "time constant".into(),
+            format!("{:.4}", a.time_constant_s),
+            band(a.time_constant_s, lag_error, true),
+            "s".into(),
+        ])
+        .row([
+            "delay".into(),
+            format!("{:.4}", a.delay_s),
+            band(a.delay_s, delay_error, true),
+            "s".into(),
+        ])
+        .row(["angle over command".into(), format!("{:.3}", a.gain), "–".into(), "1".into()])
+        .row(["fit of the measured angle".into(), format!("{:.1}", a.fit), "–".into(), "%".into()]);
+    if let Some(rate) = a.max_rate_radps {
+        table.push(["largest rate".into(), format!("{rate:.3}"), "–".into(), "rad/s".into()]);
+    }
+    Some(Block::Table(table))
 }
 
 /// The model in a table of results.

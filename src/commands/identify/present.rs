@@ -4,8 +4,8 @@ use crate::failure::{Failure, Outcome};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::terminal::console;
 use crate::terminal::evidence::{
-    channel_table, channels, conclusion, evidence, not_negative, plots, sideslip_in_words,
-    traces_csv, validation_data, with_error,
+    actuator_in_words, channel_table, channels, conclusion, evidence, not_negative, plots,
+    sideslip_in_words, traces_csv, validation_data, with_error,
 };
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -157,6 +157,7 @@ fn bicycle_evidence(e: &BicycleEvidence, bicycle: &Bicycle, tables: &str) -> Str
         e.steering_offset_rad.to_degrees(),
         e.yaw_rate_offset_radps.to_degrees()
     );
+    text.extend(e.actuator.as_ref().map(actuator_in_words));
     if let Some(sideslip) = &bicycle.sideslip {
         text += &sideslip_in_words(sideslip, bicycle.vehicle.speed_mps);
     }
@@ -213,6 +214,7 @@ fn vehicle_evidence(e: &VehicleEvidence, vehicle: &Vehicle, tables: &str) -> Str
         "spin     not with {:.0} % less friction at the rear axle, on this drive",
         100.0 * e.spin_margin
     );
+    text.extend(e.actuator.as_ref().map(actuator_in_words));
     if let Some(sideslip) = &vehicle.sideslip {
         text += &sideslip_in_words(sideslip, vehicle.speed_mps);
     }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod accumulated;
+mod actuator;
 mod bicycle;
 mod closed_loop;
 mod common;

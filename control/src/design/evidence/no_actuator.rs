@@ -39,7 +39,7 @@ pub(crate) fn no_actuator(plant: &DesignPlant, pid: &Pid) -> Result<Option<Reaso
         None => "a step that does not settle".into(),
     };
     let message = format!(
-        "the steering of the drive is a measured angle, and behind an actuator with a lag of {short:.0} to {long:.0} ms the controller reaches an overshoot of {overshoot:.0} % and {settling}: state the actuator (--actuator-lag, --actuator-delay) and design again"
+        "the steering of the drive is a measured angle, and behind an actuator with a lag of {short:.0} to {long:.0} ms the controller reaches an overshoot of {overshoot:.0} % and {settling}: state the actuator (--actuator-lag, --actuator-delay) and design again, or identify it from the command beside the angle (identify --channel steering_command=CHANNEL)"
     );
     Ok(Some(Reason::new(ReasonCode::NoActuator, Grade::Warn, message)))
 }

@@ -51,6 +51,7 @@ pub fn design_over_speeds(
     now: &dyn Fn(&str),
 ) -> Result<Pid, Error> {
     options.check()?;
+    let options = &options.with_actuator_of(plant);
     let plant = &plant.behind(options.actuator);
     let [low, high] = speeds;
     require(low >= LOWEST_MPS, "lowest speed", (low, " m/s"), "at least 1 m/s")?;

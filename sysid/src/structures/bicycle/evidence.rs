@@ -1,6 +1,7 @@
 //! Evidence of an identified bicycle.
 
 use crate::Error;
+use crate::actuator::identified_actuator;
 use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, samples_in};
 use crate::data::statistics::variance_accounted_for;
@@ -57,6 +58,9 @@ impl Known<'_> {
         let as_held: Vec<String> =
             self.read.and_then(|read| read.warning.clone()).into_iter().collect();
         let split = &self.recording.split;
+        let mut warnings = log.warnings.clone();
+        warnings.extend(as_held);
+        warnings.extend(self.from_fixes.warnings.iter().cloned());
         let mut evidence = BicycleEvidence {
             estimation_samples: count(&split.estimation),
             validation_samples: count(&split.validation),
@@ -80,13 +84,8 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
             channels: log.channels.clone(),
-            warnings: log
-                .warnings
-                .iter()
-                .cloned()
-                .chain(as_held)
-                .chain(self.from_fixes.warnings.iter().cloned())
-                .collect(),
+            actuator: identified_actuator(log, &mut warnings),
+            warnings,
         };
         self.warn(&mut evidence);
         Ok(evidence)

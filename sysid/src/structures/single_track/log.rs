@@ -1,6 +1,7 @@
 //! From a drive log to `vehicle.json`.
 
 use crate::Error;
+use crate::actuator::identified_actuator;
 use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, count, samples_in};
 use crate::data::split::Split;
@@ -259,7 +260,7 @@ fn evidence(
     recording: &Recording,
     ranges: &[Vec<Range<usize>>; 2],
     found: &SingleTrack,
-    warnings: Vec<String>,
+    mut warnings: Vec<String>,
 ) -> Result<VehicleEvidence, Error> {
     let [speed, rate] =
         [&recording.speed, &log.output].map(|signal| samples_in(signal, &ranges[0]));
@@ -290,6 +291,7 @@ fn evidence(
         covariance: Matrix::from_fn(n, n, |i, j| found.covariance[i][j]),
         directions: directions(found)?,
         largest_steering_rate_radps: log.fastest_steering(),
+        actuator: identified_actuator(log, &mut warnings),
         spin_margin: found.spin_margin,
         warnings,
     })

@@ -1,6 +1,7 @@
 //! What validates a model on its drive.
 
 use crate::Error;
+use crate::actuator::identified_actuator;
 use crate::data::scaled::{Data, driving_input};
 use crate::selection::candidate::{Choice, simulated};
 use crate::selection::filter::Filter;
@@ -31,7 +32,7 @@ impl Found<'_> {
         &self,
         outcome: &Outcome<'_>,
         traces: &Traces,
-        warnings: Vec<String>,
+        mut warnings: Vec<String>,
     ) -> Result<Evidence, Error> {
         let &Self { log, delay, data, choice, filter, steering_faults } = self;
         let &Outcome { model, residual, .. } = outcome;
@@ -69,6 +70,7 @@ impl Found<'_> {
             .play_rad
             .map(|width| steering_play(width, &|w| outcome.response_at(w / TAU)));
         let (excitation, frequency_response) = frequencies(log, &modelled, residual.sqrt());
+        let actuator = identified_actuator(log, &mut warnings);
         Ok(Evidence {
             method: chosen.method.name().into(),
             horizon: chosen.horizon,
@@ -88,6 +90,7 @@ impl Found<'_> {
             excitation,
             held_out: Some(prediction),
             play,
+            actuator,
             yaw_rate_lead_s: steering_faults.yaw_rate_lead_s,
             yaw_rate_lag_s: steering_faults.yaw_rate_lag_s,
             residuals: Some(correlations(&residuals, &validation_input)),
