@@ -52,7 +52,7 @@ pub enum Error {
     SteeredByTorque,
     #[error("a model of the structure longitudinal has no steering to control")]
     #[diagnostic(help(
-        "identify a model from the steering angle: steerwright identify --structure auto"
+        "identify a model from the steering angle: steerwright identify --structure auto; the speed of this one is controlled by: steerwright design longitudinal.json"
     ))]
     NoSteering,
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]

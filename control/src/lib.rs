@@ -12,6 +12,7 @@
 //! | [`bicycle_from_toml`], [`bicycle()`], [`bicycle_of_vehicle`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
+//! | [`design_speed`] | a controller of the speed to a specification, with evidence |
 //! | [`design_over_speeds`] | the same for a range of speeds |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`sideslip`], [`plant_sideslip`], [`with_sideslip`] | the path follower around the loop |
@@ -32,6 +33,7 @@ mod model;
 pub mod paths;
 mod plants;
 mod requirement;
+mod speed;
 
 #[cfg(test)]
 mod tests;
@@ -52,4 +54,7 @@ pub use model::{evidence_acceleration, model_behind, model_sideslip, plant_sides
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;
+pub use speed::design::design_speed;
+pub use speed::options::SpeedDesignOptions;
+pub use speed::simulate::step as speed_step;
 pub use steerwright_models::Sideslip;

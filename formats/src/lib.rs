@@ -1,6 +1,6 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
-//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`],
+//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`SpeedController`], [`Path`],
 //! [`Estimator`], [`Start`]; [`Model`] is any of those that are identified. Every type has a schema name (`steerwright/plant/1` …), is read by
 //! [`Document::from_json`], which rejects unknown versions, wrong shapes and non-finite numbers with the
 //! JSON path of the fault, and is written by [`Document::to_json`], which returns the same bytes for the
@@ -40,6 +40,7 @@ mod quality;
 mod r_factor;
 mod schedule;
 mod sideslip;
+mod speed_controller;
 mod start;
 mod state_space;
 mod torque;
@@ -82,6 +83,10 @@ pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
 pub use schedule::{GuidanceEntry, ScheduleEntry};
 pub use sideslip::{Sideslip, SideslipTerm};
+pub use speed_controller::{
+    SpeedController, SpeedEnsemble, SpeedEvidence, SpeedGains, SpeedLimits, SpeedResponses,
+    SpeedSpecification, SpeedStep,
+};
 pub use start::Start;
 pub use state_space::{Continuous, Discrete};
 pub use torque::{Torque, TorqueEvidence};

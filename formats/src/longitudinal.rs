@@ -164,6 +164,48 @@ impl Longitudinal {
         }
         below.gain.value
     }
+
+    /// G in a gear at a speed, m/s² per unit of the command; a gear without a gain of its own has that of the speed.
+    #[must_use]
+    pub fn gain_in(&self, gear: i32, speed_mps: f64) -> f64 {
+        for row in &self.gear_gains {
+            if row.gear == i64::from(gear) {
+                return row.gain.value;
+            }
+        }
+        self.gain_at(speed_mps)
+    }
+
+    /// Whether the command is an acceleration, otherwise an accelerator.
+    #[must_use]
+    pub fn is_acceleration_commanded(&self) -> bool {
+        self.command_unit == "m/s2"
+    }
+
+    /// The estimate of a name in `parameters`; `None` where the model has none of that name.
+    #[must_use]
+    pub fn estimate_mut(&mut self, name: &str) -> Option<&mut Estimate> {
+        if let Some((table, rest)) = name.split_once('[') {
+            let index: usize = rest.strip_suffix("].gain")?.parse().ok()?;
+            return match table {
+                "gains" => self.gains.get_mut(index).map(|row| &mut row.gain),
+                "gear_gains" => self.gear_gains.get_mut(index).map(|row| &mut row.gain),
+                _ => None,
+            };
+        }
+        match name {
+            "time_constant_s" => Some(&mut self.time_constant_s),
+            "delay_s" => Some(&mut self.delay_s),
+            "brake.gain_mps2" => self.brake.as_mut().map(|b| &mut b.gain_mps2),
+            "brake.time_constant_s" => self.brake.as_mut().map(|b| &mut b.time_constant_s),
+            "brake.delay_s" => self.brake.as_mut().map(|b| &mut b.delay_s),
+            "resistance_mps2" => Some(&mut self.resistance_mps2),
+            "resistance_per_speed" => self.resistance_per_speed.as_mut(),
+            "drag_per_m" => Some(&mut self.drag_per_m),
+            "grade_coefficient" => self.grade_coefficient.as_mut(),
+            _ => None,
+        }
+    }
 }
 
 impl Document for Longitudinal {

@@ -165,6 +165,15 @@ impl Model {
         }
     }
 
+    /// The response of the speed; `None` of another structure.
+    #[must_use]
+    pub fn longitudinal(&self) -> Option<&Longitudinal> {
+        match self {
+            Self::Longitudinal(model) => Some(model),
+            Self::StateSpace(_) | Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) => None,
+        }
+    }
+
     /// The name of the vehicle or of the log.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -101,6 +101,12 @@ pub enum ReasonCode {
     /// The model of a controller has the measured steering angle as its input, and the controller misses its requirements
     /// behind a usual actuator.
     NoActuator,
+    /// A controller misses a requirement on the model that it was designed on.
+    MissedRequirement,
+    /// Vehicles within the uncertainty of the model miss a requirement of the controller.
+    NotRobust,
+    /// The model of a speed controller has no brake.
+    NoBrake,
 }
 
 impl ReasonCode {

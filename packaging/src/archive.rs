@@ -67,6 +67,9 @@ pub fn package(
     let origin = Origin::new(fmu, document, file)?;
     let sample_time = match fmu {
         Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
+        Fmu::SpeedController => {
+            Some(steerwright_formats::SpeedController::from_json(document, file)?.sample_time_s)
+        }
         _ => None,
     };
     let step = step.or(sample_time).unwrap_or(0.01);

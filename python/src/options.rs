@@ -191,6 +191,7 @@ fn text(option: &OptionDescription, value: &Bound<'_, PyAny>) -> Accepted<String
         "LENGTH" => "m",
         "SPEED" => "m/s",
         "ACCELERATION" => "m/s2",
+        "JERK" => "m/s3",
         "PER_SECOND" => "/s",
         "SHARE" => {
             let share = value.extract::<f64>()?;

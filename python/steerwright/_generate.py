@@ -71,6 +71,7 @@ NUMBERS = {
     "LENGTH",
     "SPEED",
     "ACCELERATION",
+    "JERK",
     "PER_SECOND",
     "SHARE",
     "GAIN",

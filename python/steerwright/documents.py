@@ -71,6 +71,9 @@ ReasonCode = Literal[
     "unusual-parameter",
     "near-spin",
     "no-actuator",
+    "missed-requirement",
+    "not-robust",
+    "no-brake",
 ]
 """The subject of a reason; its name in files is stable."""
 
@@ -285,6 +288,31 @@ class Pid(Record):
     schedule: Union[tuple[ScheduleEntry, ...], None]
     """Gains and guidance over speed, at increasing speeds; linear between them and constant beyond the
     ends. Empty or omitted if those above hold at every speed."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class SpeedController(Record):
+    """The controller, its specification, the results of its design, and the model that it inverts."""
+
+    schema: str
+    """`steerwright/speed-controller/1`."""
+    name: str
+    """A name."""
+    sample_time_s: float
+    """Sample time, s."""
+    gains: SpeedGains
+    """Gains."""
+    limits: SpeedLimits
+    """Limits and thresholds."""
+    specification: SpeedSpecification
+    """The specification."""
+    evidence: SpeedEvidence
+    """The results of the design."""
+    quality: Union[Quality, None]
+    """Whether the controller may be used: the quality of the model, and of the design."""
+    model: Longitudinal
+    """The model that the controller was designed on, and that its feedforward inverts."""
     provenance: Provenance
     """The sources of the file."""
 
@@ -1060,6 +1088,72 @@ class ScheduleEntry(Record):
     """Recommended settings of a path follower around this loop."""
 
 
+class SpeedGains(Record):
+    """Gains of a speed controller."""
+
+    kp_per_s: float
+    """Proportional gain, acceleration per error of the speed, 1/s."""
+    ki_per_s2: float
+    """Integral gain, 1/s²."""
+    reference_rate_per_s: float
+    """Rate at which the reference model approaches the speed reference, 1/s."""
+
+
+class SpeedLimits(Record):
+    """Limits and thresholds of a speed controller."""
+
+    max_acceleration_mps2: float
+    """Largest acceleration, m/s²."""
+    max_deceleration_mps2: float
+    """Largest deceleration, m/s²."""
+    max_jerk_mps3: float
+    """Largest jerk to either side, m/s³."""
+    pedal_hysteresis_mps2: float
+    """Demand beyond 0 at which the other pedal is used, m/s²."""
+    hold_speed_mps: float
+    """Speed below which the vehicle is held where the speed reference is 0, m/s; the brake is released from
+    this reference on."""
+    hold_deceleration_mps2: float
+    """Deceleration of the held brake in addition to that which the grade requires, m/s²."""
+
+
+class SpeedSpecification(Record):
+    """The specification of a speed controller. Every requirement is optional; the other fields define the
+    test it refers to."""
+
+    overshoot_percent: Union[float, None]
+    """Largest overshoot, percent of the step."""
+    settling_time_s: Union[float, None]
+    """Longest settling time, s."""
+    steady_state_error_percent: Union[float, None]
+    """Largest steady-state error, percent of the step: on the step, and on the grade."""
+    settling_band_percent: float
+    """Band within which the response has settled, percent of the step to either side."""
+    step_mps: float
+    """Height of the step of the speed, m/s."""
+    grade_percent: float
+    """Grade that begins at once and is not measured, percent."""
+    steady_state_time_s: float
+    """When the steady-state error is read, s after the step or the beginning of the grade."""
+    speeds_mps: Array
+    """Lowest and highest speed of the design, m/s."""
+
+
+class SpeedEvidence(Record):
+    """The results of the design of a speed controller."""
+
+    met: bool
+    """Whether the nominal model keeps every requirement at every speed."""
+    shortfalls: Union[tuple[Shortfall, ...], None]
+    """The requirements that the nominal model misses, each at its worst speed."""
+    speeds: tuple[SpeedResponses, ...]
+    """The responses of the nominal model at speeds of the range."""
+    ensemble: Union[SpeedEnsemble, None]
+    """The vehicles drawn from the covariance of the model; absent where none were drawn."""
+    advice: Union[tuple[str, ...], None]
+    """What limits the design, and what would allow it."""
+
+
 class Guidance(Record):
     """Parameters of the guidance law (look-ahead based line of sight)."""
 
@@ -1794,6 +1888,36 @@ class OverSpeed(Record):
     """The loop while the speed changes."""
 
 
+class SpeedResponses(Record):
+    """The responses at a speed."""
+
+    speed_mps: float
+    """Speed before the step up, after the step down, and on the grade, m/s."""
+    up: SpeedStep
+    """Step up."""
+    down: SpeedStep
+    """Step down."""
+    error_on_grade_percent: float
+    """Error on the grade at the steady-state time, percent of the step."""
+    largest_loss_on_grade_mps: float
+    """Largest loss of speed on the grade, m/s."""
+
+
+class SpeedEnsemble(Record):
+    """The vehicles drawn from the covariance of the model."""
+
+    vehicles: int
+    """Number of vehicles."""
+    keeping: int
+    """Vehicles that keep every requirement at every speed."""
+    overshoot_percent: float
+    """Largest overshoot of all, percent of the step."""
+    settling_time_s: Union[float, None]
+    """Longest settling time of all, s; absent if one never settles."""
+    steady_state_error_percent: float
+    """Largest steady-state error of all, percent of the step."""
+
+
 class CoherencePoint(Record):
     """Coherence at one frequency."""
 
@@ -2036,3 +2160,14 @@ class SpeedRamp(Record):
     """Root mean square of the distance from the path, m; absent for steps."""
     largest_cross_track_error_m: Union[float, None]
     """Largest distance from the path, m; absent for steps."""
+
+
+class SpeedStep(Record):
+    """A step of the speed."""
+
+    overshoot_percent: float
+    """Overshoot, percent of the step."""
+    settling_time_s: Union[float, None]
+    """Time after which the response stays within the band; absent if it never does."""
+    steady_state_error_percent: float
+    """Error at the steady-state time, percent of the step."""

@@ -318,20 +318,23 @@ class DesignOptions(TypedDict, total=False):
 
     speeds: Union[tuple[Quantity, Quantity], str]
     """Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance
-    over speed. Requires a model that holds at other speeds, such as bicycle.json or vehicle.json."""
+    over speed. Requires a model that holds at other speeds, such as bicycle.json or vehicle.json. Of
+    longitudinal.json the range is by default that of its drive."""
     accept_untrusted: bool
     """Use a model that failed validation; all files made from it state its quality."""
     requirements: File
     """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
     option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
-    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5; of a speed controller
+    5% overshoot, 4s settling time and 2% steady-state error."""
     overshoot: Quantity
     """Largest overshoot."""
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
     """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
-    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
+    the largest angle where that is less), and on a curve of constant curvature with feedforward; of a
+    speed controller: of the step, and on a grade that is not measured."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -363,6 +366,14 @@ class DesignOptions(TypedDict, total=False):
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""
+    max_acceleration: Quantity
+    """Largest acceleration that a speed controller demands [default: 2m/s2, that of ISO 15622]."""
+    max_deceleration: Quantity
+    """Largest deceleration that a speed controller demands [default: 3.5m/s2, that of ISO 15622]."""
+    max_jerk: Quantity
+    """Largest jerk that a speed controller demands [default: 2.5m/s3, that of ISO 15622]."""
+    grade: Quantity
+    """Grade on which a speed controller keeps the steady-state error [default: 6%]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
     coupling: Literal["gauss-seidel", "jacobi"]
@@ -582,14 +593,16 @@ class CompareOptions(TypedDict, total=False):
     requirements: File
     """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
     option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
-    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5; of a speed controller
+    5% overshoot, 4s settling time and 2% steady-state error."""
     overshoot: Quantity
     """Largest overshoot."""
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
     """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
-    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
+    the largest angle where that is less), and on a curve of constant curvature with feedforward; of a
+    speed controller: of the step, and on a grade that is not measured."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -621,6 +634,14 @@ class CompareOptions(TypedDict, total=False):
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""
+    max_acceleration: Quantity
+    """Largest acceleration that a speed controller demands [default: 2m/s2, that of ISO 15622]."""
+    max_deceleration: Quantity
+    """Largest deceleration that a speed controller demands [default: 3.5m/s2, that of ISO 15622]."""
+    max_jerk: Quantity
+    """Largest jerk that a speed controller demands [default: 2.5m/s3, that of ISO 15622]."""
+    grade: Quantity
+    """Grade on which a speed controller keeps the steady-state error [default: 6%]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
     coupling: Literal["gauss-seidel", "jacobi"]
@@ -686,14 +707,16 @@ class BuildOptions(IdentifyOptions, total=False):
     requirements: File
     """Read the specification from a file with the names of these options, such as `settling = "1s"`. An
     option overrides the file, and `none` removes a requirement. Without a file the requirements are 1%
-    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5."""
+    overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5; of a speed controller
+    5% overshoot, 4s settling time and 2% steady-state error."""
     overshoot: Quantity
     """Largest overshoot."""
     settling: Quantity
     """Longest settling time."""
     steady_state_error: Quantity
     """Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
-    the largest angle where that is less), and on a curve of constant curvature with feedforward."""
+    the largest angle where that is less), and on a curve of constant curvature with feedforward; of a
+    speed controller: of the step, and on a grade that is not measured."""
     rise_time: Quantity
     """Longest rise time, 10 to 90 %."""
     iae: Quantity
@@ -725,6 +748,14 @@ class BuildOptions(IdentifyOptions, total=False):
     max_lateral_acceleration: Quantity
     """Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
     [default: 6m/s2]."""
+    max_acceleration: Quantity
+    """Largest acceleration that a speed controller demands [default: 2m/s2, that of ISO 15622]."""
+    max_deceleration: Quantity
+    """Largest deceleration that a speed controller demands [default: 3.5m/s2, that of ISO 15622]."""
+    max_jerk: Quantity
+    """Largest jerk that a speed controller demands [default: 2.5m/s3, that of ISO 15622]."""
+    grade: Quantity
+    """Grade on which a speed controller keeps the steady-state error [default: 6%]."""
     pid_sample_time: Quantity
     """Sample time of the controller [default: 10ms]."""
     coupling: Literal["gauss-seidel", "jacobi"]

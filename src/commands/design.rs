@@ -10,9 +10,10 @@ use crate::output::{Files, Kind, Outputs};
 use crate::terminal::console;
 use crate::terminal::design_summary::summary;
 use crate::terminal::progress::Progress;
+use crate::terminal::speed_controller_summary;
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
-use steerwright_formats::{Pid, SourceFile};
+use steerwright_formats::{Longitudinal, Pid, SourceFile, SpeedController};
 use steerwright_report::figures::{self, OpenLoop};
 use steerwright_report::{Figure, StepResponse, WIDTH};
 
@@ -21,18 +22,19 @@ const POINTS: usize = 600;
 
 const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
 
-/// Design a PID steering controller (eq 14) on a plant, bicycle or vehicle file
+/// Design a PID steering controller (eq 14) on a plant, bicycle or vehicle file, or a speed controller on a longitudinal
+/// file
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json, bicycle.json or vehicle.json
+    /// plant.json, bicycle.json, vehicle.json or longitudinal.json
     #[arg(value_name = "MODEL.json")]
     plant: PathBuf,
-    /// Write the controller here
-    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]
-    out: PathBuf,
+    /// Write the controller here; by default pid.json, or speed_controller.json of a longitudinal model
+    #[arg(long = "output", short = 'o', value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Design for a range of speeds, such as 5..30 (m/s) or 18..108km/h: a table of gains and guidance over
     /// speed. Requires a model that holds at other speeds, such as bicycle.json or
-    /// vehicle.json
+    /// vehicle.json. Of longitudinal.json the range is by default that of its drive
     #[arg(long, value_name = "RANGE")]
     pub(crate) speeds: Option<SpeedRange>,
     /// Write Bode, Nyquist and step plots (SVG) into this folder
@@ -47,11 +49,15 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let inputs = std::iter::once(&arguments.plant).chain(arguments.specification.files());
     let mut outputs = Outputs::new(global.force, inputs);
-    let out = outputs.file(&arguments.out, Kind::for_document::<Pid>())?;
+    let (model, source, document) = arguments.gate.read(&arguments.plant)?;
+    if let Some(longitudinal) = model.longitudinal() {
+        return speed(arguments, longitudinal, &source, &mut outputs);
+    }
+    let place = arguments.out.clone().unwrap_or_else(|| "pid.json".into());
+    let out = outputs.file(place, Kind::for_document::<Pid>())?;
     let decided = |folder| outputs.files(folder, PLOTS, Kind::Svg);
     let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read()?;
-    let (model, source, document) = arguments.gate.read(&arguments.plant)?;
     let plant = DesignPlant::from_model(&model)
         .map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
     let progress = Progress::start("designing");
@@ -75,6 +81,30 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
     let met = pid.evidence.over_speed.as_ref().map_or(pid.evidence.met, |o| o.met);
     Ok(Outcome::when(met && (by_all || !specified.must_be_robust)))
+}
+
+/// A speed controller on a longitudinal model.
+fn speed(
+    arguments: &Arguments,
+    model: &Longitudinal,
+    source: &SourceFile,
+    outputs: &mut Outputs,
+) -> Result<Outcome, Failure> {
+    if arguments.plots.is_some() {
+        let message = "--plots: there are no plots of a speed controller";
+        return Err(Failure::new(message, "omit it; its responses are in speed_controller.json"));
+    }
+    let place = arguments.out.clone().unwrap_or_else(|| "speed_controller.json".into());
+    let out = outputs.file(place, Kind::for_document::<SpeedController>())?;
+    let specified = arguments.specification.read_speed(arguments.speeds.map(|range| range.0))?;
+    let progress = Progress::start("designing");
+    let controller = steerwright_control::design_speed(model, source, &specified.design)?;
+    drop(progress);
+    out.document(&controller)?;
+    console::result(&speed_controller_summary::summary(&controller), &controller)?;
+    console::note(format!("written to {out}"));
+    let by_all = controller.evidence.ensemble.is_none_or(|e| e.keeping == e.vehicles);
+    Ok(Outcome::when(controller.evidence.met && (by_all || !specified.must_be_robust)))
 }
 
 /// The controller, verified in the loop of FMUs. `now` is called with what is being done.

@@ -14,11 +14,12 @@ use steerwright_comparison::BehindActuator;
 use steerwright_formats::StatedActuator;
 use steerwright_packaging::Fmu;
 
-/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file, without
-/// a compiler
+/// Pack FMUs: one archive for each plant, bicycle, vehicle, longitudinal, controller, path or estimator file,
+/// without a compiler
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json, bicycle.json, vehicle.json, pid.json, path.json or estimator.json
+    /// plant.json, bicycle.json, vehicle.json, longitudinal.json, pid.json, speed_controller.json, path.json or
+    /// estimator.json
     #[arg(required = true, value_name = "FILE.json")]
     files: Vec<PathBuf>,
     /// Folder for the archives

@@ -3,7 +3,7 @@
 use crate::documents::files;
 use crate::failure::Failure;
 use std::path::Path;
-use steerwright_formats::{Document, Model, Pid, Quality, SourceFile};
+use steerwright_formats::{Document, Model, Pid, Quality, SourceFile, SpeedController};
 
 /// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -49,6 +49,7 @@ pub(crate) fn quality_of(text: &str, file: &str) -> Result<Option<Quality>, Fail
     }
     Ok(match steerwright_formats::schema_of(text).as_deref() {
         Some(Pid::SCHEMA) => Some(Pid::from_json(text, file)?.designed_for.quality),
+        Some(SpeedController::SCHEMA) => Some(SpeedController::from_json(text, file)?.quality),
         _ => None,
     })
 }

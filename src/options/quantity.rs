@@ -30,6 +30,8 @@ readers! {
     speed: "m/s" = 1.0, "km/h" = 1.0 / 3.6;
     /// An acceleration in m/s².
     acceleration: "m/s2" = 1.0, "g" = 9.80665;
+    /// A jerk in m/s³.
+    jerk: "m/s3" = 1.0;
     /// A rate in 1/s.
     rate: "/s" = 1.0;
     /// A share in percent.
@@ -124,6 +126,8 @@ quantities! {
     Time = time;
     /// An acceleration, m/s².
     Acceleration = acceleration;
+    /// A jerk, m/s³.
+    Jerk = jerk;
     /// A share, percent.
     Percent = percent;
     /// A gain, dB.

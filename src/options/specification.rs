@@ -10,12 +10,12 @@
 use crate::documents::files;
 use crate::failure::Failure;
 use crate::options::quantity::{
-    Acceleration, Angle, AngleRate, Decibel, Number, OrNone, Percent, Phase, Time,
+    Acceleration, Angle, AngleRate, Decibel, Jerk, Number, OrNone, Percent, Phase, Time,
 };
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use steerwright_control::{DesignOptions, RobustOptions};
+use steerwright_control::{DesignOptions, RobustOptions, SpeedDesignOptions};
 use steerwright_formats::{LoopCoupling, Specification, StatedActuator};
 use toml::{Spanned, Table, Value};
 
@@ -37,13 +37,14 @@ enum Switch {
     Off,
 }
 
-/// The specification of a controller, for a 5° yaw step.
+/// The specification of a controller, for a 5° yaw step, or of a speed controller, for a step of 2 m/s.
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Specification")]
 pub(crate) struct SpecificationArguments {
     /// Read the specification from a file with the names of these options, such as `settling = "1s"`.
     /// An option overrides the file, and `none` removes a requirement. Without a file the requirements
-    /// are 1% overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5
+    /// are 1% overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5; of a speed controller
+    /// 5% overshoot, 4s settling time and 2% steady-state error
     #[arg(long, value_name = "SPEC.toml")]
     requirements: Option<PathBuf>,
     #[command(flatten)]
@@ -62,7 +63,8 @@ struct Options {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     settling: Option<OrNone<Time>>,
     /// Largest steady-state error: of the step, with a steering offset of 1° at the road wheel (0.8 of
-    /// the largest angle where that is less), and on a curve of constant curvature with feedforward
+    /// the largest angle where that is less), and on a curve of constant curvature with feedforward; of a speed
+    /// controller: of the step, and on a grade that is not measured
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     steady_state_error: Option<OrNone<Percent>>,
     /// Longest rise time, 10 to 90 %
@@ -110,6 +112,18 @@ struct Options {
     /// [default: 6m/s2]
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
     max_lateral_acceleration: Option<Acceleration>,
+    /// Largest acceleration that a speed controller demands [default: 2m/s2, that of ISO 15622]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
+    max_acceleration: Option<Acceleration>,
+    /// Largest deceleration that a speed controller demands [default: 3.5m/s2, that of ISO 15622]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
+    max_deceleration: Option<Acceleration>,
+    /// Largest jerk that a speed controller demands [default: 2.5m/s3, that of ISO 15622]
+    #[arg(long, value_name = "JERK", allow_hyphen_values = true)]
+    max_jerk: Option<Jerk>,
+    /// Grade on which a speed controller keeps the steady-state error [default: 6%]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    grade: Option<Percent>,
     /// Sample time of the controller [default: 10ms]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pid_sample_time: Option<Time>,
@@ -160,6 +174,12 @@ pub(crate) struct Specified {
     states_speed_spread: bool,
 }
 
+pub(crate) struct SpeedSpecified {
+    pub(crate) design: SpeedDesignOptions,
+    /// Whether a requirement that not all vehicles keep fails the design: `on` was written.
+    pub(crate) must_be_robust: bool,
+}
+
 /// Spread of the speed about each entry of a table over speed, where none is stated: the error of a measured
 /// speed.
 const SPEED_SPREAD_OVER_SPEEDS: f64 = 0.05;
@@ -181,14 +201,28 @@ impl SpecificationArguments {
         self.requirements.iter()
     }
 
+    /// The options of a speed controller, of the file and of the command line.
+    pub(crate) fn read_speed(&self, speeds: Option<[f64; 2]>) -> Result<SpeedSpecified, Failure> {
+        let (options, usual) = match &self.requirements {
+            Some(file) => (self.options.clone().or(read(file)?), false),
+            None => (self.options.clone(), true),
+        };
+        let specified = options.speed(usual, speeds)?;
+        specified.design.check()?;
+        Ok(specified)
+    }
+
     /// The options of the file and of the command line.
     pub(crate) fn read(&self) -> Result<Specified, Failure> {
         let Some(file) = &self.requirements else {
-            let specified = self.options.clone().specified(Specification::default());
+            let options = self.options.clone();
+            options.refuse_those_of_speed()?;
+            let specified = options.specified(Specification::default());
             specified.design.check()?;
             return Ok(specified);
         };
         let options = self.options.clone().or(read(file)?);
+        options.refuse_those_of_speed()?;
         let specified = options.specified(Specification::none());
         let checked = specified.design.check();
         checked.map_err(|error| Failure::in_file(file, &error, error.hint()))?;
@@ -198,6 +232,22 @@ impl SpecificationArguments {
 
 /// Uncertainty of a stated latency, s.
 const LATENCY_SPREAD: f64 = 0.03;
+
+/// Fields with the names of their options and whether they are stated.
+macro_rules! stated {
+    ($of:ident: $($field:ident)*) => { [$((stringify!($field), $of.$field.is_some())),*] };
+}
+
+/// Refuses the first of some options that is stated.
+fn refuse(options: &[(&str, bool)], reason: &str) -> Result<(), Failure> {
+    for (name, is_stated) in options {
+        if *is_stated {
+            let message = format!("--{} {reason}", name.replace('_', "-"));
+            return Err(Failure::new(message, "omit it"));
+        }
+    }
+    Ok(())
+}
 
 impl Options {
     /// These options, or where they are absent the others.
@@ -209,9 +259,56 @@ impl Options {
             overshoot settling steady_state_error rise_time iae gain_margin phase_margin
             modulus_margin delay_margin disk_margin settling_band max_angle max_increment max_rate
             actuator_lag actuator_delay
-            max_lateral_acceleration pid_sample_time coupling latency loop_delay path_delay
+            max_lateral_acceleration max_acceleration max_deceleration max_jerk grade
+            pid_sample_time coupling latency loop_delay path_delay
             estimator_delay robust latency_spread speed_spread ensemble seed
         )
+    }
+
+    /// Refuses options that a speed controller alone has.
+    fn refuse_those_of_speed(&self) -> Result<(), Failure> {
+        refuse(
+            &stated!(self: max_acceleration max_deceleration max_jerk grade),
+            "is an option of a speed controller, and the model is one of the steering",
+        )
+    }
+
+    /// The design of a speed controller; `usual` states whether requirements that are absent have their defaults.
+    fn speed(self, usual: bool, speeds: Option<[f64; 2]>) -> Result<SpeedSpecified, Failure> {
+        refuse(
+            &stated!(self: rise_time iae gain_margin phase_margin modulus_margin delay_margin
+                disk_margin max_angle max_increment max_rate actuator_lag actuator_delay
+                max_lateral_acceleration coupling latency loop_delay path_delay estimator_delay
+                latency_spread speed_spread),
+            "is an option of a steering controller, and the model is one of the speed",
+        )?;
+        fn bound<T: Into<f64>>(stated: Option<OrNone<T>>, usual: Option<f64>) -> Option<f64> {
+            stated.map_or(usual, |value| value.0.map(Into::into))
+        }
+        let defaults = SpeedDesignOptions::default();
+        let or_none = |value: Option<f64>| value.filter(|_| usual);
+        let steady_state_error_percent =
+            bound(self.steady_state_error, or_none(defaults.steady_state_error_percent));
+        let band = self.settling_band.map(f64::from).or(steady_state_error_percent);
+        let value = |stated: Option<Acceleration>, usual: f64| stated.map_or(usual, f64::from);
+        let design = SpeedDesignOptions {
+            overshoot_percent: bound(self.overshoot, or_none(defaults.overshoot_percent)),
+            settling_time_s: bound(self.settling, or_none(defaults.settling_time_s)),
+            steady_state_error_percent,
+            settling_band_percent: band.unwrap_or(defaults.settling_band_percent),
+            grade_percent: self.grade.map_or(defaults.grade_percent, f64::from),
+            speeds_mps: speeds,
+            max_acceleration_mps2: value(self.max_acceleration, defaults.max_acceleration_mps2),
+            max_deceleration_mps2: value(self.max_deceleration, defaults.max_deceleration_mps2),
+            max_jerk_mps3: self.max_jerk.map_or(defaults.max_jerk_mps3, f64::from),
+            sample_time_s: self.pid_sample_time.map_or(defaults.sample_time_s, f64::from),
+            members: match self.robust {
+                Some(Switch::Off) => 0,
+                _ => self.ensemble.unwrap_or(defaults.members),
+            },
+            seed: self.seed.unwrap_or(defaults.seed),
+        };
+        Ok(SpeedSpecified { design, must_be_robust: self.robust == Some(Switch::On) })
     }
 
     /// The design; `usual` are the requirements where none is stated.

@@ -5,4 +5,5 @@ pub(crate) mod design_summary;
 pub(crate) mod evidence;
 pub(crate) mod overview;
 pub(crate) mod progress;
+pub(crate) mod speed_controller_summary;
 pub(crate) mod speed_summary;

@@ -127,7 +127,6 @@ fn commands_for_the_steering_reject_it() {
             "the structure longitudinal",
         ),
         ("identify drive.csv --structure longitudinal --order 2", "the structure state-space"),
-        ("design longitudinal.json", "the structure longitudinal"),
         ("compare longitudinal.json --log drive.csv", "the structure longitudinal"),
         ("export longitudinal.json --for openpilot", "the structure longitudinal"),
         ("build drive.csv --structure longitudinal", "the structure longitudinal"),

@@ -14,7 +14,7 @@ const STEP_S: f64 = 0.02;
 const SECONDS: f64 = 150.0;
 
 /// A car that is driven with both pedals over hills, as a CSV file.
-fn record(file: &Path) {
+pub(crate) fn record(file: &Path) {
     let fine = 0.001;
     let late = |delay: f64| VecDeque::from(vec![0.0; (delay / fine) as usize]);
     let (mut drive_delay, mut brake_delay) = (late(0.14), late(0.06));

@@ -4,6 +4,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod bad_input;
+#[allow(dead_code)]
+#[path = "../../sysid/src/structures/longitudinal/tests/car.rs"]
+mod car;
 mod check;
 mod circles;
 mod closed_loop;
@@ -39,6 +42,7 @@ mod pose_loop;
 #[cfg(unix)]
 mod processes;
 mod sideslip;
+mod speed_control;
 mod ssp;
 mod stages;
 #[path = "../support/mod.rs"]

@@ -7,13 +7,14 @@ use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
 /// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 10] = [
+const DOCUMENTS: [(&str, &str); 11] = [
     ("Plant", "plant.json"),
     ("Bicycle", "bicycle.json"),
     ("Torque", "torque.json"),
     ("Longitudinal", "longitudinal.json"),
     ("Vehicle", "vehicle.json"),
     ("Pid", "pid.json"),
+    ("SpeedController", "speed_controller.json"),
     ("Path", "path.json"),
     ("Estimator", "estimator.json"),
     ("Start", "start.json"),

@@ -18,7 +18,7 @@ mod objective;
 mod optimiser;
 pub(crate) mod options;
 pub(crate) mod over_speed;
-mod parallel;
+pub(crate) mod parallel;
 mod robust;
 mod search;
 mod target;

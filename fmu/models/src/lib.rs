@@ -12,6 +12,7 @@
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
 //! | [`longitudinal`] | the speed that accelerator and brake, or an acceleration command, cause |
+//! | [`speed`] | the controller of that speed |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sideslip`] | sideslip as a law of the speed |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
@@ -46,6 +47,7 @@ pub mod quadrature;
 pub mod schedule;
 pub mod sensitivity;
 pub mod sideslip;
+pub mod speed;
 pub mod ticks;
 pub mod trigonometry;
 
@@ -65,4 +67,8 @@ pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};
 pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
 pub use schedule::{GuidanceSchedule, PidSchedule};
 pub use sideslip::Sideslip;
+pub use speed::{
+    SavedSpeedControl, SpeedControl, SpeedControlInputs, SpeedControlOutputs,
+    SpeedControlParameters,
+};
 pub use ticks::Ticks;

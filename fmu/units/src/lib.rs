@@ -22,6 +22,7 @@ mod resources;
 mod run;
 mod saved;
 mod scenario;
+mod speed_controller;
 
 pub use bicycle_plant::BicyclePlant;
 pub use fmu::{Definition, Error, Icon, Role, Visitor};
@@ -33,6 +34,7 @@ pub use pose_estimator::PoseEstimator;
 pub use reference_path::ReferencePath;
 pub use run::Running;
 pub use scenario::{Moment, Scenario};
+pub use speed_controller::SpeedController;
 
 use fmi2_export::{CoSimulationUnit, Resources, describe};
 use model_description::{DefaultExperiment, ModelDescription, Table};
@@ -49,6 +51,8 @@ fmu::fmus! {
     LongitudinalPlant in "longitudinal-plant";
     /// The steering controller.
     LateralPid in "lateral-pid";
+    /// The speed controller.
+    SpeedController in "speed-controller";
     /// The reference road and its guidance.
     ReferencePath in "reference-path";
     /// The filter for the pose.

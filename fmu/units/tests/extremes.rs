@@ -4,7 +4,9 @@
 
 use crate::common;
 
-use common::{bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose};
+use common::{
+    bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose, speed_controller,
+};
 use fmi2_export::model_description::{Causality, Kind, Value};
 use fmi2_export::{CoSimulationUnit, Log, VariableId};
 use proptest::prelude::*;
@@ -113,6 +115,7 @@ proptest! {
         survive(nonlinear(), &parameters, &steps)?;
         survive(longitudinal(), &parameters, &steps)?;
         survive(pid(), &parameters, &steps)?;
+        survive(speed_controller(), &parameters, &steps)?;
         survive(pose(), &parameters, &steps)?;
         for closed in [false, true] {
             survive(path(closed), &parameters, &steps)?;

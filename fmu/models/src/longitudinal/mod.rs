@@ -59,6 +59,22 @@ as_numbers!(LongitudinalParameters: time_constant delay brake_gain brake_time_co
     resistance_per_speed drag grade_coefficient);
 
 impl LongitudinalParameters {
+    /// Resistances at a speed, m/s, and gravity on a grade, rad: m/s².
+    #[must_use]
+    pub fn slowing(&self, speed: f64, grade: f64) -> f64 {
+        self.resistance
+            + self.resistance_per_speed * speed
+            + self.drag * (speed * speed)
+            + self.gravity(grade)
+    }
+
+    /// Gravity along the road on a grade, rad, as far as it acts: m/s².
+    #[must_use]
+    pub fn gravity(&self, grade: f64) -> f64 {
+        let (sin, _) = sin_cos(grade);
+        self.grade_coefficient * (GRAVITY * sin)
+    }
+
     /// Refuses parameters that no vehicle has.
     ///
     /// # Errors
@@ -194,7 +210,7 @@ impl LongitudinalPlant {
     /// Whether the command is an acceleration, otherwise an accelerator.
     #[must_use]
     pub fn is_acceleration_commanded(&self) -> bool {
-        self.document.command_unit == "m/s2"
+        self.document.is_acceleration_commanded()
     }
 
     /// Speed, m/s, never below 0.
@@ -291,22 +307,12 @@ impl LongitudinalPlant {
 
     /// G at a speed, in the present gear.
     fn gain(&self, speed: f64) -> f64 {
-        for row in &self.document.gear_gains {
-            if row.gear == i64::from(self.inputs.gear) {
-                return row.gain.value;
-            }
-        }
-        self.document.gain_at(speed)
+        self.document.gain_in(self.inputs.gear, speed)
     }
 
     /// Resistances at the last grid point, and gravity on the present grade, m/s².
     fn slowing(&self) -> f64 {
-        let (p, v) = (&self.started, self.state.speed_of_grid);
-        let (sin, _) = sin_cos(self.inputs.grade);
-        p.resistance
-            + p.resistance_per_speed * v
-            + p.drag * (v * v)
-            + p.grade_coefficient * (GRAVITY * sin)
+        self.started.slowing(self.state.speed_of_grid, self.inputs.grade)
     }
 
     /// Advances by `h` seconds with the inputs as they are.
@@ -385,7 +391,7 @@ impl LongitudinalPlant {
 
 /// Follows a delayed input times a gain with a lag for a time; returns the integral of the state, and the integral of
 /// that from the beginning.
-fn follow(
+pub(crate) fn follow(
     delay: &mut DelayLine,
     state: &mut f64,
     gain: f64,

@@ -7,7 +7,7 @@ use steerwright_formats::{Document, InputKind, Longitudinal, Matrix, Plant};
 use steerwright_models::linear::discretize;
 use steerwright_units::{
     BicyclePlant, Definition, Fmu, IdentifiedPlant, LateralPid, LongitudinalPlant,
-    NonlinearVehicle, PoseEstimator, ReferencePath,
+    NonlinearVehicle, PoseEstimator, ReferencePath, SpeedController,
 };
 
 fn column(entries: &[f64]) -> Matrix {
@@ -135,6 +135,12 @@ pub fn longitudinal() -> LongitudinalPlant {
 
 pub fn pid() -> LateralPid {
     LateralPid::open(&Resources::default()).unwrap()
+}
+
+/// The speed controller of the example, enabled.
+pub fn speed_controller() -> SpeedController {
+    let file = include_bytes!("../../../speed-controller/example.json").to_vec();
+    SpeedController::open(&Resources::from(vec![("speed_controller.json".into(), file)])).unwrap()
 }
 
 /// With fixes that are 0.05 s late and an antenna elsewhere.

@@ -28,7 +28,7 @@ impl Random {
         low + (high - low) * self.uniform()
     }
 
-    fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }
@@ -170,10 +170,8 @@ impl Car {
             log += if is_logged { name } else { "" };
         }
         log.push('\n');
-        let late = |delay: f64| VecDeque::from(vec![0.0; (delay / STEP).round().max(1.0) as usize]);
-        let (mut drive_delay, mut brake_delay) = (late(self.delay_s), late(self.brake_delay_s));
-        let (mut drive, mut brake, mut boost) = (0.0, 0.0, 0.0_f64);
-        let (mut speed, mut integral, mut gear) = (12.0_f64, 0.0_f64, 2_usize);
+        let mut motion = Motion::new(self, 12.0);
+        let mut integral = 0.0_f64;
         let (mut hill, mut wind) = (self.hills * random.normal(), 0.0_f64);
         let (mut reference, mut wanted, mut until) = (12.0, 12.0, 0.0);
         let (mut pedal, mut braking) = (0.0_f64, 0.0_f64);
@@ -188,6 +186,7 @@ impl Car {
             // The driver acts every 20 ms.
             if k.is_multiple_of(20) {
                 reference += (wanted - reference).clamp(-0.05, 0.03);
+                let speed = motion.speed;
                 let error = reference - speed;
                 integral = (integral + 0.02 * 0.15 * error).clamp(-1.0, 2.0);
                 let acceleration =
@@ -207,7 +206,7 @@ impl Car {
                 braking += STEP * (braking_wanted - braking) / 0.1;
             }
             if k.is_multiple_of(20) {
-                let measured = speed + self.noise_mps * random.normal();
+                let measured = motion.speed + self.noise_mps * random.normal();
                 let measured = match self.quantum_mps > 0.0 {
                     true => (measured / self.quantum_mps).round() * self.quantum_mps,
                     false => measured,
@@ -221,29 +220,15 @@ impl Car {
                     write!(log, ",{:.4}", 100.0 * hill).unwrap();
                 }
                 if self.logs_gear {
-                    write!(log, ",{}", gear + 1).unwrap();
+                    write!(log, ",{}", motion.gear + 1).unwrap();
                 }
                 log.push('\n');
             }
-            drive_delay.push_back(pedal);
-            brake_delay.push_back(braking);
-            let pedal = drive_delay.pop_front().unwrap_or_default();
-            let braking: f64 = brake_delay.pop_front().unwrap_or_default();
-            let traction = self.traction(pedal, speed, &mut gear);
-            // A turbocharger builds up a tenth of the torque later.
-            let has_turbo = matches!(self.drive, Drive::Engine { .. });
-            boost += STEP * (traction - boost) / 0.8;
-            let traction = if has_turbo { 0.9 * traction + 0.1 * boost } else { traction };
-            drive += STEP * (traction - drive) / self.lag_s;
-            brake += STEP * (self.brake_mps2 * braking - brake) / self.brake_lag_s;
             // A hill lasts some 150 m, a gust 4 s.
-            let share = STEP * speed / 150.0;
+            let share = STEP * motion.speed / 150.0;
             hill += -share * hill + self.hills * (2.0 * share).sqrt() * random.normal();
             wind += -STEP * wind / 4.0 + 0.05 * (2.0 * STEP / 4.0).sqrt() * random.normal();
-            let resistance = self.resistance_mps2 + self.drag_per_m * speed * speed;
-            let gravity = GRAVITY * hill.atan().sin();
-            let slowing = if speed > 0.05 { resistance + brake } else { 0.0 };
-            speed = (speed + STEP * (drive - slowing - gravity + wind)).max(0.0);
+            motion.advance(self, pedal, braking, hill, wind);
         }
         log
     }
@@ -286,5 +271,52 @@ impl Car {
         // The pedal is the imaginary part of size·e^{jωt}: the response is j times the sum.
         let scale = 2.0 / (size * (cycles * period) as f64);
         ([-scale * sums[1], scale * sums[0]], gear as i64 + 1, steady)
+    }
+}
+
+/// A car as it moves.
+pub(super) struct Motion {
+    /// m/s.
+    pub(super) speed: f64,
+    /// Place of the gear in the list of ratios.
+    pub(super) gear: usize,
+    drive: f64,
+    brake: f64,
+    boost: f64,
+    drive_delay: VecDeque<f64>,
+    brake_delay: VecDeque<f64>,
+}
+
+impl Motion {
+    pub(super) fn new(car: &Car, speed: f64) -> Self {
+        let late = |delay: f64| VecDeque::from(vec![0.0; (delay / STEP).round().max(1.0) as usize]);
+        Self {
+            speed,
+            gear: 2,
+            drive: 0.0,
+            brake: 0.0,
+            boost: 0.0,
+            drive_delay: late(car.delay_s),
+            brake_delay: late(car.brake_delay_s),
+        }
+    }
+
+    /// A millisecond; `grade` is the tangent of the angle of the road, `push` an acceleration by the wind, m/s².
+    pub(super) fn advance(&mut self, car: &Car, pedal: f64, braking: f64, grade: f64, push: f64) {
+        self.drive_delay.push_back(pedal);
+        self.brake_delay.push_back(braking);
+        let pedal = self.drive_delay.pop_front().unwrap_or_default();
+        let braking = self.brake_delay.pop_front().unwrap_or_default();
+        let traction = car.traction(pedal, self.speed, &mut self.gear);
+        // A turbocharger builds up a tenth of the torque later.
+        let has_turbo = matches!(car.drive, Drive::Engine { .. });
+        self.boost += STEP * (traction - self.boost) / 0.8;
+        let traction = if has_turbo { 0.9 * traction + 0.1 * self.boost } else { traction };
+        self.drive += STEP * (traction - self.drive) / car.lag_s;
+        self.brake += STEP * (car.brake_mps2 * braking - self.brake) / car.brake_lag_s;
+        let resistance = car.resistance_mps2 + car.drag_per_m * self.speed * self.speed;
+        let gravity = GRAVITY * grade.atan().sin();
+        let slowing = if self.speed > 0.05 { resistance + self.brake } else { 0.0 };
+        self.speed = (self.speed + STEP * (self.drive - slowing - gravity + push)).max(0.0);
     }
 }
