@@ -18,13 +18,20 @@ const STEERING_RATIO: f64 = 16.0;
 const REACTION_S: f64 = 0.2;
 
 /// What the driver wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Course {
     /// A winding road: noise through a low-pass of second order at 0.4 Hz, and a lane change every few
     /// seconds.
     Road,
     /// Logarithmic sweeps from 0.1 to 3 Hz and back.
     Sweep,
+    /// Steps of random size, each held for an interval, behind a lag of first order.
+    HeldSteps {
+        /// From one step to the next, s.
+        interval_s: f64,
+        /// Time constant of the lag, s.
+        lag_s: f64,
+    },
 }
 
 /// What the log has of the steering.
@@ -109,6 +116,18 @@ impl LinearDrive {
     pub fn clean_sweep(car: LinearCar, random: &mut Random) -> Self {
         let all = Self::ideal(car, random);
         Self { course: Course::Sweep, driver: false, ..all }
+    }
+
+    /// As a controller that decides a few times a second steers a robot: steps behind a lag, of which the angle is measured
+    /// at any rate. Each second drive has steps at rows of a log at 10 Hz.
+    pub fn held_steps(car: LinearCar, random: &mut Random) -> Self {
+        let all = Self::ideal(car, random);
+        let interval_s = 0.2 + 0.5 * random.uniform();
+        let is_at_rows = random.uniform() < 0.5;
+        let interval_s = if is_at_rows { (10.0 * interval_s).round() / 10.0 } else { interval_s };
+        let lag_s = 0.1 + 0.15 * random.uniform();
+        let course = Course::HeldSteps { interval_s, lag_s };
+        Self { course, driver: false, gyro_noise_radps: 0.002, ..all }
     }
 
     /// As a simulator logs: a command held over each row, no noise, no driver.
@@ -198,6 +217,35 @@ struct Wish {
     /// Instant, duration and angle of each lane change.
     changes: Vec<[f64; 3]>,
     sweep: Option<(f64, f64)>,
+    steps: Option<LaggedSteps>,
+}
+
+/// Steps behind a lag of first order.
+struct LaggedSteps {
+    interval_s: f64,
+    lag_s: f64,
+    /// Angle at the start of each interval, and the angle that it goes to.
+    intervals: Vec<[f64; 2]>,
+}
+
+impl LaggedSteps {
+    fn new(seconds: f64, [interval_s, lag_s]: [f64; 2], rms: f64, random: &mut Random) -> Self {
+        let keep = (-interval_s / lag_s).exp();
+        let mut intervals = vec![[0.0, rms * random.normal()]];
+        for _ in 0..(seconds / interval_s).ceil() as usize {
+            let [from, to] = intervals[intervals.len() - 1];
+            intervals.push([to + keep * (from - to), rms * random.normal()]);
+        }
+        Self { interval_s, lag_s, intervals }
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        // A step at t is seen at t, whatever the rounding.
+        let last = self.intervals.len() - 1;
+        let k = ((t / self.interval_s + 1e-9).floor() as usize).min(last);
+        let [from, to] = self.intervals[k];
+        to + (-(t - k as f64 * self.interval_s) / self.lag_s).exp() * (from - to)
+    }
 }
 
 impl Wish {
@@ -210,7 +258,12 @@ impl Wish {
                 sines: vec![],
                 changes: vec![],
                 sweep: Some((drive.seconds, 1.4 * rms)),
+                steps: None,
             };
+        }
+        if let Course::HeldSteps { interval_s, lag_s } = drive.course {
+            let steps = LaggedSteps::new(drive.seconds, [interval_s, lag_s], rms, random);
+            return Self { sines: vec![], changes: vec![], sweep: None, steps: Some(steps) };
         }
         let mut sines: Vec<[f64; 3]> = (0..SINES)
             .map(|_| {
@@ -229,7 +282,7 @@ impl Wish {
             changes.push([t, 1.5 + 1.5 * random.uniform(), sign * rms]);
             t += 4.0 + 8.0 * random.uniform();
         }
-        Self { sines, changes, sweep: None }
+        Self { sines, changes, sweep: None, steps: None }
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -242,6 +295,9 @@ impl Wish {
             } else {
                 size * (2.0 * part(half) - part(seconds - t)).sin()
             };
+        }
+        if let Some(steps) = &self.steps {
+            return steps.at(t);
         }
         let course: f64 = self.sines.iter().map(|[a, w, p]| a * (w * t + p).sin()).sum();
         let change = |[from, lasting, size]: &[f64; 3]| {
@@ -331,7 +387,7 @@ mod tests {
             drive.car.servo_s = servo_s;
             let (hz, size) = (1.0, 0.02);
             let sine = vec![[size, TAU * hz, 0.0]];
-            let wish = Wish { sines: sine, changes: Vec::new(), sweep: None };
+            let wish = Wish { sines: sine, changes: Vec::new(), sweep: None, steps: None };
             let log = drive.along(&wish, &mut Random(1));
             // The last ten seconds, which are whole periods.
             let last = log.time.iter().zip(&log.yaw_rate).skip(3000);

@@ -5,7 +5,8 @@
 //! `V₀`), which is right for a vehicle that integrates. A vehicle with poles of its own weights the end of a sample
 //! more than its start. With the response G(jω) of the vehicle and G_d(e^{jωT}) of its samples under a held input, the
 //! held input is right where it is the steering filtered by `V = G/G_d`; where an angle is taken for held over a period h of
-//! its own, G is that of its samples over h. A command stays as the reader holds it. So the input of the log is filtered by `V/V₀`, which is 1 for slow
+//! its own, G is that of its samples over h; where it goes along straight lines from sample to sample, G is that of its
+//! samples under such an input, and V of a vehicle that integrates is `cos(ωT/2)·exp(jωT/2)`. A command stays as the reader holds it. So the input of the log is filtered by `V/V₀`, which is 1 for slow
 //! steering. A model that is identified from this input has the response of the vehicle where G has: an error of G
 //! changes V by less than `ωT/12` of it.
 
@@ -74,6 +75,30 @@ impl ContinuousResponse {
         }
     }
 
+    /// The samples' response to an input that goes from sample to sample along straight lines, at a frequency, rad/s:
+    /// `x⁺ = A x + (Γ − Λ/T) u + (Λ/T) u⁺` with `Γ` of a held input and `Λ` of one that rises by 1 a second.
+    fn along_lines(&self, step: f64) -> impl Fn(f64) -> c64 + use<> {
+        let n = self.f.nrows();
+        // The input is the last state, its slope the input.
+        let f = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+            (true, true) => self.f[(i, j)],
+            (true, false) => self.g[(i, 0)],
+            (false, _) => 0.0,
+        });
+        let g = Mat::from_fn(n + 1, 1, |i, _| if i < n { 0.0 } else { 1.0 });
+        let (augmented, rising) = discretize(f.as_ref(), g.as_ref(), step);
+        let a = Mat::from_fn(n, n, |i, j| augmented[(i, j)]);
+        let of_next = Mat::from_fn(n, 1, |i, _| rising[(i, 0)] / step);
+        let of_own = Mat::from_fn(n, 1, |i, _| augmented[(i, n)] - of_next[(i, 0)]);
+        // The direct gain is that of the sample itself.
+        let (own, next) =
+            (self.with(a.clone(), of_own), Self { d: 0.0, ..self.clone() }.with(a, of_next));
+        move |omega| {
+            let (sin, cos) = (omega * step).sin_cos();
+            own((cos, sin)) + next((cos, sin)) * c64::new(cos, sin)
+        }
+    }
+
     /// The response with another state equation, by the complex variable.
     fn with(&self, a: Mat<f64>, b: Mat<f64>) -> impl Fn((f64, f64)) -> c64 + use<> {
         let model = StateSpace { a, b, c: self.h.clone(), d: Mat::from_fn(1, 1, |_, _| self.d) };
@@ -93,6 +118,8 @@ pub(crate) enum Between {
     Held(f64),
     /// It moved on, though the reader took it for held.
     MovingOn,
+    /// It went from sample to sample along straight lines, though the reader took it for band-limited.
+    Lines,
 }
 
 /// The drive with its steering, as it was read, held over each sample as suits the vehicle; as suits one that
@@ -108,7 +135,7 @@ pub(crate) fn held_for<'a>(
         Between::AsRead => None,
         Between::Held(_) => Some(Intersample::Zoh),
         // Of a command; only an angle is band-limited.
-        Between::MovingOn => Some(Intersample::Foh),
+        Between::MovingOn | Between::Lines => Some(Intersample::Foh),
     };
     for channel in &mut held.channels {
         if channel.role == Role::Steering.key() {
@@ -141,12 +168,13 @@ fn taps(
     let period = match between {
         Between::AsRead => as_read,
         Between::Held(period) => Some(period),
-        Between::MovingOn => None,
+        Between::MovingOn | Between::Lines => None,
     };
     if period.is_some_and(|p| !p.is_finite()) {
         return None;
     }
-    let is_own = period == as_read;
+    let is_lines = between == Between::Lines;
+    let is_own = period == as_read && !is_lines;
     // Of a command the reader's filter is near enough, and one by an estimate moves what is left of a delay.
     if is_own && (vehicle.is_none() || period.is_some()) {
         return None;
@@ -162,16 +190,25 @@ fn taps(
             }
         }
     };
+    let wanted = |omega: f64| match is_lines {
+        true => c64::cis(0.5 * omega * step) * (0.5 * omega * step).cos(),
+        false => hold(period, omega),
+    };
+    let along_lines = vehicle.filter(|_| is_lines).map(|v| v.along_lines(step));
     let of_step = vehicle.map(|v| v.held(step));
     let of_period = vehicle.zip(period).map(|(v, period)| v.held(period.min(step)));
     let response: Vec<c64> = (0..POINTS)
         .map(|k| {
             let share = (k as f64 + 0.5) / POINTS as f64;
             let omega = PI * share / step;
-            let wanted = hold(period, omega);
+            let wanted = wanted(omega);
+            let moved = |vehicle: &ContinuousResponse| match &along_lines {
+                Some(along_lines) => along_lines(omega),
+                None => vehicle.value_at(omega),
+            };
             let ratio = match (vehicle, &of_step, &of_period) {
                 (Some(_), Some(of_step), Some(of_period)) => of_period(omega) / of_step(omega),
-                (Some(vehicle), Some(of_step), None) => vehicle.value_at(omega) / of_step(omega),
+                (Some(vehicle), Some(of_step), None) => moved(vehicle) / of_step(omega),
                 _ => wanted,
             };
             let change = ratio / wanted - 1.0;
@@ -261,6 +298,34 @@ mod tests {
                     assert!(size < 2e-3, "{intersample:?} pole {pole} at {hz} Hz: {size}");
                 }
             }
+        }
+    }
+
+    /// Along straight lines, an integrator gets the mean of two samples, and a lag what the integral of its response over
+    /// the lines is.
+    #[test]
+    fn straight_lines_do_to_a_lag_what_their_integral_is() {
+        let (step, pole) = (0.1, 8.0_f64);
+        let at = vehicle(pole).along_lines(step);
+        // ∫ e^{−p(T−s)} s/T ds over a sample, and the rest of ∫ e^{−p(T−s)} ds.
+        let a = (-pole * step).exp();
+        let of_next = (step - (1.0 - a) / pole) / (pole * step);
+        let of_own = (1.0 - a) / pole - of_next;
+        let log = log(step, step, Intersample::Bl);
+        let taps = taps(&log, Between::Lines, Some(&vehicle(pole))).unwrap();
+        for hz in [0.5, 1.0, 2.0] {
+            let omega = 2.0 * PI * hz;
+            let z = c64::cis(omega * step);
+            let expected = (z * of_next + of_own) / (z - a);
+            let off = at(omega) / expected - 1.0;
+            assert!(off.re.hypot(off.im) < 1e-9, "{hz} Hz: {off}");
+            let filter = taps.iter().enumerate().fold(c64::new(0.0, 0.0), |sum, (i, tap)| {
+                sum + c64::cis(omega * step * (HALF as f64 - i as f64)) * *tap
+            });
+            let half = 0.5 * omega * step;
+            let held = c64::cis(half) * sinc(half) * filter * ((1.0 - a) / pole) / (z - a);
+            let off = held / expected - 1.0;
+            assert!(off.re.hypot(off.im) < 4e-3, "{hz} Hz: {off}");
         }
     }
 

@@ -7,7 +7,9 @@ use crate::selection::delay::{Estimated, estimate};
 use crate::selection::options::IdentifyOptions;
 use crate::sideslip::{FromFixes, sideslip};
 use crate::structures::bicycle::wheelbase;
-use crate::validation::faults::open_hold::{HoldEvidence, Preferred, matters, preferred};
+use crate::validation::faults::open_hold::{
+    HoldEvidence, Preferred, lines_exclude, lines_matter, matters, preferred,
+};
 use crate::validation::faults::steering_faults::SteeringFaults;
 use crate::validation::response::uncertain_response::{
     ResponseError, uncertain_response, with_half_a_period,
@@ -18,8 +20,15 @@ use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::LEAST_SPREAD;
 
-/// Times that the input is held as suits the vehicle that the input before it determines.
-const TURNS: usize = 2;
+/// Most times that the input is held as suits the vehicle that the input before it determines. Of a log of few samples in a
+/// period of the bandwidth, estimates in a row lie on either side of the one that agrees with its input, each about half as
+/// far from it as the one before.
+const MOST_TURNS: usize = 12;
+/// Change of the input, as a share of its largest value, from which it is held again.
+const LEAST_CHANGE: f64 = 1e-4;
+/// Difference of the criterion from which a vehicle is not kept, very strong evidence (Kass and Raftery 1995): where no
+/// input agrees with its vehicle, turns may go from a good one to a bad one.
+const MUCH_WORSE: f64 = 10.0;
 
 /// A drive whose steering is held over each sample as suits the vehicle.
 pub(crate) struct Held<'a> {
@@ -39,24 +48,61 @@ impl<'a> Held<'a> {
             let data = Data::new(late.as_ref().unwrap_or(held), &preparation)?;
             Ok::<_, Error>(estimate(&data.estimation.data).ok())
         };
-        let mut held = held_for(log, between, None);
-        let mut estimated = of(&held)?;
-        let mut vehicle = None;
-        for _ in 0..TURNS {
-            let Some(found) = estimated.as_ref().and_then(|e| e.vehicle.clone()) else { break };
-            held = held_for(log, between, Some(&found));
-            if matches!(held, Cow::Borrowed(_)) {
+        let input = held_for(log, between, None);
+        let estimated = of(&input)?;
+        let mut last = Self { log: input, vehicle: None, estimated };
+        let (mut kept, mut least) = (None, f64::INFINITY);
+        for _ in 0..MOST_TURNS {
+            let Some(vehicle) = last.estimated.as_ref().and_then(|e| e.vehicle.clone()) else {
+                break;
+            };
+            let input = held_for(log, between, Some(&vehicle));
+            if matches!(input, Cow::Borrowed(_)) {
                 break;
             }
-            vehicle = Some(found);
-            estimated = of(&held)?;
+            let is_settled = change(&last.log.input, &input.input) <= LEAST_CHANGE;
+            let estimated = of(&input)?;
+            let before = std::mem::replace(
+                &mut last,
+                Self { log: input, vehicle: Some(vehicle), estimated },
+            );
+            if before.is_kept(&mut least) {
+                kept = Some(before);
+            }
+            if is_settled {
+                break;
+            }
         }
-        Ok(Self { log: held, vehicle, estimated })
+        Ok(match kept {
+            Some(kept) if !last.is_kept(&mut least) => kept,
+            _ => last,
+        })
+    }
+
+    /// Whether the vehicle fits about as well as that of any turn so far, whose least criterion is `least`.
+    fn is_kept(&self, least: &mut f64) -> bool {
+        if self.vehicle.is_none() {
+            return false;
+        }
+        let criterion = self.criterion().unwrap_or(f64::INFINITY);
+        *least = least.min(criterion);
+        criterion <= *least + MUCH_WORSE
+    }
+
+    fn criterion(&self) -> Option<f64> {
+        self.estimated.as_ref().map(|e| e.criterion)
     }
 
     fn column(&self) -> &str {
         let mut channels = self.log.channels.iter().filter(|c| c.role == Role::Steering.key());
         channels.next().map_or("steering", |channel| &channel.column)
+    }
+
+    fn lines_in_words(&self, period_s: f64) -> String {
+        format!(
+            "column `{}` is no band-limited signal: the yaw rate fits it better as going along straight lines between its samples, {period_s:.3} s apart, as steps of a controller behind a servo do; it is read so, and the standard errors of the phase cover a lag; a stated behaviour between samples decides it",
+            self.column()
+        )
     }
 
     fn moving_on_in_words(&self, period_s: f64) -> String {
@@ -72,6 +118,13 @@ impl<'a> Held<'a> {
             "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
         )
     }
+}
+
+/// Largest change of an input, as a share of its largest value.
+fn change(before: &[f64], after: &[f64]) -> f64 {
+    let largest = after.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let apart = before.iter().zip(after).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    if largest > 0.0 { apart / largest } else { 0.0 }
 }
 
 /// What is found in a recording once, whatever the structure.
@@ -158,6 +211,9 @@ pub(crate) struct Read<'a> {
     moves_on_instead: bool,
     /// Period of the steering, s, where it stays open which of the two it is.
     pub(crate) open_hold_s: Option<f64>,
+    /// Period of the steering, s, where it goes along straight lines between its samples, and the reader of the log took it
+    /// for band-limited.
+    pub(crate) lines_s: Option<f64>,
     pub(crate) warning: Option<String>,
 }
 
@@ -170,16 +226,20 @@ impl<'a> Read<'a> {
         delay_s: impl Fn() -> Option<[f64; 2]>,
     ) -> Result<Self, Error> {
         let as_read = Held::new(log, Between::AsRead, options)?;
-        let criterion = |held: &Held<'_>| held.estimated.as_ref().map(|e| e.criterion);
         let stated_s = options.delay_s.unwrap_or_default();
         let evidence = |moving_on: &Held<'_>, held: &Held<'_>| HoldEvidence {
-            moving_on: criterion(moving_on),
-            held: criterion(held),
+            moving_on: moving_on.criterion(),
+            held: held.criterion(),
             delay_s: delay_s().map(|[delay, error]| [delay - stated_s, error]),
             is_one_speed: is_one_speed(log),
         };
-        let certain =
-            |held| Self { held, moves_on_instead: false, open_hold_s: None, warning: None };
+        let certain = |held| Self {
+            held,
+            moves_on_instead: false,
+            open_hold_s: None,
+            lines_s: None,
+            warning: None,
+        };
         if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
             let found = evidence(&moving_on, &as_read);
@@ -192,10 +252,23 @@ impl<'a> Read<'a> {
             }
         }
         let Some(period_s) = log.open_hold_s() else { return Ok(certain(as_read)) };
+        // Lines between samples that are not those of the model are no lines of its input.
+        let has_own_samples = (period_s / log.sample_time_s - 1.0).abs() < 1e-3;
+        let lines = match has_own_samples && lines_matter(period_s) {
+            true => Some(Held::new(log, Between::Lines, options)?),
+            false => None,
+        };
+        let moving_on = match lines {
+            Some(lines) if lines_exclude(as_read.criterion(), lines.criterion()) => {
+                let warning = Some(lines.lines_in_words(period_s));
+                Self { lines_s: Some(period_s), warning, ..certain(lines) }
+            }
+            _ => certain(as_read),
+        };
         let as_held = Held::new(log, Between::Held(period_s), options)?;
-        Ok(match preferred(period_s, &evidence(&as_read, &as_held)) {
-            Preferred::MovingOn => certain(as_read),
-            Preferred::OpenMovingOn => Self { open_hold_s: Some(period_s), ..certain(as_read) },
+        Ok(match preferred(period_s, &evidence(&moving_on.held, &as_held)) {
+            Preferred::MovingOn => moving_on,
+            Preferred::OpenMovingOn => Self { open_hold_s: Some(period_s), ..moving_on },
             Preferred::OpenHeld => {
                 let warning = Some(as_held.held_in_words(period_s));
                 Self { open_hold_s: Some(period_s), warning, ..certain(as_held) }

@@ -93,12 +93,14 @@ pub fn held_as<'a>(
 ) -> Result<Cow<'a, DriveLog>, Error> {
     let own = channels.iter().find(|c| c.role == Role::Steering.key());
     let is_held = is_open && own.is_some_and(|c| c.intersample == Some(Intersample::Zoh));
-    // A command that was set more often than it was logged is so in other logs of the same column.
+    // A command that was set more often than it was logged is so in other logs of the same column; so is an angle that
+    // goes along straight lines.
     let mut same = log.channels.iter().filter(|c| c.role == Role::Steering.key());
     let is_same = same.any(|c| own.is_some_and(|own| own.column == c.column));
     let moves_on = is_same && own.is_some_and(|c| c.intersample == Some(Intersample::Foh));
     let between = match (log.open_hold_s(), log.assumed_hold_s()) {
         (Some(period_s), _) if is_held => Between::Held(period_s),
+        (Some(_), _) if moves_on => Between::Lines,
         (_, Some(_)) if moves_on => Between::MovingOn,
         _ => Between::AsRead,
     };

@@ -6,7 +6,7 @@ use faer::{Mat, c64};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
-use steerwright_formats::{Grade, ReasonCode, VehicleData};
+use steerwright_formats::{Continuous, Grade, ReasonCode, VehicleData};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{IdentifyOptions, Intersample, identify, validate_plant};
@@ -28,8 +28,18 @@ fn car(omega: f64) -> c64 {
     pencil(&f, &[80.0, 55.0], &[0.0, 1.0], c64::new(0.0, omega))
 }
 
+/// At 12 m/s, where its poles decay to a third over a sample of 0.1 s.
+fn slow_car(omega: f64) -> c64 {
+    let f = Mat::from_fn(2, 2, |i, j| [[-10.0, -10.0], [1.5, -11.5]][i][j]);
+    pencil(&f, &[80.0, 55.0], &[0.0, 1.0], c64::new(0.0, omega))
+}
+
 /// Samples of a steering angle of many sines up to 3 Hz and of the car's yaw rate.
 fn log(rate_hz: f64, seconds: f64) -> DriveLog {
+    log_of(car, rate_hz, seconds)
+}
+
+fn log_of(car: fn(f64) -> c64, rate_hz: f64, seconds: f64) -> DriveLog {
     let mut random = Random(5);
     let sines: Vec<(f64, f64, c64)> = (0..80)
         .map(|k| {
@@ -83,6 +93,90 @@ fn a_slow_log_biases_neither_gain_nor_phase() {
         // What is shown is the angle that was read.
         assert_eq!(found.traces.steering_rad, log.input);
     }
+}
+
+/// The steering is held as suits the vehicle that is identified from it, not one that an earlier estimate determined.
+#[test]
+fn the_vehicle_that_the_steering_is_held_for_is_the_one_identified() {
+    let found = identify(&log_of(slow_car, 10.0, 120.0), &IdentifyOptions::default()).unwrap();
+    let response = |c: &Continuous, s: c64| {
+        let n = c.f.rows();
+        let f = Mat::from_fn(n, n, |i, j| c.f.entry(i, j));
+        let g: Vec<f64> = (0..n).map(|i| c.g.entry(i, 0)).collect();
+        let h: Vec<f64> = (0..n).map(|j| c.h.entry(0, j)).collect();
+        pencil(&f, &g, &h, s)
+    };
+    let held_for = found.plant.evidence.held_for.as_ref().unwrap();
+    let identified = found.plant.continuous.as_ref().unwrap();
+    for hz in [1.0, 2.0] {
+        let s = c64::new(0.0, TAU * hz);
+        // Their units of yaw rate and steering differ, so that phases are compared.
+        let [vehicle, model, truth] =
+            [response(held_for, s), response(identified, s), slow_car(TAU * hz)];
+        let [apart, off] = [vehicle / model, model / truth].map(|r| r.im.atan2(r.re) * 180.0 / PI);
+        println!("at {hz} Hz held for {apart:.3}° from the model, which is {off:.3}° from the car");
+        assert!(apart.abs() < 1.0, "{apart}° at {hz} Hz");
+        assert!(off.abs() < 0.5, "{off}° at {hz} Hz");
+    }
+}
+
+/// The angle of a servo behind the steps of a controller is not band-limited. Models of the band-limited angle fit by an order
+/// that takes over what it does between its samples, with a response that is wrong by tens of percent.
+#[test]
+fn an_angle_behind_steps_goes_along_straight_lines() {
+    const STEPS: usize = 100;
+    let f = Mat::from_fn(2, 2, |i, j| [[-10.0, -10.0], [1.5, -11.5]][i][j]);
+    let g = Mat::from_fn(2, 1, |i, _| [80.0, 55.0][i]);
+    let (a, b) = discretize(f.as_ref(), g.as_ref(), 0.1 / STEPS as f64);
+    let mut random = Random(21);
+    let (mut x, mut u, mut wanted) = ([0.0; 2], 0.0, 0.0);
+    let mut csv = format!("time_s,{ANGLE},yaw_rate_radps,speed_mps\n");
+    for k in 0..6000 {
+        let noise = 0.002 * random.normal();
+        writeln!(csv, "{:.1},{u:.9},{:.9},12", 0.1 * f64::from(k), x[1] + noise).unwrap();
+        if k % 4 == 0 {
+            wanted = 0.02 * random.normal();
+        }
+        for _ in 0..STEPS {
+            let before = u;
+            u = wanted + (u - wanted) * (-0.1 / STEPS as f64 / 0.15).exp();
+            let mean = 0.5 * (before + u);
+            x = [0, 1].map(|i| a[(i, 0)] * x[0] + a[(i, 1)] * x[1] + b[(i, 0)] * mean);
+        }
+    }
+    let options = LogOptions { steering_ratio: Some(1.0), ..LogOptions::default() };
+    let log = read_log(&[("steps.csv".into(), csv.into_bytes())], &options).unwrap();
+    let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
+    let quality = &plant.quality;
+    println!(
+        "order {} fit {:.2} {}",
+        plant.order(),
+        plant.evidence.fit.validation,
+        quality.summary
+    );
+    let steering = plant.evidence.channels.iter().find(|c| c.role == "steering").unwrap();
+    assert_eq!(steering.intersample, Some(Intersample::Foh), "{:?}", plant.evidence.warnings);
+    let warnings = &plant.evidence.warnings;
+    assert!(warnings.iter().any(|w| w.contains("along straight lines")), "{warnings:?}");
+    let c = plant.continuous.as_ref().unwrap();
+    let n = plant.order();
+    let f = Mat::from_fn(n, n, |i, j| c.f.entry(i, j));
+    let g: Vec<f64> = (0..n).map(|i| c.g.entry(i, 0)).collect();
+    let h: Vec<f64> = (0..n).map(|j| c.h.entry(0, j)).collect();
+    for hz in [0.3, 1.0, 2.0] {
+        let s = c64::new(0.0, TAU * hz);
+        let late = c64::cis(-TAU * hz * plant.input_delay_s);
+        let ratio = pencil(&f, &g, &h, s) * late / slow_car(TAU * hz);
+        let (gain, phase) = (ratio.re.hypot(ratio.im), ratio.im.atan2(ratio.re));
+        let stated = plant.uncertainty.as_ref().unwrap().errors_at(hz).unwrap()[1];
+        println!("at {hz} Hz gain {gain:.4}, phase {:.2} of its standard error", phase / stated);
+        assert!((gain - 1.0).abs() < 0.06, "gain {gain} at {hz} Hz");
+        assert!(phase.abs() < 1.96 * stated, "phase {phase} ± {stated} at {hz} Hz");
+    }
+    // The file is enough to read the same log in the same way.
+    let fit = validate_plant(&log, &IdentifyOptions::default(), &plant).unwrap();
+    let apart = fit.validation_fit - plant.evidence.fit.validation;
+    assert!(apart.abs() < 1e-6, "{apart}");
 }
 
 /// A command in a column with the name of an angle, held from row to row, and the car's yaw rate; held or moving on.

@@ -59,7 +59,7 @@ pub(crate) const PROGRAMS: &[Program] = &[
     program(
         "coverage",
         "how often stated 95 % bands hold the truth of known cars",
-        &["--drives", "6"],
+        &["--drives", "3", "--kind", "realistic,sweep,held-steps", "--rate", "10"],
         "response error",
     ),
     program(

@@ -12,6 +12,19 @@ pub(super) enum Kind {
     Ideal,
     /// `LinearDrive::clean_sweep`
     Sweep,
+    /// `LinearDrive::held_steps`
+    HeldSteps,
+}
+
+impl Kind {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Realistic => "realistic",
+            Self::Ideal => "ideal",
+            Self::Sweep => "sweeps",
+            Self::HeldSteps => "held steps behind a lag",
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

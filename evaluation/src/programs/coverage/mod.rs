@@ -50,9 +50,9 @@ struct Arguments {
     /// Length of the drives, s
     #[arg(long, default_value_t = 120.0)]
     seconds: f64,
-    /// What is driven
-    #[arg(long, value_enum, default_value_t = Kind::Realistic)]
-    kind: Kind,
+    /// What is driven; a table for each
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "realistic")]
+    kind: Vec<Kind>,
     /// What the log has of the steering
     #[arg(long, value_enum, default_value_t = Column::Measured)]
     steering: Column,
@@ -74,8 +74,18 @@ const BAND_HZ: (f64, f64) = (0.1, 2.0);
 
 pub(crate) fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Arguments = options();
+    for (i, kind) in arguments.kind.iter().enumerate() {
+        if arguments.kind.len() > 1 {
+            println!("{}{}", if i > 0 { "\n" } else { "" }, kind.name());
+        }
+        table(&arguments, *kind);
+    }
+    Ok(())
+}
+
+fn table(arguments: &Arguments, kind: Kind) {
     let drives: Vec<Result<Drive, String>> = on_all_cores("drives", arguments.drives, |k| {
-        Drive::new(&arguments, k).map_err(|e| format!("drive {k}: {e}"))
+        Drive::new(arguments, kind, k).map_err(|e| format!("drive {k}: {e}"))
     });
     let mut table = Table::default();
     for (k, drive) in drives.iter().enumerate() {
@@ -93,7 +103,6 @@ pub(crate) fn run() -> Result<(), Box<dyn Error>> {
         }
     }
     table.print();
-    Ok(())
 }
 
 /// A drive with what was identified from it.
@@ -104,16 +113,17 @@ struct Drive {
 }
 
 impl Drive {
-    fn new(arguments: &Arguments, k: usize) -> Result<Self, Box<dyn Error>> {
+    fn new(arguments: &Arguments, kind: Kind, k: usize) -> Result<Self, Box<dyn Error>> {
         let seed = arguments.seed.wrapping_mul(1_000_003).wrapping_add(7919 * k as u64);
         let mut random = Random(seed);
         let car = LinearCar::random(&mut random);
-        let mut drive = match arguments.kind {
+        let mut drive = match kind {
             Kind::Realistic => LinearDrive::realistic(car, &mut random),
             Kind::Ideal => LinearDrive::ideal(car, &mut random),
             Kind::Sweep => LinearDrive::clean_sweep(car, &mut random),
+            Kind::HeldSteps => LinearDrive::held_steps(car, &mut random),
         };
-        drive.driver = k % 2 == 1 && arguments.kind != Kind::Sweep;
+        drive.driver = k % 2 == 1 && matches!(kind, Kind::Realistic | Kind::Ideal);
         drive.rate_hz = arguments.rate;
         drive.seconds = arguments.seconds;
         drive.steering = arguments.steering.into();
@@ -238,7 +248,7 @@ impl Drive {
     fn line(&self) -> String {
         let plant = &self.state_space.plant;
         format!(
-            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>5.1} error {:>5.2} % stated {} phase off {:.1?} of these {} {}",
+            "v {:>5.1} driver {:<5} order {} delay {:.3} {} fit {:>6.2} error {:>5.2} % stated {} phase off {:.1?} of these {} {}",
             self.drive.speed_mps,
             self.drive.driver,
             plant.order(),
@@ -296,6 +306,9 @@ struct Table {
     /// The same of the bicycle.
     bicycle_errors: Vec<(f64, &'static str)>,
     without_bands: usize,
+    /// Validation fits, %.
+    fits: Vec<f64>,
+    discrete: usize,
     refused: usize,
 }
 
@@ -307,6 +320,8 @@ impl Table {
     fn add(&mut self, drive: &Drive) {
         let plant = &drive.state_space.plant;
         self.errors.push((drive.response_error(|hz| drive.response(hz)), drive.grade()));
+        self.fits.push(plant.evidence.fit.validation);
+        self.discrete += usize::from(plant.continuous.is_none());
         let grade = drive.bicycle.bicycle.quality.grade.name();
         let error = drive.response_error(|hz| drive.bicycle_response(hz));
         self.bicycle_errors.push((error, grade));
@@ -407,6 +422,12 @@ impl Table {
             self.delays,
             self.without_bands,
             self.refused
+        );
+        println!(
+            "validation fit: median {:.2} %, least {:.2} %; no continuous model in {}",
+            median(&self.fits),
+            self.fits.iter().copied().fold(f64::INFINITY, f64::min),
+            self.discrete
         );
         for (name, errors) in [("", &self.errors), ("bicycle: ", &self.bicycle_errors)] {
             for (grade, wrong, of) in GRADES {

@@ -22,6 +22,7 @@ use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::state_space::evidence::Found;
 use crate::structures::state_space::open_response::{with_other_orders, with_uncertain_delay};
 use crate::structures::state_space::plant::{Identified, Outcome, traces};
+use crate::validation::faults::open_hold::with_uncertain_lines;
 use std::borrow::Cow;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Response};
@@ -71,7 +72,7 @@ pub(crate) fn identify_judged(
 ) -> Result<Identified, Error> {
     options.check()?;
     let logged = steering.log;
-    let Read { held, open_hold_s, warning: as_held, .. } = steering.read()?;
+    let Read { held, open_hold_s, lines_s, warning: as_held, .. } = steering.read()?;
     let (log, delay) = delayed(&held.log, held.estimated.as_ref(), options);
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
@@ -109,6 +110,9 @@ pub(crate) fn identify_judged(
     let mut uncertainty = uncertainty.ok();
     if let Some(stated) = &mut uncertainty {
         with_other_orders(stated, &data, &choice);
+        if let Some(period_s) = lines_s {
+            with_uncertain_lines(stated, *period_s);
+        }
         if let (Some(estimated), None) = (&held.estimated, options.delay_s) {
             with_uncertain_delay(stated, &held.log, &estimated.delay, chosen, options);
         }
