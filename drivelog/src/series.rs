@@ -314,6 +314,7 @@ impl Series {
             // The clock's digits are coarser than 1e-3 Hz.
             rate_hz: (1e3 / self.period).round() / 1e3,
             intersample: Some(self.intersample),
+            along_lines: false,
             min: self.value.iter().copied().fold(f64::INFINITY, f64::min),
             mean: self.value.iter().sum::<f64>() / n,
             max: self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max),

@@ -1292,6 +1292,9 @@ class ChannelSummary(Record):
     rate at which it was updated."""
     intersample: Union[Intersample, None]
     """The assumed behaviour between its samples; absent in files of earlier versions."""
+    along_lines: Union[bool, None]
+    """Whether it was taken for band-limited, and the data show straight lines between its samples: a
+    measured angle behind the steps of a controller."""
     min: float
     """Smallest value, SI."""
     mean: float

@@ -141,7 +141,7 @@ fn documented(m: &Matrices) -> [Matrix; 3] {
 /// Whether the steering is a measured angle: a command is held, or goes on straight between its samples.
 fn is_measured(channels: &[ChannelSummary]) -> bool {
     let steering = channels.iter().find(|channel| channel.role == "steering");
-    steering.is_some_and(|c| c.intersample == Some(Intersample::Bl))
+    steering.is_some_and(|c| c.intersample == Some(Intersample::Bl) || c.along_lines)
 }
 
 /// A first-order lag with the state `pole` and the input `gain` before a model.

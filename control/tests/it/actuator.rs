@@ -56,6 +56,14 @@ fn a_model_of_a_measured_angle_needs_an_actuator() {
 }
 
 #[test]
+fn an_angle_along_lines_is_measured() {
+    let mut bicycle = identified(FAST, Intersample::Foh);
+    assert!(!DesignPlant::from_bicycle(&bicycle).unwrap().lacks_actuator());
+    bicycle.evidence.as_mut().unwrap().channels[0].along_lines = true;
+    assert!(DesignPlant::from_bicycle(&bicycle).unwrap().lacks_actuator());
+}
+
+#[test]
 fn a_command_or_an_own_lag_is_an_actuator() {
     for (own, intersample) in [(FAST, Intersample::Zoh), (SERVO, Intersample::Bl)] {
         let plant = DesignPlant::from_bicycle(&identified(own, intersample)).unwrap();

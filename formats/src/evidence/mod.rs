@@ -158,6 +158,10 @@ pub struct ChannelSummary {
     /// The assumed behaviour between its samples; absent in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intersample: Option<Intersample>,
+    /// Whether it was taken for band-limited, and the data show straight lines between its samples: a measured angle behind
+    /// the steps of a controller.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub along_lines: bool,
     /// Smallest value, SI.
     pub min: f64,
     /// Mean, SI.

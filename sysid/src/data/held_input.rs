@@ -140,6 +140,7 @@ pub(crate) fn held_for<'a>(
     for channel in &mut held.channels {
         if channel.role == Role::Steering.key() {
             channel.intersample = taken_for.or(channel.intersample);
+            channel.along_lines = between == Between::Lines;
         }
     }
     for segment in &log.segments {

@@ -44,6 +44,7 @@ mod tests {
             rows: 1000,
             rate_hz,
             intersample: Some(intersample),
+            along_lines: false,
             min: -1.0,
             mean: 0.0,
             max: 1.0,

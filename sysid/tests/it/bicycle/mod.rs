@@ -372,6 +372,7 @@ fn a_command_that_is_no_angle_needs_the_wheelbase() {
             rows,
             rate_hz: 1.0 / log.sample_time_s,
             intersample: None,
+            along_lines: false,
             min: -1.0,
             mean: 0.0,
             max: 1.0,
