@@ -14,6 +14,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 use steerwright_formats::{Document, Model};
 
 use lock::Lock;
@@ -268,10 +269,19 @@ impl Output {
     }
 }
 
-/// Whether a process has the file for itself, as a sweep has its results.
+/// Whether a process has the file for itself, as a sweep has its results. The claim of one that was just killed may last a
+/// moment longer.
 fn is_claimed(path: &Path) -> bool {
-    let Ok(file) = fs::File::open(path) else { return false };
-    matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock))
+    for pause_ms in [0, 20, 80, 400] {
+        std::thread::sleep(Duration::from_millis(pause_ms));
+        let Ok(file) = fs::File::open(path) else { return false };
+        if !matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
+            // Closed, it would stay locked for as long as a child that is being started has a copy of it.
+            let _ = file.unlock();
+            return false;
+        }
+    }
+    true
 }
 
 fn no_folder(path: &Path) -> Failure {

@@ -291,6 +291,11 @@ impl<'a> Problem<'a> {
         let is_moving = mean_squares[1] < mean_squares[0];
         let mut actuator =
             if is_moving { moving.actuator(&moves_on) } else { self.actuator(&held) }?;
+        if is_moving {
+            // It is held for some part of the period.
+            actuator.delay_standard_error_s =
+                actuator.delay_standard_error_s.hypot(0.125 * period_s);
+        }
         let [least, other] = if is_moving { [1, 0] } else { [0, 1] }.map(|i| mean_squares[i]);
         if least > DECISIVE * other {
             // Either of two delays.
