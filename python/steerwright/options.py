@@ -69,10 +69,11 @@ class ReadOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: steering_command beside a measured steering angle, from which the actuator
+    between both is identified; for the structure torque steering (its angle), roll, engaged or override;
+    for single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may
+    be repeated. All but steering_command are recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -139,10 +140,11 @@ class ModelOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: steering_command beside a measured steering angle, from which the actuator
+    between both is identified; for the structure torque steering (its angle), roll, engaged or override;
+    for single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may
+    be repeated. All but steering_command are recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -277,10 +279,11 @@ class AccumulateOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: steering_command beside a measured steering angle, from which the actuator
+    between both is identified; for the structure torque steering (its angle), roll, engaged or override;
+    for single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may
+    be repeated. All but steering_command are recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -554,10 +557,11 @@ class CompareOptions(TypedDict, total=False):
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: for the structure torque steering (its angle), roll, engaged or override; for
-    single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or sideslip;
-    for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may be
-    repeated. Recognised by their names by default."""
+    """Further channel: steering_command beside a measured steering angle, from which the actuator
+    between both is identified; for the structure torque steering (its angle), roll, engaged or override;
+    for single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or
+    sideslip; for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may
+    be repeated. All but steering_command are recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
