@@ -61,6 +61,12 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 
 fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
     let failed = |e: steerwright_stacks::Error| Failure::in_file(&arguments.model, &e, e.hint());
+    if let Some(actuator) = model.identified_actuator() {
+        let [lag, delay] = [actuator.time_constant_s, actuator.delay_s].map(|s| 1e3 * s);
+        console::warning(format!(
+            "lags and delays count from the measured steering angle: the actuator before it, with a lag of {lag:.0} ms and a delay of {delay:.0} ms, is not among them"
+        ));
+    }
     let lateral = match model {
         Model::StateSpace(plant) => Lateral::of_plant(plant),
         Model::Bicycle(bicycle) => Lateral::of_bicycle(bicycle),
