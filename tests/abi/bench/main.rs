@@ -133,9 +133,12 @@ fn archives() -> Vec<(String, Archive)> {
 
 fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
     let timed = |(name, archive): &(String, Archive)| {
+        let variable_of = |name: &str, causality: Causality| {
+            archive.model().variable(name).filter(|variable| variable.causality == causality)
+        };
         // The named ones, or the first that there is.
         let reference = |causality: Causality, names: &[&str]| {
-            let named = names.iter().find_map(|n| archive.model().variable(n));
+            let named = names.iter().find_map(|name| variable_of(name, causality));
             let mut variables = archive.model().description().variables.iter();
             named
                 .or_else(|| variables.find(|v| v.causality == causality && v.kind == Kind::Real))
@@ -144,23 +147,22 @@ fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
         };
         // A vehicle in a curve and a controller with an error: nothing is zero by chance.
         let start = [("steering_angle", 0.3), ("yaw_reference", 0.05), ("yaw", 0.01), ("x", 5.0)];
-        let is_input = |name: &str| {
-            let variable = archive.model().variable(name)?;
-            (variable.causality == Causality::Input).then_some(variable.reference)
-        };
         let start: Vec<String> = start
             .iter()
-            .filter_map(|(name, value)| Some(format!("{}={value}", is_input(name)?)))
+            .filter_map(|(name, value)| {
+                let input = variable_of(name, Causality::Input)?;
+                Some(format!("{}={value}", input.reference))
+            })
             .collect();
-        let is_pedal = archive.model().variable("accelerator").is_some();
-        let is_vehicle = archive.model().variable("speed").is_some();
+        let is_pedal = variable_of("accelerator", Causality::Input).is_some();
+        let has_speed = variable_of("speed", Causality::Input).is_some();
         Timed {
             name: name.clone(),
             library: archive.binary().unwrap(),
             guid: archive.model().description().guid.clone(),
             uri: format!("file://{}", archive.folder().join("resources").display()),
             input: reference(Causality::Input, &["accelerator", "speed", "yaw"]),
-            range: match (is_pedal, is_vehicle) {
+            range: match (is_pedal, has_speed) {
                 (true, _) => [0.1, 0.3],
                 (false, true) => [14.0, 16.0],
                 (false, false) => [0.0, 0.02],
