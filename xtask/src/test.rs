@@ -5,6 +5,7 @@ use crate::run::{answer, cargo, run, target};
 use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress, wheel};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// The modules of the system tests that are about the libraries in the archives.
 const LOADING: [&str; 7] = [
@@ -80,15 +81,25 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     suites.outcome()
 }
 
-/// The suites that failed.
-#[derive(Default)]
+/// The suites that failed, and what each took.
 struct Suites {
     failed: Vec<String>,
+    took: Vec<(String, Duration)>,
+    since: Instant,
+}
+
+impl Default for Suites {
+    fn default() -> Self {
+        Self { failed: Vec::new(), took: Vec::new(), since: Instant::now() }
+    }
 }
 
 impl Suites {
-    /// Keeps the failure of a suite for the end; what the suite returned otherwise.
+    /// Keeps the failure of a suite, and what it took, for the end; what the suite returned otherwise.
     fn note<T>(&mut self, suite: &str, outcome: Result<T, String>) -> Option<T> {
+        let now = Instant::now();
+        self.took.push((suite.to_owned(), now - self.since));
+        self.since = now;
         outcome
             .map_err(|error| {
                 eprintln!("failed: {suite}: {error}");
@@ -98,6 +109,9 @@ impl Suites {
     }
 
     fn outcome(self) -> Result<(), String> {
+        for (suite, took) in &self.took {
+            eprintln!("{:>6.0} s  {suite}", took.as_secs_f64());
+        }
         match self.failed.len() {
             0 => Ok(()),
             count => Err(format!("{count} suites failed\n  {}", self.failed.join("\n  "))),
