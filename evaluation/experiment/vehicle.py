@@ -35,18 +35,23 @@ NAMES = {1: "Ford Escort", 2: "BMW 320i", 3: "VW Vanagon"}
 
 
 @lru_cache
-def published_parameters(number, friction=1.0):
+def published_parameters(number, friction=1.0, mass=1.0):
     """Of a car on a road with a share of the friction at which its tyres were measured: what they carry at most is
-    less, their stiffness is the same."""
+    less, their stiffness is the same. The body has what changes the mass to its share, spread like the body."""
     found = setup_vehicle_parameters(vehicle_id=number)
     found.tire.p_dx1 *= friction
     found.tire.p_dy1 *= friction
+    load = (mass - 1.0) * found.m
+    share = 1.0 + load / found.m_s
+    found.m, found.m_s = found.m + load, found.m_s + load
+    for name in ("I_z", "I_Phi_s", "I_y_s", "I_xz_s"):
+        setattr(found, name, share * getattr(found, name))
     return found
 
 
 @lru_cache
-def parameters(number, friction=1.0):
-    return compiled.values(published_parameters(number, friction))
+def parameters(number, friction=1.0, mass=1.0):
+    return compiled.values(published_parameters(number, friction, mass))
 
 
 vehicle_dynamics = compiled.vehicle_dynamics()
@@ -105,10 +110,11 @@ def drive(state, command, speed, values, steps):
 
 
 @lru_cache
-def at_start(number, speed, friction=1.0):
-    start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], published_parameters(number, friction))
-    state = np.array(start, dtype=float)
-    drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, parameters(number, friction), STEPS)
+def at_start(number, speed, friction=1.0, mass=1.0):
+    published = published_parameters(number, friction, mass)
+    state = np.array(init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], published), dtype=float)
+    none = np.zeros(round(SETTLING_S / SAMPLE_TIME_S))
+    drive(state, none, speed, parameters(number, friction, mass), STEPS)
     state[list(ZERO_AT_START)] = 0.0
     return state
 
@@ -119,18 +125,19 @@ class Car:
 
     number: int
     friction: float = 1.0
+    mass: float = 1.0
 
     @property
     def published(self):
-        return published_parameters(self.number, self.friction)
+        return published_parameters(self.number, self.friction, self.mass)
 
     @property
     def parameters(self):
-        return parameters(self.number, self.friction)
+        return parameters(self.number, self.friction, self.mass)
 
     def at_start(self, speed):
         """Straight ahead, wheels spinning, the suspension at rest."""
-        return at_start(self.number, speed, self.friction).copy()
+        return at_start(self.number, speed, self.friction, self.mass).copy()
 
     def drive(self, command, speed):
         """States at the samples of a steering command."""

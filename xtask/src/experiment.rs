@@ -29,6 +29,10 @@ struct Alternative {
     /// Designs over a range of speeds instead: evaluation/experiment/over_speed.py
     #[arg(long)]
     over_speed: bool,
+    /// Friction, mass, wind, bank, play, fixes and servos that the design did not see, beside other steering laws,
+    /// instead: evaluation/experiment/conditions.py
+    #[arg(long)]
+    conditions: bool,
     /// The response of the speed to an acceleration command instead: evaluation/experiment/longitudinal.py
     #[arg(long)]
     longitudinal: bool,
@@ -47,6 +51,7 @@ impl Alternative {
             (self.engagement, "engagement.py"),
             (self.whole_drive, "whole_drive.py"),
             (self.over_speed, "over_speed.py"),
+            (self.conditions, "conditions.py"),
             (self.longitudinal, "longitudinal.py"),
             (self.promises, "promises.py"),
             (self.smoke, "smoke.py"),
