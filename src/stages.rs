@@ -77,7 +77,11 @@ pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
         let help = argument.get_long_help().or_else(|| argument.get_help());
         Some(OptionDescription {
             name: name.to_owned(),
-            value: takes.then(|| value.map_or("VALUE", |name| name.as_str()).to_owned()),
+            value: if takes {
+                Some(value.map_or("VALUE", |name| name.as_str()).to_owned())
+            } else {
+                None
+            },
             values: if takes {
                 argument.get_possible_values().iter().map(|v| v.get_name().to_owned()).collect()
             } else {
@@ -276,7 +280,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     };
     let is_read = std::fs::metadata(path).is_ok_and(|m| m.is_file())
         && std::fs::read(path).is_ok_and(|bytes| is_source(&bytes));
-    let inputs = is_read.then_some(path);
+    let inputs = if is_read { Some(path) } else { None };
     Outputs::new(force, inputs).file(path, kind)?.write(document.as_bytes())
 }
 

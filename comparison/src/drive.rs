@@ -123,13 +123,15 @@ fn remark(model: &ComparedModel, log: &DriveLog, options: &IdentifyOptions) -> O
     let own_fraction: Option<f64> =
         provenance.options.get("validation_fraction").and_then(|text| text.parse().ok());
     let seen = own_fraction.is_some_and(|h| h < options.validation.fraction - 1e-9);
-    (own && seen).then(|| {
-        format!(
+    if own && seen {
+        Some(format!(
             "{} was estimated on a part of these validation data: validate on {} % of the log",
             model.label,
             100.0 * own_fraction.unwrap_or_default()
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 fn rms(a: &[f64], b: &[f64]) -> f64 {

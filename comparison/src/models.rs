@@ -53,7 +53,7 @@ impl ComparedModel {
         let quality = self.document.quality();
         let message =
             || format!("the quality of {} is {}: {}", self.label, quality.grade, quality.summary);
-        (!quality.allows_design()).then(message)
+        if quality.allows_design() { None } else { Some(message()) }
     }
 
     /// For people.
@@ -130,7 +130,10 @@ pub(crate) fn controllers(
         let Some(model) = file.model.or_else(by_hash) else {
             return Err(Error::OtherModel {
                 file: file.path.display().to_string(),
-                model: models.first().map_or_else(|| "plant".into(), |m| m.label.clone()),
+                model: match models.first() {
+                    Some(m) => m.label.clone(),
+                    None => "plant".into(),
+                },
             });
         };
         found.push((model, file));

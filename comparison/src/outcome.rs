@@ -85,13 +85,15 @@ fn at_the_limit(run: &Run, limits: Limits) -> Option<String> {
     let response = &run.response;
     let rates = response.steering_rad.windows(2).zip(response.time_s.windows(2));
     let fastest = rates.map(|(u, t)| ((u[1] - u[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
-    (fastest > limit * (1.0 + AT_LIMIT)).then(|| {
-        format!(
+    if fastest > limit * (1.0 + AT_LIMIT) {
+        Some(format!(
             "the step commands up to {:.0} deg/s of steering, the actuator does {:.1} deg/s",
             fastest.to_degrees(),
             limit.to_degrees()
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

@@ -120,7 +120,10 @@ pub fn pack_loop(
     let connections = ssp::connections_by_name(&ssp::loop_order(&packed))?;
     let mut started = Vec::new();
     for (packed, (text, file)) in packed.into_iter().zip(documents) {
-        let mut values = path.as_ref().map_or_else(Vec::new, |p| ssp::start_values(&packed, p));
+        let mut values = match path.as_ref() {
+            Some(p) => ssp::start_values(&packed, p),
+            None => Vec::new(),
+        };
         values.extend(ssp::receiver_values(&packed, &connections));
         values.extend(ssp::sideslip_values(&packed, &sideslip_parameters(&sideslip)));
         // Importers that ignore a system's parameters start with the same values all the same.

@@ -138,7 +138,7 @@ impl Setting<'_> {
         let length = last.distance_m - first.distance_m;
         let end = at(track.distance_m.len().saturating_sub(1));
         let short = end < length - self.road.speed_mps || end.is_nan();
-        sideways.map(at).or_else(|| short.then_some(end))
+        sideways.map(at).or(if short { Some(end) } else { None })
     }
 }
 

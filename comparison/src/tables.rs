@@ -175,7 +175,10 @@ fn who(c: &Comparison, r: &Run) -> [String; 2] {
 }
 
 fn seconds(value: Option<f64>) -> String {
-    value.map_or_else(|| "never".into(), |s| format!("{s:.3} s"))
+    match value {
+        Some(s) => format!("{s:.3} s"),
+        None => "never".into(),
+    }
 }
 
 /// `results.csv`: a row for each run, in SI units; empty where there is no value.
@@ -186,7 +189,10 @@ pub(crate) fn csv(c: &Comparison) -> String {
          steering_rate_largest_radps,modulus_margin,step_overshoot_percent,step_settling_time_s,\
          step_steady_state_error_percent,step_meets_specification\n",
     );
-    let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    let optional = |v: Option<f64>| match v {
+        Some(v) => v.to_string(),
+        None => String::new(),
+    };
     for r in &c.runs {
         let (e, f, s) = (&r.errors, &r.effort, &r.step);
         let cells = [

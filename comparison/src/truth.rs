@@ -156,9 +156,13 @@ pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
     let own = model.description().default_experiment?.step_size?;
     let differs = (own - step).abs() > 1e-9 * step;
     let any = model.co_simulation().can_handle_variable_communication_step_size;
-    (differs && !any).then(|| {
-        format!("the truth recommends steps of {own} s and is stepped every {step} s, as the controllers")
-    })
+    if differs && !any {
+        Some(format!(
+            "the truth recommends steps of {own} s and is stepped every {step} s, as the controllers"
+        ))
+    } else {
+        None
+    }
 }
 
 /// Whether the FMU has the words of a plant.

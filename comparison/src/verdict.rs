@@ -119,7 +119,10 @@ impl Compared<'_> {
                 meet.push(controller.label.as_str());
             }
             for (run, j) in missed {
-                let cause = j.cause.as_ref().map_or_else(String::new, |c| format!(": {c}"));
+                let cause = match j.cause.as_ref() {
+                    Some(c) => format!(": {c}"),
+                    None => String::new(),
+                };
                 sentences.push(format!(
                     "The controller of {} misses the specification on {}, by {}{cause}.",
                     controller.label,
@@ -146,7 +149,10 @@ impl Compared<'_> {
         let one = |(run, result): (&Run, &Outcome)| {
             let controller = &self.controllers[run.controller].label;
             let plant = &self.plants[run.plant].label;
-            let at = run.off_path_at_m.map_or_else(String::new, |at| format!(" after {at:.0} m"));
+            let at = match run.off_path_at_m {
+                Some(at) => format!(" after {at:.0} m"),
+                None => String::new(),
+            };
             match result.outcome {
                 Class::Unstable => {
                     Some(format!("The controller of {controller} is unstable on {plant}{at}."))
@@ -172,12 +178,14 @@ fn tracking(figures: &[Figure], on: &str) -> (Option<String>, Option<String>) {
     let differs = |other: f64| other - best >= LEAST_TRACKING_M.max(LEAST_SHARE * other);
     let some_left = figures.len() > kept.len();
     let Some((_, next)) = others.first() else {
-        let sentence = some_left.then(|| {
-            format!(
+        let sentence = if some_left {
+            Some(format!(
                 "On {on} only the controller of {name} stays on the path, to {} RMS.",
                 figure(*best)
-            )
-        });
+            ))
+        } else {
+            None
+        };
         return (some_left.then(|| (*name).to_owned()), sentence);
     };
     let list = |all: &[(&str, f64)]| {
@@ -251,16 +259,18 @@ fn margins(controllers: &[Controller]) -> Option<String> {
     let margin = |c: &Controller| c.pid.evidence.margins.modulus_margin;
     let least = controllers.iter().min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
     let most = controllers.iter().max_by(|a, b| margin(a).total_cmp(&margin(b)))?;
-    (margin(most) - margin(least) >= LEAST_MARGIN).then(|| {
-        format!(
+    if margin(most) - margin(least) >= LEAST_MARGIN {
+        Some(format!(
             "The margins are not equal: on their own models the modulus margin of {} is {:.2}, that \
              of {} {:.2}.",
             least.label,
             margin(least),
             most.label,
             margin(most)
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

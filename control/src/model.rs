@@ -77,7 +77,7 @@ fn bicycle_sideslip(bicycle: &Bicycle, speed: Option<f64>) -> Option<Sideslip> {
     }
     let speed = speed.unwrap_or(vehicle.speed_mps);
     let parameters = steerwright_models::files::bicycle_parameters(vehicle);
-    (speed > 0.0).then(|| parameters.sideslip(speed))
+    if speed > 0.0 { Some(parameters.sideslip(speed)) } else { None }
 }
 
 /// The sideslip of an identified plant, where it was measured.

@@ -24,6 +24,7 @@ from pathlib import Path
 import shared  # noqa: F401, finds the test drive's modules
 import disturbed
 import engagement
+import figures
 import numpy as np
 import over_speed
 import rivals
@@ -35,7 +36,7 @@ from excitation import SAMPLE_TIME_S
 from experiment import estimator_archive
 from over_speed import LONGEST_S, ROADS_MPS, SERVO_RADPS, sideslip, speed_at
 from program import DONE, NOT_MET, Program, read
-from sensors import ANTENNA_M, CORRECTED, DROP_OUT, LATENCY_S
+from sensors import ANTENNA_M, CORRECTED, DROP_OUT, LATENCY_S, UNCORRECTED
 from units import Archive
 
 OWN = "Steerwright"
@@ -44,8 +45,8 @@ LAWS = {"LQR": rivals.Lqr, "MPC": rivals.Mpc, "pure pursuit": rivals.PurePursuit
 SHORT_SETTINGS = {
     "LQR": {"weight_m2s2": 0.1},
     "MPC": {"weight_m2s2": 0.1},
-    "pure pursuit": {"lookahead_s": 0.3, "least_m": 2.0, "lead_s": 0.1},
-    "Stanley": {"gain_per_s": 1.0, "damping_s": 0.0, "preview_s": 0.1},
+    "pure pursuit": {"lookahead_s": 0.15, "least_m": 1.0, "lead_s": 0.15},
+    "Stanley": {"gain_per_s": 4.0, "damping_s": 0.05, "preview_s": 0.0},
 }
 SHORT_ROADS, SHORT_CAR = ((15.0, 15.0), (10.0, 22.0)), 2
 TUNING_SEED = 1000
@@ -64,6 +65,7 @@ class Condition:
     bank_deg: float = 0.0  # falling to the left
     wind_mps: tuple = (0.0, 0.0)  # from the right: steady, and in the gusts in addition
     road_mps2: float = 4.0
+    allowed_mps2: float = 6.0  # of the design: --max-lateral-acceleration
     age_s: float = LATENCY_S  # of the fixes; LATENCY_S is stated
     reception: sensors.Gnss = CORRECTED
 
@@ -80,9 +82,11 @@ CONDITIONS = (
     Condition("play of 0.5°", play_deg=0.5),
     Condition("fixes 200 ms old, 100 stated", age_s=0.2),
     Condition("no fixes for 2 s", reception=DROP_OUT),
+    Condition("uncorrected fixes, 1.5 m", reception=UNCORRECTED),
     Condition("servo 0.25 rad/s", servo_radps=0.25),
     Condition("servo 0.15 rad/s", servo_radps=0.15),
     Condition("road at 6 m/s²", road_mps2=6.0),
+    Condition("road at 6 m/s², 8 allowed", road_mps2=6.0, allowed_mps2=8.0),
 )
 SHORT_CONDITIONS = (NOMINAL, CONDITIONS[1], CONDITIONS[5], CONDITIONS[7])
 GUST_EVERY_S, GUST_S, DROP_OUT_FROM_S = 8.0, 3.0, 6.0
@@ -97,36 +101,44 @@ def wind(condition, time):
 
 @dataclass(frozen=True)
 class Prepared:
-    """What was designed on a car's drive: files in a folder, and the road of each speed and acceleration."""
+    """What was designed on a car's drive: files in a folder, and the controller and road of each condition."""
 
     number: int
     folder: Path
     estimator: Path
 
-    def road(self, last, acceleration):
-        return self.folder / f"road_{last:g}_{acceleration:g}"
+    def design(self, condition):
+        return self.folder / f"{condition.allowed_mps2:g}"
+
+    def road(self, condition, last):
+        return self.design(condition) / f"{last:g}_{condition.road_mps2:g}"
 
 
 def prepare(program, folder, roads, conditions, seed, number):
-    """Drive, model, controller, and the roads."""
+    """Drive, model, controllers, and the roads."""
     folder = folder / f"car{number}"
     folder.mkdir()
     over_speed.record(vehicle.Car(number), folder, seed, LATENCY_S)
-    model, pid = folder / "model.json", folder / "pid.json"
+    model = folder / "model.json"
     columns = ("--input-channel", "steering_command_rad", "--steering-ratio", "1", "--structure", "bicycle")
     receiver = ("--antenna-x", f"{ANTENNA_M[0]}m", "--gnss-latency", f"{LATENCY_S}s")
     log = (folder / "drive.csv", folder / "fixes.csv")
     program.run("identify", *log, *columns, *receiver, "-o", model, accept=(DONE, NOT_MET))
-    program.design(model, pid, "--max-rate", f"{SERVO_RADPS}rad/s", "--speeds", "5..30")
-    program.package(folder, pid)
     made = Prepared(number, folder, estimator_archive(program, folder))
-    for last in {last for _, last in roads}:
-        for acceleration in {condition.road_mps2 for condition in conditions}:
-            out = made.road(last, acceleration)
-            out.mkdir()
-            limits = ("--speed", f"{last}m/s", "--lateral-acceleration", f"{acceleration}m/s2")
-            program.run("path", "--pid", pid, "--plant", model, *limits, "-o", out / "path.json")
-            program.package(out, out / "path.json")
+    for condition in conditions:
+        pid = made.design(condition) / "pid.json"
+        if not pid.exists():
+            pid.parent.mkdir()
+            limits = ("--max-rate", f"{SERVO_RADPS}rad/s", "--max-lateral-acceleration", f"{condition.allowed_mps2}m/s2")
+            program.design(model, pid, *limits, "--speeds", "5..30")
+            program.package(pid.parent, pid)
+        for last in {last for _, last in roads}:
+            out = made.road(condition, last)
+            if not out.exists():
+                out.mkdir()
+                limits = ("--speed", f"{last}m/s", "--lateral-acceleration", f"{condition.road_mps2}m/s2")
+                program.run("path", "--pid", pid, "--plant", model, *limits, "-o", out / "path.json")
+                program.package(out, out / "path.json")
     return made
 
 
@@ -158,12 +170,13 @@ def sheet(number):
 
 def follow(made, condition, speeds, who, setting, seed):
     """Cross-track errors at the samples, m, with a road driven from one speed to another; whether it arrives."""
-    folder = made.road(speeds[1], condition.road_mps2)
+    folder = made.road(condition, speeds[1])
     way = read(folder / "path.json")
     length, slip = way["points"][-1][0], sideslip(way)
     speed_of = partial(speed_at, *speeds, length)
     car = vehicle.Car(made.number, condition.friction, condition.mass)
-    archives = [Archive(file) for file in (made.estimator, folder / "ReferencePath.fmu", made.folder / "LateralPid.fmu")]
+    files = (made.estimator, folder / "ReferencePath.fmu", made.design(condition) / "LateralPid.fmu")
+    archives = [Archive(file) for file in files]
     count = round((LONGEST_S + road.LEAD_IN_S) / SAMPLE_TIME_S) + 1
     lost_from = road.LEAD_IN_S + DROP_OUT_FROM_S
     reader = sensors.Sensors(condition.reception, [made.number, seed, 5], lost_from, count, condition.age_s)
@@ -291,10 +304,7 @@ def markdown(settings, conditions, roads, cars, seed, found):
 
 def draw(conditions, roads, found, file):
     """Mean RMS error by condition and contender."""
-    import figures  # chooses matplotlib's back end
-
-    plt = figures.plt
-    figure, axis = plt.subplots(figsize=(8.0, 0.55 * len(conditions) + 1.2), layout="constrained")
+    figure, axis = figures.plt.subplots(figsize=(8.0, 0.55 * len(conditions) + 1.2), layout="constrained")
     everyone, height = [OWN, *LAWS], 0.8 / (1 + len(LAWS))
     for i, who in enumerate(everyone):
         means = [mean([s for v in roads for s in found[condition, v, who]]) for condition in conditions]

@@ -127,7 +127,7 @@ class Law:
 
 
 class PurePursuit(Law):
-    GRID = {"lookahead_s": (0.15, 0.2, 0.3, 0.4, 0.6), "least_m": (1.0, 2.0), "lead_s": (0.0, 0.05, 0.1, 0.15)}
+    GRID = {"lookahead_s": (0.1, 0.15, 0.2, 0.3, 0.5), "least_m": (1.0, 2.0), "lead_s": (0.0, 0.05, 0.1, 0.15)}
 
     def __init__(self, sheet, road, lookahead_s, least_m, lead_s):
         super().__init__(sheet, road)
@@ -152,7 +152,7 @@ class PurePursuit(Law):
 
 
 class Stanley(Law):
-    GRID = {"gain_per_s": (0.5, 1.0, 2.0, 4.0), "damping_s": (0.0, 0.05, 0.1), "preview_s": (0.0, 0.1, 0.2)}
+    GRID = {"gain_per_s": (1.0, 2.0, 4.0, 8.0), "damping_s": (0.0, 0.05, 0.1), "preview_s": (0.0, 0.1, 0.2)}
 
     def __init__(self, sheet, road, gain_per_s, damping_s, preview_s):
         super().__init__(sheet, road)

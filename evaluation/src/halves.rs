@@ -10,10 +10,14 @@ pub fn swapped_halves(log: &DriveLog) -> DriveLog {
     let moved = |from: usize, to: usize, shift: isize| {
         log.segments.iter().filter_map(move |s| {
             let (a, b) = (s.range.start.max(from), s.range.end.min(to));
-            (a < b).then(|| steerwright_drivelog::Segment {
-                time0_s: s.time0_s + (a - s.range.start) as f64 * log.sample_time_s,
-                range: a.wrapping_add_signed(shift)..b.wrapping_add_signed(shift),
-            })
+            if a < b {
+                Some(steerwright_drivelog::Segment {
+                    time0_s: s.time0_s + (a - s.range.start) as f64 * log.sample_time_s,
+                    range: a.wrapping_add_signed(shift)..b.wrapping_add_signed(shift),
+                })
+            } else {
+                None
+            }
         })
     };
     let segments =

@@ -301,7 +301,7 @@ impl Bicycle {
             });
         let mut checker = Checker::default();
         drawn.check(&mut checker, "");
-        checker.into_first().is_none().then_some(drawn)
+        if checker.into_first().is_none() { Some(drawn) } else { None }
     }
 
     /// The FMU and the design compute eq 13 of the vehicle: a file whose coefficients or matrices are those of another one

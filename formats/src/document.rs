@@ -88,7 +88,10 @@ pub trait Document: Serialize + DeserializeOwned {
         {
             return Err(Error::Schema {
                 file: file.into(),
-                found: tag.schema.map_or_else(|| "nothing".into(), |schema| format!("`{schema}`")),
+                found: match tag.schema {
+                    Some(schema) => format!("`{schema}`"),
+                    None => "nothing".into(),
+                },
                 expected: Self::SCHEMA,
             });
         }

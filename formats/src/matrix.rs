@@ -30,7 +30,7 @@ impl Matrix {
     #[must_use]
     pub fn columns(&self) -> Option<usize> {
         let first = self.0.first()?.len();
-        self.0.iter().all(|row| row.len() == first).then_some(first)
+        if self.0.iter().all(|row| row.len() == first) { Some(first) } else { None }
     }
 
     /// The entry in row `i`, column `j`.
@@ -43,9 +43,15 @@ impl Matrix {
     }
 
     pub(crate) fn shape_text(&self) -> String {
-        self.columns().map_or_else(
-            || if self.0.is_empty() { "empty".into() } else { "ragged".into() },
-            |columns| format!("{} by {columns}", self.rows()),
-        )
+        match self.columns() {
+            Some(columns) => format!("{} by {columns}", self.rows()),
+            None => {
+                if self.0.is_empty() {
+                    "empty".into()
+                } else {
+                    "ragged".into()
+                }
+            }
+        }
     }
 }

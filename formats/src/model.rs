@@ -226,7 +226,7 @@ impl Model {
     /// Fit on the estimation data and on the validation data, %, where it was identified and these exist.
     #[must_use]
     pub fn fits(&self) -> [Option<f64>; 2] {
-        let validated = |fit: f64, samples: usize| (samples > 0).then_some(fit);
+        let validated = |fit: f64, samples: usize| if samples > 0 { Some(fit) } else { None };
         match self {
             Self::StateSpace(plant) => {
                 let e = &plant.evidence;

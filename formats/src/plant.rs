@@ -125,7 +125,7 @@ impl Plant {
         }
         member.continuous = None;
         member.uncertainty = None;
-        is_stable(&member.discrete.a).then_some(member)
+        if is_stable(&member.discrete.a) { Some(member) } else { None }
     }
 }
 

@@ -152,7 +152,7 @@ impl Reason {
     #[must_use]
     pub fn compared(self, value: f64, limit: f64, unit: &str) -> Self {
         // A file holds finite numbers only; the message still names what is not.
-        let finite = |x: f64| x.is_finite().then_some(x);
+        let finite = |x: f64| if x.is_finite() { Some(x) } else { None };
         Self { value: finite(value), limit: finite(limit), unit: unit.into(), ..self }
     }
 }

@@ -53,7 +53,7 @@ impl ModelDescription {
 }
 
 fn text(text: &str) -> Option<String> {
-    (!text.is_empty()).then(|| text.into())
+    if text.is_empty() { None } else { Some(text.into()) }
 }
 
 /// Whether the row belongs under InitialUnknowns.
@@ -102,7 +102,11 @@ fn variable(row: &VariableSpec, value: &Value) -> Variable {
         min: row.min,
         max: row.max,
         nominal: row.nominal,
-        start: needs_start(row.causality, row.effective_initial()).then(|| value.clone()),
+        start: if needs_start(row.causality, row.effective_initial()) {
+            Some(value.clone())
+        } else {
+            None
+        },
         ..Variable::default()
     }
 }

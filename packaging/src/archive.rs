@@ -45,7 +45,10 @@ pub struct Packed {
 pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
     let schema = steerwright_formats::schema_of(document);
     Fmu::ALL.into_iter().find(|fmu| Some(fmu.schema()) == schema.as_deref()).ok_or_else(|| {
-        let found = schema.map_or_else(|| "a file without a schema".into(), |s| format!("`{s}`"));
+        let found = match schema {
+            Some(s) => format!("`{s}`"),
+            None => "a file without a schema".into(),
+        };
         Error::NotPackable { file: file.into(), found }
     })
 }

@@ -78,7 +78,7 @@ fn displayed(description: &ModelDescription, variable: &Variable, value: f64) ->
     let unit = description.units.iter().find(|u| Some(&u.name) == variable.unit.as_ref())?;
     let display = unit.display_units.iter().find(|d| d.name == name)?;
     let shown = display.factor * value + display.offset;
-    (shown != 0.0).then(|| format!("{}\u{a0}{name}", shortened(shown)))
+    if shown != 0.0 { Some(format!("{}\u{a0}{name}", shortened(shown))) } else { None }
 }
 
 pub(crate) struct Sections<'a> {

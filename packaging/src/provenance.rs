@@ -47,9 +47,10 @@ impl Origin {
                 schema: fmu.schema(),
                 name,
                 sha256: sha256_hex(document.as_bytes()),
-                written_by: provenance
-                    .as_ref()
-                    .map_or_else(|| "hand".into(), |p| format!("steerwright {}", p.version)),
+                written_by: match provenance.as_ref() {
+                    Some(p) => format!("steerwright {}", p.version),
+                    None => "hand".into(),
+                },
             },
             sources: provenance.as_ref().map(|p| p.sources.clone()).unwrap_or_default(),
             options: provenance.map(|p| p.options).unwrap_or_default(),
@@ -151,7 +152,10 @@ pub(crate) fn cell(text: &str) -> String {
 }
 
 fn raw(value: &Json) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+    match value.as_str() {
+        Some(value) => value.to_owned(),
+        None => value.to_string(),
+    }
 }
 
 /// A number to four digits, a truth as yes or no.

@@ -70,7 +70,7 @@ pub(crate) fn xml(description: &ModelDescription) -> String {
             let inputs = members(description, terminal, Causality::Input);
             let outputs = members(description, terminal, Causality::Output);
             if inputs.len() >= outputs.len() {
-                (!inputs.is_empty()).then_some((terminal, Causality::Input, inputs))
+                if inputs.is_empty() { None } else { Some((terminal, Causality::Input, inputs)) }
             } else {
                 Some((terminal, Causality::Output, outputs))
             }

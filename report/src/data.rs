@@ -77,7 +77,7 @@ impl Pool {
     fn series(&mut self, series: &Series, panel: &Panel) -> Value {
         let can = |p: &(f64, f64)| drawable(p.0, panel.x_log) && drawable(p.1, panel.y_log);
         let points: Vec<Option<(f64, f64)>> =
-            series.points.iter().map(|p| can(p).then_some(*p)).collect();
+            series.points.iter().map(|p| if can(p) { Some(*p) } else { None }).collect();
         let thin = thinned(&points, self.most);
         if let Some(kept) = self.kept.last_mut() {
             *kept = (kept.0 + thin.len(), kept.1 + points.len());

@@ -92,7 +92,7 @@ fn simplified(points: &[Pixel], tolerance: f64) -> Vec<Pixel> {
             open.push((i, b));
         }
     }
-    points.iter().zip(keep).filter_map(|(p, k)| k.then_some(*p)).collect()
+    points.iter().zip(keep).filter_map(|(p, k)| if k { Some(*p) } else { None }).collect()
 }
 
 fn distance_to_chord(p: Pixel, a: Pixel, b: Pixel) -> f64 {

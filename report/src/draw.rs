@@ -119,12 +119,12 @@ fn line_of(mark: &Mark, frame: &Frame) -> Option<[Pixel; 2]> {
         Place::XLine(x) => {
             let f = drawable(x, frame.x.log).then(|| frame.x.fraction(x))?;
             let x = a.left + f * (a.right - a.left);
-            (0.0..=1.0).contains(&f).then_some([(x, a.bottom), (x, a.top)])
+            if (0.0..=1.0).contains(&f) { Some([(x, a.bottom), (x, a.top)]) } else { None }
         }
         Place::YLine(y) => {
             let f = drawable(y, frame.y.log).then(|| frame.y.fraction(y))?;
             let y = a.bottom - f * (a.bottom - a.top);
-            (0.0..=1.0).contains(&f).then_some([(a.left, y), (a.right, y)])
+            if (0.0..=1.0).contains(&f) { Some([(a.left, y), (a.right, y)]) } else { None }
         }
         Place::XBand(..) | Place::YBand(..) => None,
     }

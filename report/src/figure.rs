@@ -211,8 +211,11 @@ impl Panel {
             let (a, b) = range(s);
             a < low - 3.0 * width || b > high + 3.0 * width
         };
-        (width > 0.0 && self.series.iter().any(away))
-            .then_some((low - 0.5 * width, high + 0.5 * width))
+        if width > 0.0 && self.series.iter().any(away) {
+            Some((low - 0.5 * width, high + 0.5 * width))
+        } else {
+            None
+        }
     }
 }
 

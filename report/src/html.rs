@@ -152,7 +152,7 @@ impl Drawn {
         let mut kept = kept.into_iter().enumerate();
         let mut still = |svg| {
             let (number, (kept, of)) = kept.next().unwrap_or_default();
-            Still { number, svg, thinned: (kept < of).then_some((kept, of)) }
+            Still { number, svg, thinned: if kept < of { Some((kept, of)) } else { None } }
         };
         Self { figures: svgs.into_iter().map(|svg| svg.map(&mut still)).collect(), data }
     }
@@ -231,12 +231,15 @@ fn prose(text: &str) -> String {
 fn push_figure(out: &mut String, figure: &Figure, still: &Still, caption: &str) {
     let (n, title, svg) = (still.number, escape(&figure.title), &still.svg);
     let (result, caption) = (escape(&figure.result), escape(caption));
-    let thinned = still.thinned.map_or_else(String::new, |(kept, of)| {
-        format!(
-            " To limit the size of the page, {kept} of {of} points are in it, with the least and the \
+    let thinned = match still.thinned {
+        Some((kept, of)) => {
+            format!(
+                " To limit the size of the page, {kept} of {of} points are in it, with the least and the \
              largest of each interval; the files have all."
-        )
-    });
+            )
+        }
+        None => String::new(),
+    };
     push!(
         out,
         "<figure id=\"f{n}\">\n<div class=\"still\" tabindex=\"0\" role=\"region\" \

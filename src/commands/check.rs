@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let progress = Progress::start("checking");
     for fmu in &arguments.fmus {
         progress.now(format!("checking {}", fmu.display()));
-        match check(fmu, arguments.run.then_some(time_limit)) {
+        match check(fmu, if arguments.run { Some(time_limit) } else { None }) {
             Ok(report) => reports.push(report),
             Err(failure) => failures.push(failure),
         }

@@ -133,7 +133,10 @@ fn text(found: &Inspection) -> String {
         let mut table =
             Table::new(["channel", "unit", "values", "smallest", "largest", "looks like"]);
         for channel in &group.channels {
-            let shown = |x: Option<f64>| x.map_or_else(|| "–".into(), number);
+            let shown = |x: Option<f64>| match x {
+                Some(value) => number(value),
+                None => "–".into(),
+            };
             let is_clock = group.clock.as_ref() == Some(&channel.name);
             table = table.row([
                 shown_name(&channel.name),
@@ -212,7 +215,7 @@ fn page(found: &Inspection, are_named: bool) -> String {
         let x = if group.span_s.is_some() { "time, s" } else { "row" };
         // Where a part has several values, its outline is drawn down and up.
         let points = channel.outline.iter().flat_map(|&[t, least, most]| {
-            let second = (most > least).then_some((t, most));
+            let second = if most > least { Some((t, most)) } else { None };
             std::iter::once((t, least)).chain(second)
         });
         let name = label(group, channel);

@@ -219,7 +219,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     })?;
     let start = || isolated(arguments);
     // Worker processes print no progress.
-    let progress = (!arguments.serve).then(|| Progress::start("running the study"));
+    let progress = if arguments.serve { None } else { Some(Progress::start("running the study")) };
     let options = Options {
         results: arguments.out(),
         runs: None,
@@ -406,9 +406,14 @@ fn text(finished: &Finished) -> String {
     ]);
     for metric in &summary.metrics {
         let MetricSummary { name, unit, median, q05, q95, q99, maximum, requirement, .. } = metric;
-        let cells = [median, q05, q95, q99, maximum]
-            .map(|value| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}")));
-        let met = requirement.as_ref().map_or_else(String::new, share);
+        let cells = [median, q05, q95, q99, maximum].map(|value| match value {
+            Some(value) => format!("{value:.4}"),
+            None => "–".to_owned(),
+        });
+        let met = match requirement.as_ref() {
+            Some(value) => share(value),
+            None => String::new(),
+        };
         let names = [name.clone(), unit.clone().unwrap_or_default()];
         table = table.row(names.into_iter().chain(cells).chain([met]));
     }
@@ -443,7 +448,10 @@ fn causes(failure: &FailureSummary) -> String {
     for cause in &failure.causes {
         let Cause { among, condition, with, without, .. } = cause;
         let all = with.failed + without.failed;
-        let among = among.as_ref().map_or_else(String::new, |c| format!("with {c}: "));
+        let among = match among.as_ref() {
+            Some(c) => format!("with {c}: "),
+            None => String::new(),
+        };
         text += &format!(
             "  {among}{} of {all} have {condition} ({} of {} runs there, {} of {} elsewhere)\n",
             with.failed, with.failed, with.of, without.failed, without.of

@@ -27,11 +27,13 @@ impl Feasibility {
         let excessive = needed.iter().filter(|demand| demand.is_excessive());
         warnings.extend(excessive.map(|demand| format!("the road {demand}")));
         let is_acceleration = |demand: &Demand| demand.quantity == Quantity::LateralAcceleration;
-        let note = (!needed.iter().any(is_acceleration)).then(|| {
-            "the lateral acceleration is compared with no limit: neither the controller nor the evidence of the \
+        let note = if needed.iter().any(is_acceleration) {
+            None
+        } else {
+            Some("the lateral acceleration is compared with no limit: neither the controller nor the evidence of the \
              model (--plant vehicle.json) states one"
-                .to_owned()
-        });
+                .to_owned())
+        };
         Ok(Self { warnings, note })
     }
 }

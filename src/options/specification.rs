@@ -372,7 +372,7 @@ impl Options {
             loop_delay_s: yaw + latency + late,
             path_delay_s: path + latency + 2.0 * late,
             estimator_delay_s: estimator + latency + 3.0 * late,
-            robust: (self.robust != Some(Switch::Off)).then_some(robust_options),
+            robust: if self.robust != Some(Switch::Off) { Some(robust_options) } else { None },
             seed: self.seed.unwrap_or(defaults.seed),
             ..defaults
         };

@@ -25,7 +25,11 @@ impl Identity {
         let path = if path == Path::new("-") { Path::new("/dev/stdin") } else { path };
         let metadata = fs::metadata(path).ok()?;
         // A terminal is read and written at the same time, and /dev/null as often as one likes.
-        (metadata.is_file() || is_fifo(&metadata)).then(|| Self::new(path, &metadata))
+        if metadata.is_file() || is_fifo(&metadata) {
+            Some(Self::new(path, &metadata))
+        } else {
+            None
+        }
     }
 
     #[cfg(unix)]

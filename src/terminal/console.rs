@@ -110,7 +110,10 @@ pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), NoOutput>
         writeln!(anstream::stderr(), "{}", text.trim_end())
     } else {
         let text = text.trim_end();
-        let text = terminal_columns().map_or_else(|| text.to_owned(), |c| wrapped(text, c));
+        let text = match terminal_columns() {
+            Some(c) => wrapped(text, c),
+            None => text.to_owned(),
+        };
         writeln!(anstream::stdout(), "{text}")
     };
     match written {

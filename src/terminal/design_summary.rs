@@ -172,12 +172,21 @@ fn required_and_reached(pid: &Pid) -> Table {
         ];
         row.extend(e.fmu_loops.iter().map(|l| {
             let offset = l.step_with_offset.as_ref();
-            of_steps(r, &l.step, offset, None).map_or_else(String::new, |v| r.text(v))
+            match of_steps(r, &l.step, offset, None) {
+                Some(v) => r.text(v),
+                None => String::new(),
+            }
         }));
         if let Some(robust) = robust {
             let over = robust.requirements.iter().find(|o| o.requirement == r.name());
-            row.push(over.map_or_else(String::new, |o| r.text(o.worst)));
-            row.push(over.map_or_else(String::new, |o| format!("{:.0} %", 100.0 * o.share_kept)));
+            row.push(match over {
+                Some(o) => r.text(o.worst),
+                None => String::new(),
+            });
+            row.push(match over {
+                Some(o) => format!("{:.0} %", 100.0 * o.share_kept),
+                None => String::new(),
+            });
         }
         table = table.row(row);
     }
@@ -229,7 +238,7 @@ fn ranges(pid: &Pid, r: &Robustness) -> String {
     text.push('\n');
     let over_speed = !r.speed.is_empty() || !pid.schedule.is_empty();
     let mut headers = vec!["requirement", "breaks at a loop delay of"];
-    headers.extend(over_speed.then_some("at a speed of"));
+    headers.extend(if over_speed { Some("at a speed of") } else { None });
     let mut table = Table::new(headers);
     for b in &r.latency {
         let label =
@@ -237,9 +246,14 @@ fn ranges(pid: &Pid, r: &Robustness) -> String {
         let speed = r.speed.iter().find(|s| s.requirement == b.requirement);
         let mut row = vec![label.to_owned(), where_it_breaks(b, &|v| format!("{} ms", ms(v)))];
         let over_speeds = || "see over speed".into();
-        row.extend(over_speed.then(|| {
-            speed.map_or_else(over_speeds, |b| where_it_breaks(b, &|v| format!("{v:.1} m/s")))
-        }));
+        row.extend(if over_speed {
+            Some(match speed {
+                Some(b) => where_it_breaks(b, &|v| format!("{v:.1} m/s")),
+                None => over_speeds(),
+            })
+        } else {
+            None
+        });
         table = table.row(row);
     }
     format!("{text}{}", console::table(&table))

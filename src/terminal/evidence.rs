@@ -78,10 +78,10 @@ pub(crate) fn evidence(plant: &Plant) -> String {
 pub(crate) fn sideslip_in_words(s: &Sideslip, speed_mps: f64) -> String {
     let mut text = String::new();
     let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
-    let latency = s.gnss_latency_standard_error_s.map_or_else(
-        || s.gnss_latency_s.to_string(),
-        |e| not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
-    );
+    let latency = match s.gnss_latency_standard_error_s {
+        Some(e) => not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
+        None => s.gnss_latency_s.to_string(),
+    };
     let _ = writeln!(
         text,
         "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
@@ -309,10 +309,10 @@ fn of_band(
     band: &ExcitationBand,
     value: impl Fn(&BandDeparture) -> String,
 ) -> String {
-    errors
-        .iter()
-        .find(|d| d.from_hz == band.from_hz && d.to_hz == band.to_hz)
-        .map_or_else(|| "–".into(), value)
+    match errors.iter().find(|d| d.from_hz == band.from_hz && d.to_hz == band.to_hz) {
+        Some(departure) => value(departure),
+        None => "–".into(),
+    }
 }
 
 /// A pole for people: its time constant, or frequency and damping.
@@ -321,7 +321,10 @@ fn mode(pole: &Mode) -> Option<String> {
     if pole.discrete[1] != 0.0 {
         return Some(format!("{hz:.2} Hz (damping {damping:.2})"));
     }
-    Some(pole.time_constant_s.map_or_else(|| "integrator".into(), |t| format!("{t:.3} s")))
+    Some(match pole.time_constant_s {
+        Some(t) => format!("{t:.3} s"),
+        None => "integrator".into(),
+    })
 }
 
 /// How the validation data were chosen, and the fit that noise allows there; a line.
@@ -334,9 +337,12 @@ pub(crate) fn validation_data(held_out: &steerwright_formats::HeldOut) -> String
         "windows" => "windows of accumulated drives",
         _ => "the end of the log",
     };
-    let bound = held_out.fit_bound.map_or_else(String::new, |bound| {
-        format!("; noise allows a fit of {bound:.1} % at most there")
-    });
+    let bound = match held_out.fit_bound {
+        Some(bound) => {
+            format!("; noise allows a fit of {bound:.1} % at most there")
+        }
+        None => String::new(),
+    };
     format!("         validation data: {chosen_by}{bound}\n")
 }
 

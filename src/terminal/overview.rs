@@ -92,17 +92,22 @@ pub(crate) fn table(all: &[Built]) -> String {
     let mut row = |name: &str, cell: &dyn Fn(&Built) -> String| {
         push(&mut table, name.to_owned(), all.iter().map(cell).collect());
     };
-    row("speed", &|b| b.model.speed_mps().map_or_else(none, |speed| format!("{speed:.2} m/s")));
+    row("speed", &|b| match b.model.speed_mps() {
+        Some(speed) => format!("{speed:.2} m/s"),
+        None => none(),
+    });
     row("model", &|b| match b.model.plant() {
         Some(plant) => format!("order {}", plant.order()),
         None => b.model.structure().to_string(),
     });
     row("quality", &|b| b.model.quality().grade.to_string());
-    row("validation fit, identified", &|b| {
-        validation_fit(&b.model).map_or_else(none, |fit| format!("{fit:.2} %"))
+    row("validation fit, identified", &|b| match validation_fit(&b.model) {
+        Some(fit) => format!("{fit:.2} %"),
+        None => none(),
     });
-    row("validation fit, bicycle", &|b| {
-        b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %"))
+    row("validation fit, bicycle", &|b| match b.bicycle_fit {
+        Some(fit) => format!("{fit:.2} %"),
+        None => none(),
     });
     // A requirement of all is part of the name of the row, otherwise of each figure.
     let mut required = all.iter().flat_map(|b| &b.controllers).map(|c| &c.pid.specification);
@@ -116,8 +121,10 @@ pub(crate) fn table(all: &[Built]) -> String {
             [vec![format!("{} controller", basis.name())], vec![String::new(); all.len()]].concat(),
         );
         let mut row = |name: &str, cell: &dyn Fn(&Controller) -> String| {
-            let of =
-                |b: &Built| b.controllers.iter().find(|c| c.basis == basis).map_or_else(none, cell);
+            let of = |b: &Built| match b.controllers.iter().find(|c| c.basis == basis) {
+                Some(value) => cell(value),
+                None => none(),
+            };
             push(&mut table, format!("  {name}"), all.iter().map(of).collect());
         };
         row("kp", &|c| format!("{:.4}", c.pid.gains.kp));
@@ -131,7 +138,10 @@ pub(crate) fn table(all: &[Built]) -> String {
                  required: &dyn Fn(&Specification) -> Option<f64>,
                  (unit, absent): (&str, &str),
                  value: &dyn Fn(&Controller) -> Option<f64>| {
-                    let shared = one.map_or_else(String::new, |one| at_most(required(one), unit));
+                    let shared = match one {
+                        Some(one) => at_most(required(one), unit),
+                        None => String::new(),
+                    };
                     row(&format!("{name}, {place}{shared}"), &|c| {
                         let own = match one {
                             Some(_) => String::new(),
@@ -162,16 +172,24 @@ pub(crate) fn table(all: &[Built]) -> String {
         row("its limit", &|c| format!("{:.2} rad/s", c.pid.limits.max_rate_radps));
         row("overshoot of a tenth of the step", &|c| {
             let small = c.pid.evidence.small_step.as_ref();
-            small.map_or_else(none, |m| format!("{:.3} %", m.overshoot_percent))
+            match small {
+                Some(m) => format!("{:.3} %", m.overshoot_percent),
+                None => none(),
+            }
         });
         row("specification, own model", &|c| met(c.pid.evidence.met));
         row("specification, identified plant", &|c| met(c.step_meets()));
         for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {
-            row(&format!("off the {name}, RMS / largest"), &|c| {
-                c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
+            row(&format!("off the {name}, RMS / largest"), &|c| match c
+                .runs
+                .iter()
+                .find(|r| r.road == road)
+            {
+                Some(run) => {
                     let e = &run.errors;
                     format!("{:.4} / {:.4} m", e.cross_track_rms_m, e.cross_track_max_m)
-                })
+                }
+                None => none(),
             });
         }
     }
@@ -208,7 +226,10 @@ fn push(table: &mut Table, name: String, cells: Vec<String>) {
 }
 
 fn at_most(required: Option<f64>, unit: &str) -> String {
-    required.map_or_else(String::new, |required| format!(" (≤ {required} {unit})"))
+    match required {
+        Some(required) => format!(" (≤ {required} {unit})"),
+        None => String::new(),
+    }
 }
 
 fn met(met: bool) -> String {

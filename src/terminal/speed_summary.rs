@@ -71,7 +71,10 @@ fn reasons(over: &OverSpeed) -> String {
             .filter_map(|k| worst(rows.iter().filter_map(|row| row.shortfalls.get(k))))
             .collect();
         let last = rows.last().filter(|_| rows.len() > 1);
-        let to = last.map_or_else(String::new, |row| format!(" to {:.2}", row.speed_mps));
+        let to = match last {
+            Some(row) => format!(" to {:.2}", row.speed_mps),
+            None => String::new(),
+        };
         let missed = missed.join(", ");
         let _ = writeln!(text, "not met at {:.2}{to} m/s: {missed}: {why}", first.speed_mps);
     }

@@ -57,15 +57,15 @@ pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &Stated) {
 }
 
 fn trim(export: &mut Export, lateral: &Lateral) {
-    let offset = lateral.steering_offset_rad.map_or_else(
-        || "the model is not of a drive".to_owned(),
-        |o| {
+    let offset = match lateral.steering_offset_rad {
+        Some(o) => {
             format!(
                 "the road wheel stands at {:.5} rad (positive to the left) when driving straight",
                 o.value
             )
-        },
-    );
+        }
+        None => "the model is not of a drive".to_owned(),
+    };
     export.missing(
         "SERVO1_TRIM",
         format!("{offset}; the pulse width of it is found by Save Trim of RCx_OPTION"),

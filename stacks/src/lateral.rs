@@ -63,7 +63,11 @@ impl Timing {
 /// mean is not positive. A response of a greater variance has no delay, one of none (an underdamped one) no lag.
 fn delay_and_lag(mean: f64, variance: f64) -> Option<[f64; 3]> {
     let lag = variance.max(0.0).sqrt().min(mean);
-    (mean.is_finite() && lag.is_finite() && mean > 0.0).then_some([mean - lag, lag, mean])
+    if mean.is_finite() && lag.is_finite() && mean > 0.0 {
+        Some([mean - lag, lag, mean])
+    } else {
+        None
+    }
 }
 
 /// The steering response of a vehicle at one speed, at the road wheel.
@@ -187,8 +191,10 @@ impl Lateral {
                 errors.map(|[.., d, l, t]| [d.hypot(delay_error), l.hypot(delay_error), t]);
             Timing::new([delay, lag, total], errors)
         });
-        let [effective_error, wheelbase_error, ratio_error] =
-            errors.map_or([None; 3], |[e, w, r, ..]| [e, w, r].map(|e| (e > 0.0).then_some(e)));
+        let [effective_error, wheelbase_error, ratio_error] = errors
+            .map_or([None; 3], |[e, w, r, ..]| {
+                [e, w, r].map(|e| if e > 0.0 { Some(e) } else { None })
+            });
         let (one_speed, stated) = evidence.map_or((false, false), |e| {
             (e.speed.is_one_speed(), e.stated.iter().any(|s| s.name == "wheelbase_m"))
         });
@@ -204,14 +210,18 @@ impl Lateral {
             effective_wheelbase_m: Quantity { value: effective, standard_error: effective_error },
             steering_offset_rad: offset,
             // At one speed, understeer and a longer wheelbase are the same.
-            wheelbase_m: (!one_speed || stated).then_some(Quantity {
-                value: vehicle.distance_front_m + vehicle.distance_rear_m,
-                standard_error: wheelbase_error,
-            }),
+            wheelbase_m: if !one_speed || stated {
+                Some(Quantity {
+                    value: vehicle.distance_front_m + vehicle.distance_rear_m,
+                    standard_error: wheelbase_error,
+                })
+            } else {
+                None
+            },
             driven_rate_radps: evidence
                 .and_then(|e| e.largest_steering_rate_radps)
                 .map(|rate| rate / vehicle.steering_ratio),
-            vehicle: (!one_speed).then(|| vehicle.clone()),
+            vehicle: if one_speed { None } else { Some(vehicle.clone()) },
             quality: bicycle.quality.clone(),
         })
     }
@@ -290,7 +300,7 @@ fn moments(d: &Discrete) -> Option<[f64; 3]> {
     let (mean, variance) = (-first, second + first - first * first);
     let t = d.sample_time_s;
     let moments = [gain, t * (mean - 0.5), t * t * (variance - 1.0 / 12.0)];
-    (gain != 0.0 && moments.iter().all(|x| x.is_finite())).then_some(moments)
+    if gain != 0.0 && moments.iter().all(|x| x.is_finite()) { Some(moments) } else { None }
 }
 
 /// (I − A)x = b by elimination with row pivots.

@@ -65,7 +65,10 @@ pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result
 
 /// An error of the host, with the entry of the study that led to it.
 pub(crate) fn host<T>(study: &Study, at: Option<&Spanned<T>>, error: HostError) -> Error {
-    let at = at.map_or_else(|| study.top(), |entry| study.place(entry));
+    let at = match at {
+        Some(entry) => study.place(entry),
+        None => study.top(),
+    };
     Error::System { at, source: Box::new(error) }
 }
 

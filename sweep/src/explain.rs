@@ -160,7 +160,7 @@ fn split(columns: &[Column], failed: &[bool], rows: &[usize], logs: &[f64]) -> O
     // Either side of each split could have been the one where more fail.
     let p_value = (fisher(with, total, logs) * 2.0 * tried as f64).min(1.0);
     let cause = Cause { among: None, condition, with, without, p_value };
-    (p_value < SIGNIFICANCE).then_some(cause)
+    if p_value < SIGNIFICANCE { Some(cause) } else { None }
 }
 
 fn share(part: Failing) -> f64 {

@@ -85,7 +85,7 @@ impl<'a> Worker<'a> {
                 let outcome =
                     row_of_line(sweep, run, line).map_err(|reason| Error::Process { reason })?;
                 let row = Some((outcome, line.as_bytes().to_vec()));
-                self.running = goes_on.then_some(running);
+                self.running = if goes_on { Some(running) } else { None };
                 Ok(Made { row, fatal: None })
             }
             // A process that has to stop may be gone before it can answer.
@@ -141,7 +141,7 @@ impl Running {
             }
             let line = String::from_utf8_lossy(&bytes);
             if [READY, ROW, LAST, STOPPED].iter().any(|start| line.starts_with(start)) {
-                return line.ends_with('\n').then(|| line.into_owned());
+                return if line.ends_with('\n') { Some(line.into_owned()) } else { None };
             }
         }
     }

@@ -72,12 +72,12 @@ impl Sweep {
             Err(Ended::TooLong) => (Outcome::Failed(too_long(options)), None, false),
             Err(Ended::Failed(error)) => {
                 let text = in_a_line(&format!("error: {error}"));
-                let fatal = is_fatal(&error).then(|| error.to_string());
+                let fatal = if is_fatal(&error) { Some(error.to_string()) } else { None };
                 (Outcome::Failed(text), fatal, matches!(error, HostError::Fatal { .. }))
             }
         };
         // Of an FMU that had ended before, the run itself is not to blame.
-        let bytes = (!aftermath).then(|| row(self, run, &quantities, &outcome));
+        let bytes = if aftermath { None } else { Some(row(self, run, &quantities, &outcome)) };
         Ok(Made { row: bytes.map(|bytes| (outcome, bytes)), fatal })
     }
 }

@@ -118,7 +118,7 @@ impl Sweep {
         let finished = finished?;
         kept.map_err(io)?;
         Ok(Piece {
-            file: is_whole.then_some(path),
+            file: if is_whole { Some(path) } else { None },
             runs,
             was_there: false,
             finished: Some(finished),

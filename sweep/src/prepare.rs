@@ -73,7 +73,10 @@ impl Sweep {
     /// Tries the first step of the first and the last run: one may fail for its draws, if both do it
     /// is the study's fault.
     pub fn try_first_step(&self, study: &Study) -> Result<(), Error> {
-        let at = study.raw.step_s.as_ref().map_or_else(|| study.top(), |step| study.place(step));
+        let at = match study.raw.step_s.as_ref() {
+            Some(step) => study.place(step),
+            None => study.top(),
+        };
         let mut rig = Rig::new(&self.plan, self.source.archives());
         let stop = AtomicBool::new(false);
         let mut failure = None;

@@ -82,7 +82,7 @@ impl<'a> Rig<'a> {
         for ((left, instance), of) in
             self.instances.iter_mut().zip(instances).zip(&self.plan.instances)
         {
-            *left = of.reused.then_some(instance);
+            *left = if of.reused { Some(instance) } else { None };
         }
         let of = |(memory, metric): (&Memory, &Metric)| memory.result(metric.kind);
         Ok(self.memories.iter().zip(&self.plan.metrics).map(of).collect())

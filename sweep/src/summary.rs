@@ -105,7 +105,11 @@ impl Summary {
             first_error: errors.first().map(|text| (*text).clone()),
             outcomes: outcomes_of(&classes),
             failures: failures(sweep, first, &classes),
-            passed: plan.requires().then(|| Requirement::new(passed, outcomes.len())),
+            passed: if plan.requires() {
+                Some(Requirement::new(passed, outcomes.len()))
+            } else {
+                None
+            },
             metrics: metrics.map(|(i, m)| MetricSummary::new(m, i, outcomes)).collect(),
         }
     }
@@ -199,7 +203,11 @@ impl MetricSummary {
             q95: quantile(0.95),
             q99: quantile(0.99),
             maximum: quantile(1.0),
-            requirement: metric.is_required().then(|| Requirement::new(met, outcomes.len())),
+            requirement: if metric.is_required() {
+                Some(Requirement::new(met, outcomes.len()))
+            } else {
+                None
+            },
         }
     }
 }

@@ -39,5 +39,5 @@ fn libclang(python: &Path) -> Result<String, String> {
 /// The folder of the C compiler's own headers (`stddef.h`), which that libclang comes without.
 fn compiler_headers() -> Option<String> {
     let folder = answer(Command::new("cc").arg("-print-file-name=include"))?;
-    Path::new(&folder).join("stddef.h").is_file().then_some(folder)
+    if Path::new(&folder).join("stddef.h").is_file() { Some(folder) } else { None }
 }

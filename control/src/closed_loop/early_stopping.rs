@@ -52,7 +52,11 @@ impl Decay {
         let (earlier, later) = (second / first, third / second);
         let decays = (0.0..1.0).contains(&earlier) && (0.0..1.0).contains(&later);
         let intervals = (1.0 - READ_AT[2]) / (READ_AT[2] - READ_AT[1]);
-        (decays && (later - earlier).abs() < ONE_MODE).then(|| third.abs() * later.powf(intervals))
+        if decays && (later - earlier).abs() < ONE_MODE {
+            Some(third.abs() * later.powf(intervals))
+        } else {
+            None
+        }
     }
 }
 

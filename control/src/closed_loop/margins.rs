@@ -300,9 +300,9 @@ pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     let modulus = smallest(distance);
     let disk = smallest(disk_distance);
     Margins {
-        gain_margin_db: gain.is_finite().then(|| 20.0 * gain.log10()),
+        gain_margin_db: if gain.is_finite() { Some(20.0 * gain.log10()) } else { None },
         phase_margin_deg: phase.map(f64::to_degrees),
-        delay_margin_s: delay.is_finite().then_some(delay),
+        delay_margin_s: if delay.is_finite() { Some(delay) } else { None },
         modulus_margin: modulus,
         disk_margin: Some(disk),
         crossover_radps: crossover,

@@ -25,7 +25,7 @@ const RUNAWAY_PERCENT: f64 = 1e4;
 #[must_use]
 pub fn metrics_of(trace: &Trace, height: f64, band_percent: f64) -> Option<Metrics> {
     let n = trace.time.len();
-    (n > 0 && trace.yaw.len() == n).then(|| metrics(trace, height, band_percent))
+    if n > 0 && trace.yaw.len() == n { Some(metrics(trace, height, band_percent)) } else { None }
 }
 
 /// As [`metrics_of`], for traces of the simulator, which are never empty.

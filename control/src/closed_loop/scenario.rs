@@ -100,7 +100,7 @@ impl Scenario {
         let excitation = step_of(spec, view).excitation();
         let band = view.band * spec.settling_band_percent;
         let followed = simulator.follow(&self.plant, pid, &excitation, bounds);
-        followed.then(|| metrics(&simulator.trace, spec.step_rad, band))
+        if followed { Some(metrics(&simulator.trace, spec.step_rad, band)) } else { None }
     }
 
     /// The error at the end of the step with the steering offset, percent.
@@ -114,10 +114,16 @@ impl Scenario {
         let offset = spec.steering_offset_within(pid.largest_angle(self.plant.speed), self.ratio);
         let step = Step { offset, until: view.until, ..Step::from_specification(spec) };
         let decay = Decay::new(step.height, view.until, self.plant.sample_time);
-        let bounds = StoppingBounds { decay: view.early.then_some(decay), ..StoppingBounds::NONE };
+        let bounds = StoppingBounds {
+            decay: if view.early { Some(decay) } else { None },
+            ..StoppingBounds::NONE
+        };
         let whole = simulator.follow(&self.plant, pid, &step.excitation(), &bounds);
         let known = if whole { None } else { decay.error(&simulator.trace.yaw) };
-        known.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
+        match known {
+            Some(share) => 100.0 * share,
+            None => error_percent(&simulator.trace, step.height),
+        }
     }
 
     /// The metrics of a tenth of the step, which show an overshoot that a limit conceals.

@@ -49,7 +49,11 @@ impl Ensemble<'_> {
     pub(crate) fn speeds(&self) -> Option<[f64; 2]> {
         let scheduled = self.plant.is_speed_scheduled() && self.robust.speed_share > 0.0;
         let share = self.robust.speed_share;
-        scheduled.then(|| [1.0 - share, 1.0 + share].map(|s| s * self.plant.speed))
+        if scheduled {
+            Some([1.0 - share, 1.0 + share].map(|s| s * self.plant.speed))
+        } else {
+            None
+        }
     }
 
     /// A plant with a delay of the loop, s; `None` where it cannot be sampled.

@@ -163,7 +163,8 @@ impl Tuned {
         let sampled = &objective.scenarios[0].plant;
         let stable = found.reached.margins.modulus_margin > 0.0;
         // Neither large errors nor the lag behind a ramp are defined for an unstable loop.
-        let large_errors = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
+        let large_errors =
+            if stable { Some(large_errors(sampled, &found.pid, &objective.spec)) } else { None };
         let limits = Limits { large_errors, ..objective.limits };
         let gains = found.pid.gains;
         let pid = controller_parameters(&gains, &limits, options.sample_time_s);

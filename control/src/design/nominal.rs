@@ -120,7 +120,8 @@ pub(crate) fn trade_off(
             from.clone_from(&fastest.variables);
         }
         // The loop of the design is one of them.
-        let known = found.reached.shortfalls(&spec).is_empty().then_some(&found.reached);
+        let known =
+            if found.reached.shortfalls(&spec).is_empty() { Some(&found.reached) } else { None };
         let reached = fastest.met.then_some(&fastest.reached).into_iter().chain(known);
         let settling_time_s = reached.filter_map(|r| r.step.settling_time_s).min_by(f64::total_cmp);
         rows.push(TradeOff { modulus_margin, settling_time_s });

@@ -292,7 +292,11 @@ impl OtherSpeed {
         let highest = pid.schedule.last().map_or(of_design, |entry| entry.speed_mps);
         let is_below = path_mps < lowest * (1.0 - SPEED_TOLERANCE);
         let is_above = path_mps > highest * (1.0 + SPEED_TOLERANCE);
-        (is_below || is_above).then_some(Self { path_mps, design_mps: [lowest, highest] })
+        if is_below || is_above {
+            Some(Self { path_mps, design_mps: [lowest, highest] })
+        } else {
+            None
+        }
     }
 }
 

@@ -72,7 +72,7 @@ fn root(x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
             return Some(y);
         }
     }
-    y.iter().all(|v| v.is_finite()).then_some(y)
+    if y.iter().all(|v| v.is_finite()) { Some(y) } else { None }
 }
 
 #[cfg(test)]

@@ -117,7 +117,10 @@ pub fn step(
         ..Trace::default()
     };
     let metrics = metrics_of(&trace, height, s.settling_band_percent);
-    let step = metrics.map_or_else(StepMetrics::default, |metrics| metrics.step);
+    let step = match metrics {
+        Some(metrics) => metrics.step,
+        None => StepMetrics::default(),
+    };
     SpeedStep {
         overshoot_percent: step.overshoot_percent,
         settling_time_s: step.settling_time_s,

@@ -31,7 +31,7 @@ pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
     let held = peak_memory().ok_or("the system does not report the peak memory")?;
     let options = IdentifyOptions {
         order: arguments.order,
-        delay_s: arguments.no_delay.then_some(0.0),
+        delay_s: if arguments.no_delay { Some(0.0) } else { None },
         refine: !arguments.no_refinement,
         ..IdentifyOptions::default()
     };

@@ -43,7 +43,7 @@ impl<S: CoSimulationUnit> Instance<S> {
     fn row(reference: u32, kind: Kind) -> Option<(S::Variable, &'static VariableSpec)> {
         let variable = S::Variable::from_reference(reference)?;
         let row = variable.spec();
-        (row.kind == kind).then_some((variable, row))
+        if row.kind == kind { Some((variable, row)) } else { None }
     }
 
     /// The variable or state of a reference.

@@ -192,7 +192,7 @@ impl<'b> Reader<'b> {
 
     fn finite(&mut self) -> Option<f64> {
         let value = f64::from_le_bytes(*self.take(8)?.first_chunk()?);
-        value.is_finite().then_some(value)
+        if value.is_finite() { Some(value) } else { None }
     }
 
     fn optional(&mut self) -> Option<Option<f64>> {

@@ -142,7 +142,7 @@ fn states<S: CoSimulationUnit>(unit: &mut S) -> Result<Vec<ExposedState>, Descri
                 description: spec.description,
                 unit: spec.unit,
                 derivative_unit: spec.derivative_unit,
-                start: spec.settable.then_some(value),
+                start: if spec.settable { Some(value) } else { None },
             })
         })
         .collect()

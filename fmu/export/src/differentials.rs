@@ -108,7 +108,7 @@ impl<S: CoSimulationUnit> Instance<S> {
         };
         if target.class().is_known_in(self.core.state) {
             let is_real = !matches!(target, Target::Variable(_, row) if row.kind != Kind::Real);
-            return Ok(is_real.then_some(target));
+            return Ok(if is_real { Some(target) } else { None });
         }
         let need = match self.core.state {
             State::Initialization => {

@@ -90,7 +90,8 @@ pub(crate) fn structure<S: CoSimulationUnit>(
         Some(first(unknown.index, Unknown::Variable(S::Variable::from_reference(row.reference)?)))
     });
     let of_states = settable.iter().enumerate().flat_map(|(state, settable)| {
-        let follows = (!settable).then(|| first(state_index(state), Unknown::State(state)));
+        let follows =
+            if *settable { None } else { Some(first(state_index(state), Unknown::State(state))) };
         let derivative = first(derivative_index(state), Unknown::Derivative(state));
         follows.into_iter().chain([derivative])
     });
@@ -114,6 +115,6 @@ fn list<V: Copy>(
         .collect();
     let (dependencies, kinds): (Vec<u32>, Vec<DependencyKind>) = found.into_iter().unzip();
     // Without dependencies the kinds are left out: some importers reject an empty list.
-    let kinds = (!kinds.is_empty()).then_some(kinds);
+    let kinds = if kinds.is_empty() { None } else { Some(kinds) };
     xml::Unknown { index, dependencies: Some(dependencies), kinds }
 }

@@ -203,5 +203,5 @@ pub(crate) fn listed(depends_on: DependsOn, known: impl VariableId) -> Option<De
         DependsOn::All => true,
         DependsOn::On(names) => names.contains(&known.spec().name),
     };
-    depends.then_some(DependencyKind::Dependent)
+    if depends { Some(DependencyKind::Dependent) } else { None }
 }

@@ -224,7 +224,7 @@ fn lone_string_conversion(format: &str) -> Option<(&str, &str)> {
     let at = first_conversion(format)?;
     let (before, rest) = format.split_at(at);
     let after = rest.strip_prefix("%s")?;
-    (!has_conversion(after)).then_some((before, after))
+    if has_conversion(after) { None } else { Some((before, after)) }
 }
 
 fn has_conversion(format: &str) -> bool {

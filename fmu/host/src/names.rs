@@ -18,7 +18,7 @@ pub fn near<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<Str
             if distance <= allowed {
                 Some((distance, candidate))
             } else {
-                contained.then_some((allowed + 1, candidate))
+                if contained { Some((allowed + 1, candidate)) } else { None }
             }
         })
         .collect();

@@ -71,7 +71,7 @@ pub(crate) fn converted(
             Relation::OtherDimension => return None,
         }
     };
-    value.is_finite().then_some(value)
+    if value.is_finite() { Some(value) } else { None }
 }
 
 #[cfg(test)]

@@ -136,7 +136,7 @@ impl BicycleParameters {
     #[must_use]
     pub fn critical_speed(&self) -> Option<f64> {
         let k = self.understeer_gradient();
-        (k < 0.0).then(|| (-self.wheelbase() / k).sqrt())
+        if k < 0.0 { Some((-self.wheelbase() / k).sqrt()) } else { None }
     }
 
     /// Steering angle per path curvature in a steady turn, `ratio·(L + K·v²)`, rad·m: the

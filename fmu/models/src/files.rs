@@ -125,8 +125,11 @@ pub fn pid_schedule(pid: &Pid) -> Option<PidSchedule> {
         }
         (entry.speed_mps, now)
     };
-    (!pid.schedule.is_empty())
-        .then(|| PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
+    if pid.schedule.is_empty() {
+        None
+    } else {
+        Some(PidSchedule::new(pid_parameters(pid), pid.schedule.iter().map(at).collect()))
+    }
 }
 
 /// The controller of `pid.json` as it runs at a speed, m/s.
@@ -216,7 +219,11 @@ pub fn guidance_over_speed(
         };
         (entry.speed_mps, GuidanceParameters { guidance, ..start })
     };
-    (!entries.is_empty()).then(|| GuidanceSchedule::new(start, entries.iter().map(at).collect()))
+    if entries.is_empty() {
+        None
+    } else {
+        Some(GuidanceSchedule::new(start, entries.iter().map(at).collect()))
+    }
 }
 
 /// The entries row by row.

@@ -52,6 +52,6 @@ impl Factor {
     /// A constant, where it is not zero.
     #[must_use]
     pub(crate) fn constant(value: f64) -> Option<Self> {
-        (value != 0.0).then_some(Self::Constant(value))
+        if value != 0.0 { Some(Self::Constant(value)) } else { None }
     }
 }

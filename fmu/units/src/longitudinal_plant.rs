@@ -292,7 +292,7 @@ impl CoSimulationUnit for LongitudinalPlant {
             Unknown::State(_) => is_brake,
             Unknown::Variable(_) => false,
         };
-        depends.then_some(DependencyKind::Dependent)
+        if depends { Some(DependencyKind::Dependent) } else { None }
     }
 
     /// By states; by inputs and parameters the layer takes differences.

@@ -277,7 +277,7 @@ impl CoSimulationUnit for NonlinearVehicle {
             // Set from outside, or none of this vehicle's.
             Unknown::Variable(_) | Unknown::State(_) | Unknown::Derivative(_) => false,
         };
-        depends.then_some(DependencyKind::Dependent)
+        if depends { Some(DependencyKind::Dependent) } else { None }
     }
 
     /// By the states that cannot be set; for the rest the layer takes differences.

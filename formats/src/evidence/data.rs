@@ -88,12 +88,14 @@ impl IdentifiedActuator {
                 self.fit
             ));
         }
-        ((self.gain - 1.0).abs() > ACTUATOR_GAIN_TOLERANCE).then(|| {
-            format!(
+        if (self.gain - 1.0).abs() > ACTUATOR_GAIN_TOLERANCE {
+            Some(format!(
                 "the measured angle is {:.2} times the command in a steady turn: one of them may be of the steering wheel, the other of the road wheels, or a unit is wrong",
                 self.gain
-            )
-        })
+            ))
+        } else {
+            None
+        }
     }
 
     /// Reports impossible numbers; `at` is the prefix of each key.

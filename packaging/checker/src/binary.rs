@@ -206,7 +206,11 @@ fn build_path(bytes: &[u8]) -> Option<String> {
         let at = positions(bytes, head).next()?;
         let rest = &bytes[at..bytes.len().min(at + 60)];
         let end = rest.iter().position(|b| !b.is_ascii_graphic()).unwrap_or(rest.len());
-        (end > head.len()).then(|| String::from_utf8_lossy(&rest[..end]).into_owned())
+        if end > head.len() {
+            Some(String::from_utf8_lossy(&rest[..end]).into_owned())
+        } else {
+            None
+        }
     })
 }
 

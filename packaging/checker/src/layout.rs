@@ -79,11 +79,15 @@ fn binaries(
     let folders: BTreeSet<&str> = below(contents, "binaries/")
         .filter_map(|rest| rest.split_once('/').map(|(folder, _)| folder))
         .collect();
-    let identifiers: Vec<&str> = description.map_or_else(Vec::new, |description| {
-        let co_simulation = description.co_simulation.as_ref().map(|c| c.model_identifier.as_str());
-        let exchange = description.model_exchange.as_ref().map(|m| m.model_identifier.as_str());
-        co_simulation.into_iter().chain(exchange).collect()
-    });
+    let identifiers: Vec<&str> = match description {
+        Some(description) => {
+            let co_simulation =
+                description.co_simulation.as_ref().map(|c| c.model_identifier.as_str());
+            let exchange = description.model_exchange.as_ref().map(|m| m.model_identifier.as_str());
+            co_simulation.into_iter().chain(exchange).collect()
+        }
+        None => Vec::new(),
+    };
     for folder in folders {
         let path = format!("binaries/{folder}/");
         let Some(platform) = platform(folder) else {

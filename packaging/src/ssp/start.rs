@@ -87,5 +87,5 @@ pub fn own_start(packed: &Packed, values: &[(String, f64)]) -> Option<Start> {
         start != Some(&Value::Real(*value))
     };
     let missing: Vec<_> = values.iter().filter(differs).cloned().collect();
-    (!missing.is_empty()).then(|| Start::new(missing.into_iter().collect()))
+    if missing.is_empty() { None } else { Some(Start::new(missing.into_iter().collect())) }
 }

@@ -50,7 +50,7 @@ pub fn yaw_step(
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
     near.series.iter_mut().for_each(|s| s.note.clear());
     let most = tolerance.max(overshoot.map_or(0.0, |line| (line - step).abs()));
-    near.y_limits = (most > 0.0).then_some((step - 2.5 * most, step + 2.5 * most));
+    near.y_limits = if most > 0.0 { Some((step - 2.5 * most, step + 2.5 * most)) } else { None };
     near.weight = 0.8;
     let largest = largest_angle_rad * DEG;
     let used = format!("largest {} deg", text(reached.largest_angle_rad * DEG, 2));
@@ -61,9 +61,10 @@ pub fn yaw_step(
     let limit = |name: String, at| Mark::new(name, Place::YLine(at), VERMILION);
     let name = format!("limits ±{} deg", short(largest));
     steering = steering.mark(limit(name, largest)).mark(limit(String::new(), -largest));
-    let settled = reached
-        .settling_time_s
-        .map_or_else(|| "never settled".to_owned(), |s| format!("settled at {} s", text(s, 3)));
+    let settled = match reached.settling_time_s {
+        Some(s) => format!("settled at {} s", text(s, 3)),
+        None => "never settled".to_owned(),
+    };
     let panels = [yaw, near, steering].map(|p| Panel { link: "step", ..p }).to_vec();
     let result = format!(
         "The step to {} deg: {overshot}, {settled}; steering: {used} of {} deg.",

@@ -164,7 +164,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
 /// each with 95 % probability where its covariance is known.
 pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let both = |[re, im]: [f64; 2]| {
-        let mirrored = (im != 0.0).then_some((re, -im));
+        let mirrored = if im != 0.0 { Some((re, -im)) } else { None };
         [Some((re, im)), mirrored].into_iter().flatten().collect::<Vec<_>>()
     };
     let plane = |of: fn(&Mode) -> Option<[f64; 2]>, modes: &[Mode]| -> Vec<(f64, f64)> {
@@ -245,7 +245,7 @@ fn continuous_ellipse(m: &Mode) -> Option<Vec<(f64, f64)>> {
     let logarithm = (0.5 * size.ln()).hypot(im.atan2(re));
     let sample_time = logarithm / s[0].hypot(s[1]);
     let per = sample_time * size;
-    (per > 0.0).then(|| ellipse(s, spread, (re / per, -im / per), im != 0.0))
+    if per > 0.0 { Some(ellipse(s, spread, (re / per, -im / per), im != 0.0)) } else { None }
 }
 
 /// The ellipse that holds a point with 95 % probability, its moves turned and scaled by a complex

@@ -57,7 +57,10 @@ pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f
     let reference = Series::over("measured", t, (&traces.yaw_rate_radps, DEG), measured);
     let mut rate = Panel::new(traces.axis_label(), "Yaw rate (deg/s)").with(reference);
     if let Some(bicycle) = &traces.bicycle_yaw_rate_radps {
-        let fit = bicycle_fit.map_or_else(String::new, |f| format!("fit {} %", text(f, 1)));
+        let fit = match bicycle_fit {
+            Some(f) => format!("fit {} %", text(f, 1)),
+            None => String::new(),
+        };
         let mut series = Series::over("bicycle model", t, (bicycle, DEG), Style::dashed(GREEN));
         if !fit.is_empty() {
             series = series.noted(format!(" ({fit})"));

@@ -51,7 +51,10 @@ pub fn bode(open: &OpenLoop) -> Figure {
     let mut gain = Panel::new("Frequency (Hz)", "Gain (dB)")
         .with(Series::over("loop", f, (&decibel, 1.0), line).noted(format!(" ({gain_margin})")))
         .mark(Mark::new("", Place::YLine(0.0), GREY));
-    let in_parentheses = phase_margin.as_ref().map_or_else(String::new, |m| format!(" ({m})"));
+    let in_parentheses = match phase_margin.as_ref() {
+        Some(m) => format!(" ({m})"),
+        None => String::new(),
+    };
     let mut angle = Panel::new("Frequency (Hz)", "Phase (deg)")
         .with(Series::over("loop", f, (&phase, 1.0), line).noted(in_parentheses))
         .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILION));

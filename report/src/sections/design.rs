@@ -173,7 +173,10 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
             for step in std::iter::once(&e.step).chain(in_loop) {
                 cells.push(figure(step));
                 let kept = |bound: f64| reached(step).is_some_and(|r| r <= bound * (1.0 + 1e-9));
-                cells.push(bound.map_or_else(String::new, |bound| met(kept(bound))));
+                cells.push(match bound {
+                    Some(bound) => met(kept(bound)),
+                    None => String::new(),
+                });
             }
             cells.push(figure(&e.step_with_offset));
             table.push(cells);
@@ -189,7 +192,10 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         (height, s.integral_absolute_error_s, absolute, 3, "s"),
     ];
     for (name, bound, reached, digits, unit) in figures {
-        let asked = bound.map_or_else(String::new, |v| format!("≤\u{a0}{v}\u{a0}{unit}"));
+        let asked = match bound {
+            Some(v) => format!("≤\u{a0}{v}\u{a0}{unit}"),
+            None => String::new(),
+        };
         row(name, asked, bound, reached, (1.0, digits, unit));
     }
     let columns = if in_loop.is_some() { 7 } else { 5 };

@@ -16,7 +16,11 @@ pub(crate) fn evidence(plant: &Plant) -> Option<Section> {
     blocks.extend(e.residuals.iter().flat_map(|r| residuals(r, plant)));
     blocks.extend(e.frequency_response.iter().flat_map(|r| response(r, plant)));
     blocks.extend(e.poles_and_zeros.iter().flat_map(poles_and_zeros));
-    (!blocks.is_empty()).then(|| Section::new("How far the model can be trusted", blocks))
+    if blocks.is_empty() {
+        None
+    } else {
+        Some(Section::new("How far the model can be trusted", blocks))
+    }
 }
 
 fn held_out(h: &HeldOut) -> Vec<Block> {
@@ -179,16 +183,16 @@ pub(super) fn bands(x: &Excitation) -> Vec<Block> {
             information(b.information).into(),
         ]);
     }
-    let mut sentence = x.silent_from_hz().map_or_else(
-        || "The log has information in all bands".to_owned(),
-        |f| {
+    let mut sentence = match x.silent_from_hz() {
+        Some(f) => {
             if f > 0.0 {
                 format!("Above {f} Hz there is no information in this log")
             } else {
                 "There is no information in this log".to_owned()
             }
-        },
-    );
+        }
+        None => "The log has information in all bands".to_owned(),
+    };
     if let Some(p) = x.persistence {
         let more = if p.order == p.tried { "at least " } else { "" };
         sentence += &format!("; the steering is persistently exciting of order {more}{}", p.order);

@@ -61,8 +61,10 @@ pub fn start_in_words(provenance: &Provenance) -> Option<String> {
     let starts: Vec<String> = starts
         .split("; ")
         .map(|start| {
-            let date =
-                start.parse().ok().and_then(utc).map_or_else(String::new, |d| format!(" ({d})"));
+            let date = match start.parse().ok().and_then(utc) {
+                Some(d) => format!(" ({d})"),
+                None => String::new(),
+            };
             format!("{start} s{date}")
         })
         .collect();
@@ -165,7 +167,10 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
 /// The reduction of the data, for people.
 #[must_use]
 pub fn factor_in_words(f: &DataFactor) -> String {
-    let condition = |c: Option<f64>| c.map_or_else(|| "infinite".into(), |c| format!("{c:.1e}"));
+    let condition = |c: Option<f64>| match c {
+        Some(c) => format!("{c:.1e}"),
+        None => "infinite".into(),
+    };
     let method = match f.method {
         FactorMethod::Gram => "Gram matrix",
         FactorMethod::Qr => "QR factorisation",

@@ -72,7 +72,10 @@ fn length(length_m: f64) -> String {
 
 /// A value that may be absent.
 fn optional(number: Option<f64>, digits: usize, unit: &str, absent: &str) -> String {
-    number.map_or_else(|| absent.to_owned(), |n| value(n, digits, unit))
+    match number {
+        Some(n) => value(n, digits, unit),
+        None => absent.to_owned(),
+    }
 }
 
 /// Up to four digits that count, whatever the size.

@@ -93,9 +93,10 @@ fn output(model: &Model) -> &'static str {
 pub fn parameter_tables(model: &Model) -> Vec<Table> {
     match model {
         Model::StateSpace(_) => Vec::new(),
-        Model::Bicycle(bicycle) => {
-            bicycle.evidence.as_ref().map_or_else(Vec::new, parameters_of_bicycle)
-        }
+        Model::Bicycle(bicycle) => match bicycle.evidence.as_ref() {
+            Some(value) => parameters_of_bicycle(value),
+            None => Vec::new(),
+        },
         Model::SingleTrack(vehicle) => vehicle.evidence.iter().map(parameters_of_vehicle).collect(),
         Model::Torque(torque) => vec![parameters_of_torque(torque)],
         Model::Longitudinal(model) => vec![parameters_of_longitudinal(model)],

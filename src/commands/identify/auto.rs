@@ -16,7 +16,7 @@ pub(super) fn identify(
 ) -> Result<(IdentifiedModel, Option<String>), Failure> {
     let Choice { identified, rows } = identify_structure(log, options)?;
     let is_choice = rows.iter().filter(|row| row.fit.is_ok()).count() > 1;
-    let table = is_choice.then(|| table(&rows, identified.model.structure()));
+    let table = if is_choice { Some(table(&rows, identified.model.structure())) } else { None };
     Ok((identified, table))
 }
 

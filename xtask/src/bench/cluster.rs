@@ -11,7 +11,8 @@ const SHORT: [&str; 2] = ["2000", "20"];
 /// some, as in the wheel that was tested.
 pub(crate) fn cluster(short: bool) -> Result<(), String> {
     let binaries = cross::binaries();
-    let (interpreter, _) = wheel::installed(binaries.is_dir().then_some(binaries.as_path()))?;
+    let (interpreter, _) =
+        wheel::installed(if binaries.is_dir() { Some(binaries.as_path()) } else { None })?;
     run(python::command(&interpreter)
         .arg(root().join("evaluation/cluster/cluster.py"))
         .arg(root().join("examples/drives/multibody/drive.csv"))

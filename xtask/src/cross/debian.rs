@@ -93,7 +93,10 @@ fn unpack(package: &Path, to: &Path) -> Result<(), String> {
     let mut tar = Command::new("tar");
     tar.args(["--extract", "--wildcards", "--directory"]).arg(to);
     tar.args(["./usr/src/*/library/*", "./usr/lib/rustlib/src/*"]);
-    tar.stdin(dpkg.stdout.take().map_or_else(Stdio::null, Stdio::from));
+    tar.stdin(match dpkg.stdout.take() {
+        Some(value) => Stdio::from(value),
+        None => Stdio::null(),
+    });
     let unpacked = run(&mut tar);
     let status = dpkg.wait().map_err(|e| format!("{line}: {e}"))?;
     unpacked?;

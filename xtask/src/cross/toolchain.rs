@@ -79,7 +79,11 @@ fn library_folder(target: &str) -> Option<PathBuf> {
     let mut rustc = Command::new("rustc");
     let print = ["--print", "target-libdir", "--target", target];
     let output = rustc.args(print).current_dir(root()).output().ok()?;
-    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().into())
+    if output.status.success() {
+        Some(String::from_utf8_lossy(&output.stdout).trim().into())
+    } else {
+        None
+    }
 }
 
 /// Runs a command that may wait for a server that never answers.

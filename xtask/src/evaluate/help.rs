@@ -83,7 +83,10 @@ fn default(attribute: &str) -> String {
         .iter()
         .find_map(|key| attribute.split_once(key));
     let value = value.and_then(|(_, rest)| rest.strip_suffix(")]"));
-    value.map_or_else(String::new, |value| format!(" [default: {}]", value.trim_matches('"')))
+    match value {
+        Some(value) => format!(" [default: {}]", value.trim_matches('"')),
+        None => String::new(),
+    }
 }
 
 #[cfg(test)]

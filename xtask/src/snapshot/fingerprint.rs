@@ -56,12 +56,14 @@ impl Fingerprint {
         let largest = self.norm.max(before.norm);
         let part = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / largest };
         let apart = part(self.sum, before.sum).max(part(self.norm, before.norm));
-        (self.count != before.count || apart > TOLERANCE).then(|| {
-            format!(
+        if self.count != before.count || apart > TOLERANCE {
+            Some(format!(
                 "of {} numbers some differ, by {apart:.1e} (at most {TOLERANCE:.0e})",
                 self.count
-            )
-        })
+            ))
+        } else {
+            None
+        }
     }
 }
 
@@ -149,7 +151,7 @@ fn guid_length(text: &str) -> Option<usize> {
     let missing = 12 - last;
     let is_complete = rest.bytes().take(missing).filter(u8::is_ascii_hexdigit).count() == missing;
     let space = if missing > 0 { text.len() - first - rest.len() } else { 0 };
-    is_complete.then_some(first + space + missing)
+    if is_complete { Some(first + space + missing) } else { None }
 }
 
 /// A number at the start of a text, with its length.

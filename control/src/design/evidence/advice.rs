@@ -61,13 +61,15 @@ pub(crate) fn non_minimum_phase(plant: &DesignPlant, crossover: Option<f64>) -> 
     let zero = nearest_right_half_plane_zero(&plant.dynamics)?;
     let limit = 0.5 * zero;
     // Far beyond the loop's bandwidth it has no effect, or is an artefact of sampling.
-    (crossover.unwrap_or(0.0) > 0.3 * limit).then(|| {
-        format!(
+    if crossover.unwrap_or(0.0) > 0.3 * limit {
+        Some(format!(
             "the plant first turns the wrong way: it is non-minimum-phase, with a zero in the right \
              half-plane at {zero:.2} rad/s, which keeps the crossover below about {limit:.2} rad/s \
              whatever the controller"
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 /// The settling time that all plants could keep, rounded up to a readable number.

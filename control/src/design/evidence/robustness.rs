@@ -79,7 +79,11 @@ impl Ensemble<'_> {
                     // JSON has no infinity.
                     worst: worst.min(1e4),
                     share_kept: share((0..all.len()).filter(kept).count(), all.len()),
-                    share_kept_at_nominal: (at_nominal > 0).then(|| share(nominal, at_nominal)),
+                    share_kept_at_nominal: if at_nominal > 0 {
+                        Some(share(nominal, at_nominal))
+                    } else {
+                        None
+                    },
                 }
             })
             .collect();
@@ -89,16 +93,18 @@ impl Ensemble<'_> {
             [-self.plant.input_delay, self.options.loop_delay_s + LONGEST_LATENCY],
             |delay| self.scenario(self.plant, delay).map(|s| reach(&s)),
         );
-        let speed = self.plant.is_speed_scheduled().then(|| {
+        let speed = if self.plant.is_speed_scheduled() {
             let (v, delay) = (self.plant.speed, self.options.loop_delay_s);
-            breaking(spec, v, [SPEEDS.0 * v, SPEEDS.1 * v], |speed| {
+            Some(breaking(spec, v, [SPEEDS.0 * v, SPEEDS.1 * v], |speed| {
                 self.plant
                     .at_speed(speed)
                     .ok()
                     .and_then(|plant| self.scenario(&plant, delay))
                     .map(|s| reach(&s))
-            })
-        });
+            }))
+        } else {
+            None
+        };
         Ok(Robustness {
             met: requirements.iter().all(|r| r.share_kept >= 1.0),
             members: at_nominal,

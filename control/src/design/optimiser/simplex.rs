@@ -50,11 +50,11 @@ pub(crate) fn descend(
         } else if now < below {
             let outside = towards(&centre, &reflected, CONTRACT);
             let nearer = cost(&outside, now);
-            (nearer <= now).then_some((outside, nearer))
+            if nearer <= now { Some((outside, nearer)) } else { None }
         } else {
             let inside = towards(&centre, &all[worst].0, CONTRACT);
             let nearer = cost(&inside, below);
-            (nearer < below).then_some((inside, nearer))
+            if nearer < below { Some((inside, nearer)) } else { None }
         };
         match next {
             Some(next) => all[worst] = next,

@@ -61,7 +61,11 @@ fn frozen_speed(
         curve: e.curve.unwrap_or_default(),
         margins: e.margins,
         met: e.met,
-        reason: (!e.met).then(|| reason(&e, &objective.spec, &parameters, speed, breakpoint)),
+        reason: if e.met {
+            None
+        } else {
+            Some(reason(&e, &objective.spec, &parameters, speed, breakpoint))
+        },
         shortfalls: e.shortfalls,
         plants: kept.map_or(0, |(plants, _)| plants),
         share_kept: kept.map(|(_, share)| share),

@@ -148,8 +148,14 @@ impl Chain {
         };
         let direction =
             |from: usize, to: usize| (at(to).1 - at(from).1).atan2(at(to).0 - at(from).0);
-        let arriving = earlier.map_or_else(|| direction(a, b), |k| direction(k, a));
-        let leaving = later.map_or_else(|| direction(a, b), |k| direction(b, k));
+        let arriving = match earlier {
+            Some(k) => direction(k, a),
+            None => direction(a, b),
+        };
+        let leaving = match later {
+            Some(k) => direction(b, k),
+            None => direction(a, b),
+        };
         let turn = steerwright_models::wrap_angle(leaving - arriving).abs().min(LARGEST_TURN);
         let allowed = 0.25 * distance(at(a), at(b)) * (0.5 * turn).tan();
         let residual = self.residual(j, [earlier, Some(a), Some(b), later]);
@@ -188,7 +194,7 @@ impl Chain {
                 self.heap.pop();
                 continue;
             }
-            return (size > limit).then_some((j, size));
+            return if size > limit { Some((j, size)) } else { None };
         }
         None
     }

@@ -114,8 +114,10 @@ pub unsafe fn setup_experiment<S: CoSimulationUnit>(
     stop_time: f64,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
-        let tolerance = flag(tolerance_defined, "toleranceDefined")?.then_some(tolerance);
-        let stop_time = flag(stop_time_defined, "stopTimeDefined")?.then_some(stop_time);
+        let tolerance =
+            if flag(tolerance_defined, "toleranceDefined")? { Some(tolerance) } else { None };
+        let stop_time =
+            if flag(stop_time_defined, "stopTimeDefined")? { Some(stop_time) } else { None };
         instance.setup_experiment(tolerance, start_time, stop_time)
     };
     // SAFETY: the module's contract.

@@ -62,8 +62,9 @@ pub unsafe fn get_real_status<S: CoSimulationUnit>(
     kind: i32,
     value: *mut f64,
 ) -> i32 {
-    let status =
-        |instance: &Instance<S>| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.core.time);
+    let status = |instance: &Instance<S>| {
+        if kind == LAST_SUCCESSFUL_TIME { Some(instance.core.time) } else { None }
+    };
     // SAFETY: the module's contract.
     unsafe { get(component, Call::GetRealStatus, value, status) }
 }
@@ -74,7 +75,7 @@ pub unsafe fn get_boolean_status<S: CoSimulationUnit>(
     kind: i32,
     value: *mut i32,
 ) -> i32 {
-    let status = |_: &Instance<S>| (kind == TERMINATED).then_some(0);
+    let status = |_: &Instance<S>| if kind == TERMINATED { Some(0) } else { None };
     // SAFETY: the module's contract.
     unsafe { get(component, Call::GetBooleanStatus, value, status) }
 }

@@ -46,7 +46,13 @@ impl BicyclePlant {
     pub fn partial(&self, unknown: Unknown, known: Known) -> Option<Factor> {
         match unknown {
             Unknown::YawRate => self.partial(Unknown::State(1), known),
-            Unknown::State(i) => (known == Known::State(i)).then_some(Factor::Constant(1.0)),
+            Unknown::State(i) => {
+                if known == Known::State(i) {
+                    Some(Factor::Constant(1.0))
+                } else {
+                    None
+                }
+            }
             Unknown::LateralAcceleration => {
                 let rate = self.partial(Unknown::Rate(0), known)?.value();
                 let through_yaw_rate = match known {
@@ -67,7 +73,13 @@ impl BicyclePlant {
                 })),
                 _ => None,
             },
-            Unknown::Rate(YAW) => (known == Known::State(1)).then_some(Factor::Constant(1.0)),
+            Unknown::Rate(YAW) => {
+                if known == Known::State(1) {
+                    Some(Factor::Constant(1.0))
+                } else {
+                    None
+                }
+            }
             Unknown::Rate(i) => {
                 let (sin, cos) = sin_cos(self.pose.yaw);
                 let (ahead, left) = if i == 4 { (cos, -sin) } else { (sin, cos) };

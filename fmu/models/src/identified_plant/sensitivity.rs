@@ -69,11 +69,17 @@ impl IdentifiedPlant {
             Unknown::YawRate if known == Known::NoiseScale => {
                 let std = self.model.data().innovation_std;
                 let number = gaussian(self.noise_seed, 0);
-                (std != 0.0).then_some(Factor::Dependent(std * number))
+                if std != 0.0 { Some(Factor::Dependent(std * number)) } else { None }
             }
             Unknown::YawRate => self.yaw_rate_by(known),
             Unknown::LateralAcceleration => None,
-            Unknown::State(i) => (known == Known::State(i)).then_some(Factor::Constant(1.0)),
+            Unknown::State(i) => {
+                if known == Known::State(i) {
+                    Some(Factor::Constant(1.0))
+                } else {
+                    None
+                }
+            }
             Unknown::Rate(i) if i < n => self.model_rate_by(i, known),
             Unknown::Rate(i) if i == n => self.yaw_rate_by(known),
             Unknown::Rate(i) => self.velocity_by(i == n + 1, known),
@@ -109,17 +115,19 @@ impl IdentifiedPlant {
         let steady = turns.then(|| self.yaw_rate_by(known)).flatten();
         let lead = leads.then(|| self.yaw_acceleration_by(known)).flatten();
         let varies = law.growth != 0.0 || law.distance_rear != 0.0;
-        let by_speed = (varies && known == Known::Speed).then(|| {
+        let by_speed = if varies && known == Known::Speed {
             let yaw_acceleration = if leads { self.yaw_acceleration() } else { 0.0 };
-            law.by_speed(self.speed, rate, yaw_acceleration)
-        });
+            Some(law.by_speed(self.speed, rate, yaw_acceleration))
+        } else {
+            None
+        };
         let parts = [
             steady.map(|r| turning * r.value()),
             lead.map(|r| here.per_yaw_acceleration * r),
             by_speed,
         ];
         let zero = parts.iter().all(Option::is_none);
-        (!zero).then(|| parts.into_iter().flatten().sum())
+        if zero { None } else { Some(parts.into_iter().flatten().sum()) }
     }
 
     /// Row of H·F, H·G and, for a product that the speed is a factor of, of D.
@@ -130,14 +138,17 @@ impl IdentifiedPlant {
         match known {
             Known::State(j) if j < n => {
                 let entry: f64 = (0..n).map(|i| model.h[i] * model.f[i * n + j]).sum();
-                (entry != 0.0).then_some(entry)
+                if entry != 0.0 { Some(entry) } else { None }
             }
             _ => {
                 let gain: f64 = model.h.iter().zip(&model.g).map(|(h, g)| h * g).sum();
                 let by_input = self.input_by(known, gain).map(Factor::value);
                 let product = self.model.input_is_product() && data.delay == 0.0;
-                let by_slope = (known == Known::Speed && product && data.d != 0.0)
-                    .then_some(data.d * self.steering_rate);
+                let by_slope = if known == Known::Speed && product && data.d != 0.0 {
+                    Some(data.d * self.steering_rate)
+                } else {
+                    None
+                };
                 match (by_input, by_slope) {
                     (None, None) => None,
                     (a, b) => Some(a.unwrap_or(0.0) + b.unwrap_or(0.0)),

@@ -135,7 +135,8 @@ impl IdentifiedPlant {
         for panel in 0..map.panels() {
             let u = piece.value + piece.slope * (panel as f64 * map.panel());
             let direction = sin_cos(self.pose.yaw);
-            let outputs = beyond.then(|| map.outputs(&self.states, u, piece.slope));
+            let outputs =
+                if beyond { Some(map.outputs(&self.states, u, piece.slope)) } else { None };
             let turned = map.advance(&mut self.states, u, piece.slope);
             let (along, across) = mean_direction(&turned.at_nodes);
             let [ahead, aside] = slipped(slip, turned.end);

@@ -171,18 +171,20 @@ impl Constants {
     #[inline]
     pub(super) fn at_speed(&self, speed: f64) -> Dynamics<'_> {
         let inverse_speed = 1.0 / speed.max(BLEND_SPEED);
-        let blend = (speed < BLEND_SPEED).then(|| {
+        let blend = if speed < BLEND_SPEED {
             let steady = |v: f64| {
                 let yaw_rate = v / self.bicycle.steering_per_curvature(v) / self.n;
                 [self.bicycle.lateral_velocity_per_yaw_rate(v) * yaw_rate, yaw_rate]
             };
             let (target, end) = (steady(speed), steady(BLEND_SPEED));
-            Blend {
+            Some(Blend {
                 target,
                 shift: [end[0] - target[0], end[1] - target[1]],
                 linear: self.coefficients.lateral(BLEND_SPEED),
-            }
-        });
+            })
+        } else {
+            None
+        };
         Dynamics { constants: self, speed, inverse_speed, blend }
     }
 }

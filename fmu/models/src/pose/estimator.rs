@@ -95,7 +95,7 @@ impl PoseEstimator {
         *self = Self {
             input,
             fix_count: input.gnss_fix_count,
-            alignment: unknown.then(Alignment::waiting),
+            alignment: if unknown { Some(Alignment::waiting()) } else { None },
             ..Self::new(parameters)?
         };
         Ok(())

@@ -172,7 +172,7 @@ impl Output {
         while let Ok(more) = self.0.recv_timeout(OUTPUT_TIMEOUT) {
             bytes.extend(more);
         }
-        (!bytes.is_empty()).then(|| String::from_utf8_lossy(&bytes).into_owned())
+        if bytes.is_empty() { None } else { Some(String::from_utf8_lossy(&bytes).into_owned()) }
     }
 }
 

@@ -45,7 +45,7 @@ pub(super) fn steps_to_stop(description: &ModelDescription, plan: Plan) -> Optio
     let steps = ((stop - plan.start) / plan.step + 1e-9).floor();
     // In range by the clamp.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    (steps >= 1.0).then(|| steps.min(f64::from(u32::MAX)) as u32)
+    if steps >= 1.0 { Some(steps.min(f64::from(u32::MAX)) as u32) } else { None }
 }
 
 /// The outputs after each step, up to the first discarded step.

@@ -121,9 +121,19 @@ fn date_time(text: &str) -> Option<()> {
         Some(offset) => {
             let (hours, minutes) = offset.split_once(':')?;
             let (hours, minutes) = (two_digits(hours)?, two_digits(minutes)?);
-            (minutes <= 59 && (hours < 14 || hours == 14 && minutes == 0)).then_some(())
+            if minutes <= 59 && (hours < 14 || hours == 14 && minutes == 0) {
+                Some(())
+            } else {
+                None
+            }
         }
-        None => matches!(zone, "" | "Z").then_some(()),
+        None => {
+            if matches!(zone, "" | "Z") {
+                Some(())
+            } else {
+                None
+            }
+        }
     }
 }
 

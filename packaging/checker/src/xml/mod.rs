@@ -66,5 +66,9 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
 fn other_version<'d>(root: Node<'d, '_>) -> Option<&'d str> {
     let version = root.attribute("fmiVersion")?;
     let is_other = ["1.", "3."].iter().any(|head| version.trim().starts_with(head));
-    (root.tag_name().name() == "fmiModelDescription" && is_other).then_some(version.trim())
+    if root.tag_name().name() == "fmiModelDescription" && is_other {
+        Some(version.trim())
+    } else {
+        None
+    }
 }
