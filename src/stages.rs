@@ -5,7 +5,7 @@
 
 use crate::commands::identify::accumulated::{check_factor_options, merged};
 use crate::commands::{accumulate, design as design_command, identify as identify_command};
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::progress::{self, Progress};
 use clap::{ArgAction, Args, CommandFactory};
 use std::path::{Path, PathBuf};
@@ -260,20 +260,19 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
     let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
     let kinds = [
-        Kind::for_document::<Pid>(),
-        Kind::for_document::<PathFile>(),
-        Kind::for_document::<Torque>(),
-        Kind::for_document::<Longitudinal>(),
-        Kind::for_document::<AccumulatedDrives>(),
-        Kind::for_document::<Plant>(),
-        Kind::for_document::<Bicycle>(),
-        Kind::for_document::<Vehicle>(),
+        OutputKind::for_document::<Pid>(),
+        OutputKind::for_document::<PathFile>(),
+        OutputKind::for_document::<Torque>(),
+        OutputKind::for_document::<Longitudinal>(),
+        OutputKind::for_document::<AccumulatedDrives>(),
+        OutputKind::for_document::<Plant>(),
+        OutputKind::for_document::<Bicycle>(),
+        OutputKind::for_document::<Vehicle>(),
     ];
-    let has =
-        |kind: &Kind| matches!(kind, Kind::Document(schema) if tag.schema.starts_with(schema));
+    let has = |kind: &OutputKind| matches!(kind, OutputKind::Document(schema) if tag.schema.starts_with(schema));
     let place = kinds.iter().position(has).ok_or_else(unknown)?;
     // Models replace each other.
-    let kind = if place < 5 { kinds[place] } else { Kind::Model };
+    let kind = if place < 5 { kinds[place] } else { OutputKind::Model };
     let is_source = |bytes: &Vec<u8>| {
         let hash = sha256_hex(bytes);
         tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)

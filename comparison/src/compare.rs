@@ -1,11 +1,11 @@
 //! The comparison: its job, its steps and its result.
 
 use crate::Error;
-use crate::drive::{self, Drive};
+use crate::drive::{self, ComparedDrive};
 use crate::models::{self, ComparedModel, Controller, ControllerFile};
 use crate::outcome::{self, Outcome};
 use crate::plants::{Plant, Setting};
-use crate::runs::Run;
+use crate::runs::ComparedRun;
 use crate::step::coupling_of_host;
 use crate::truth::{self, Limits, Truth};
 use crate::verdict::{Compared, Verdict};
@@ -74,9 +74,9 @@ pub struct Comparison {
     /// The models' plants, and the truth after them.
     pub plants: Vec<Plant>,
     /// Controller by controller, in the order of the plants.
-    pub runs: Vec<Run>,
+    pub runs: Vec<ComparedRun>,
     pub outcomes: Vec<Outcome>,
-    pub drive: Option<Drive>,
+    pub drive: Option<ComparedDrive>,
     pub verdict: Verdict,
     pub coupling: LoopCoupling,
     /// A cross-track error beyond this is off the path, m.
@@ -88,12 +88,12 @@ pub struct Comparison {
 
 impl Comparison {
     /// A controller on a plant.
-    pub(crate) fn run(&self, controller: usize, plant: usize) -> &Run {
+    pub(crate) fn run(&self, controller: usize, plant: usize) -> &ComparedRun {
         &self.runs[controller * self.plants.len() + plant]
     }
 
     /// The outcome of a run.
-    pub(crate) fn outcome(&self, run: &Run) -> &Outcome {
+    pub(crate) fn outcome(&self, run: &ComparedRun) -> &Outcome {
         &self.outcomes[run.controller * self.plants.len() + run.plant]
     }
 
@@ -108,7 +108,7 @@ impl Comparison {
     }
 
     /// Whether a controller is on the model that it was designed on.
-    pub(crate) fn is_own(&self, run: &Run) -> bool {
+    pub(crate) fn is_own(&self, run: &ComparedRun) -> bool {
         self.plants[run.plant].model == Some(self.controllers[run.controller].model)
     }
 

@@ -11,7 +11,7 @@ use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accoun
 
 /// The validation data of a drive. Each gap is a NaN.
 #[allow(missing_docs)]
-pub struct Drive {
+pub struct ComparedDrive {
     pub name: String,
     pub sources: Vec<SourceFile>,
     pub sample_time_s: f64,
@@ -45,7 +45,7 @@ pub(crate) fn validate(
     models: &[ComparedModel],
     log: &DriveLog,
     options: &IdentifyOptions,
-) -> Result<Drive, Error> {
+) -> Result<ComparedDrive, Error> {
     let mut remarks = log.warnings.clone();
     remarks.extend(unused_fixes(log, "the sideslip of each plant is read from a turn"));
     let mut validated = Vec::new();
@@ -88,7 +88,7 @@ pub(crate) fn validate(
             yaw_rad: validation(&simulated),
         }
     };
-    Ok(Drive {
+    Ok(ComparedDrive {
         name: log.name.clone(),
         sources: log.sources.clone(),
         sample_time_s: log.sample_time_s,

@@ -1,7 +1,7 @@
 //! The figures of a comparison.
 
 use crate::compare::Comparison;
-use crate::runs::Run;
+use crate::runs::ComparedRun;
 use steerwright_report::figures::{self, Driven, Simulated, YawStep};
 use steerwright_report::{Figure, Track, WIDTH};
 
@@ -25,7 +25,8 @@ pub(crate) fn all(c: &Comparison) -> Vec<Drawn> {
         caption: "After the paper's Fig. 5. The plane has the same scale on both axes.".into(),
     });
     for (index, controller) in c.controllers.iter().enumerate() {
-        let runs: Vec<&Run> = (0..c.plants.len()).map(|plant| c.run(index, plant)).collect();
+        let runs: Vec<&ComparedRun> =
+            (0..c.plants.len()).map(|plant| c.run(index, plant)).collect();
         let names: Vec<String> = runs.iter().map(|run| plant_legend(c, run)).collect();
         let tracks: Vec<(&str, &Track)> =
             names.iter().zip(&runs).map(|(name, run)| (name.as_str(), &run.track)).collect();
@@ -84,8 +85,8 @@ fn drive(c: &Comparison) -> Option<Drawn> {
 /// The yaw step of every controller: predicted, and on the truth or on the other plants.
 fn steps(c: &Comparison) -> Drawn {
     let truth = c.truth();
-    let wanted = |run: &&Run| truth.is_none_or(|truth| c.is_own(run) || run.plant == truth);
-    let runs: Vec<(String, &Run)> = c
+    let wanted = |run: &&ComparedRun| truth.is_none_or(|truth| c.is_own(run) || run.plant == truth);
+    let runs: Vec<(String, &ComparedRun)> = c
         .runs
         .iter()
         .filter(wanted)
@@ -117,7 +118,7 @@ fn steps(c: &Comparison) -> Drawn {
 }
 
 /// The plant of a run, for a legend.
-fn plant_legend(c: &Comparison, run: &Run) -> String {
+fn plant_legend(c: &Comparison, run: &ComparedRun) -> String {
     if c.is_own(run) {
         "on its own model".into()
     } else {

@@ -27,7 +27,7 @@ mod vehicle;
 mod verdict;
 
 pub use compare::{Comparison, Job, Road, Shape, compare};
-pub use drive::{Drive, OnDrive};
+pub use drive::{ComparedDrive, OnDrive};
 pub use error::Error;
 pub use json::{Overview, json};
 pub use models::{ComparedModel, Controller, ControllerFile, models};
@@ -37,7 +37,7 @@ pub use packed::{
 };
 pub use page::{OutputFile, PAGE, files};
 pub use plants::Plant;
-pub use runs::{Effort, Run};
+pub use runs::{ComparedRun, Effort};
 pub use step::{LoopStep, verify, yaw_step, yaw_step_with_offset};
 pub use tables::text;
 pub use track::Loop;

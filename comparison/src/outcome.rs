@@ -1,7 +1,7 @@
 //! The outcome of a controller on a plant, and why it misses its specification.
 
 use crate::models::Controller;
-use crate::runs::Run;
+use crate::runs::ComparedRun;
 use crate::truth::Limits;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
@@ -26,7 +26,11 @@ pub struct Outcome {
 }
 
 /// The outcome of a run; `limits` are those that its plant states.
-pub(crate) fn outcome_of_run(run: &Run, controller: &Controller, limits: Limits) -> Outcome {
+pub(crate) fn outcome_of_run(
+    run: &ComparedRun,
+    controller: &Controller,
+    limits: Limits,
+) -> Outcome {
     let specification = &controller.pid.specification;
     let shortfalls = shortfalls(specification, &run.step);
     let outcome = if is_unstable(run, specification) {
@@ -43,7 +47,7 @@ pub(crate) fn outcome_of_run(run: &Run, controller: &Controller, limits: Limits)
 }
 
 /// Whether the vehicle spins, a signal is not finite, or the swing of the step grows to its end.
-fn is_unstable(run: &Run, specification: &Specification) -> bool {
+fn is_unstable(run: &ComparedRun, specification: &Specification) -> bool {
     // A heading error of more than a quarter turn is that of a vehicle that spins.
     let spins = |e: f64| e.is_nan() || e > FRAC_PI_2;
     if spins(run.errors.heading_max_rad) || run.errors.cross_track_max_m.is_nan() {
@@ -80,7 +84,7 @@ fn shortfalls(required: &Specification, step: &StepMetrics) -> Vec<String> {
 }
 
 /// Reports commands faster than the actuator of the plant.
-fn at_the_limit(run: &Run, limits: Limits) -> Option<String> {
+fn at_the_limit(run: &ComparedRun, limits: Limits) -> Option<String> {
     let limit = limits.rate_radps?;
     let response = &run.response;
     let rates = response.steering_rad.windows(2).zip(response.time_s.windows(2));

@@ -12,7 +12,7 @@ use steerwright_report::{StepResponse, Track, TrackErrors};
 
 /// A controller on a plant.
 #[allow(missing_docs)]
-pub struct Run {
+pub struct ComparedRun {
     pub controller: usize,
     pub plant: usize,
     /// All outputs and free inputs along the road.
@@ -41,7 +41,7 @@ pub struct Effort {
 
 impl Setting<'_> {
     /// Every controller on every plant, controller by controller.
-    pub(crate) fn runs(&self, plants: &[Plant]) -> Result<Vec<Run>, Error> {
+    pub(crate) fn runs(&self, plants: &[Plant]) -> Result<Vec<ComparedRun>, Error> {
         let mut runs = Vec::new();
         for (index, controller) in self.controllers.iter().enumerate() {
             let road = self.road_for(controller);
@@ -68,7 +68,7 @@ impl Setting<'_> {
         road: &PathFile,
         path: &Archive,
         pid: &Archive,
-    ) -> Result<Run, Error> {
+    ) -> Result<ComparedRun, Error> {
         let step = controller.pid.sample_time_s;
         let actuator =
             plant.model.and_then(|model| controller.actuator_before(model, &self.models[model]));
@@ -92,7 +92,7 @@ impl Setting<'_> {
             steerwright_control::evaluate(&design, &controller.pid)
         };
         let modulus_margin = plant.model.map(margin).transpose()?.map(|e| e.margins.modulus_margin);
-        Ok(Run {
+        Ok(ComparedRun {
             controller: controller_index,
             plant: plant_index,
             errors: track.errors(),

@@ -1,7 +1,7 @@
 //! A comparison as tables and as CSV.
 
 use crate::compare::Comparison;
-use crate::runs::Run;
+use crate::runs::ComparedRun;
 use std::fmt::Write;
 use steerwright_formats::Guidance;
 use steerwright_report::Table;
@@ -169,7 +169,7 @@ pub(crate) fn step_table(c: &Comparison) -> Table {
     table
 }
 
-fn who(c: &Comparison, r: &Run) -> [String; 2] {
+fn who(c: &Comparison, r: &ComparedRun) -> [String; 2] {
     let star = if c.is_own(r) { " *" } else { "" };
     [c.controllers[r.controller].label.clone(), format!("{}{star}", c.plants[r.plant].label)]
 }

@@ -1,11 +1,11 @@
 //! The verdict in sentences: which controllers meet the specification, which leave the path, which one
 //! tracks better and by how much, and how good the predictions were.
 
-use crate::drive::Drive;
+use crate::drive::ComparedDrive;
 use crate::models::{ComparedModel, Controller};
 use crate::outcome::Outcome;
 use crate::plants::Plant;
-use crate::runs::Run;
+use crate::runs::ComparedRun;
 use serde::Serialize;
 use steerwright_sweep::Class;
 
@@ -46,10 +46,10 @@ pub struct Figure {
 pub(crate) struct Compared<'a> {
     pub(crate) controllers: &'a [Controller],
     pub(crate) plants: &'a [Plant],
-    pub(crate) runs: &'a [Run],
+    pub(crate) runs: &'a [ComparedRun],
     /// One for each run.
     pub(crate) outcomes: &'a [Outcome],
-    pub(crate) drive: Option<&'a Drive>,
+    pub(crate) drive: Option<&'a ComparedDrive>,
     pub(crate) models: &'a [ComparedModel],
 }
 
@@ -59,8 +59,8 @@ impl Compared<'_> {
     pub(crate) fn verdict(&self) -> Verdict {
         let truth = self.plants.iter().position(|p| p.model.is_none());
         // The same plants for all, since some follow a road less easily.
-        let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
-        let figure = |run: &Run| {
+        let counts = |run: &&ComparedRun| truth.is_none_or(|truth| run.plant == truth);
+        let figure = |run: &ComparedRun| {
             let rms = run.errors.cross_track_rms_m;
             Some(rms).filter(|rms| run.off_path_at_m.is_none() && rms.is_finite())
         };
@@ -107,9 +107,10 @@ impl Compared<'_> {
     fn specification(&self, truth: Option<usize>) -> Vec<String> {
         let (mut sentences, mut meet) = (Vec::new(), Vec::new());
         for (index, controller) in self.controllers.iter().enumerate() {
-            let counts =
-                |run: &Run| run.controller == index && truth.is_none_or(|truth| run.plant == truth);
-            let missed: Vec<(&Run, &Outcome)> = self
+            let counts = |run: &ComparedRun| {
+                run.controller == index && truth.is_none_or(|truth| run.plant == truth)
+            };
+            let missed: Vec<(&ComparedRun, &Outcome)> = self
                 .runs
                 .iter()
                 .zip(self.outcomes)
@@ -146,7 +147,7 @@ impl Compared<'_> {
 
     /// The controllers that are unstable or off the path, and where.
     fn astray(&self) -> Vec<String> {
-        let one = |(run, result): (&Run, &Outcome)| {
+        let one = |(run, result): (&ComparedRun, &Outcome)| {
             let controller = &self.controllers[run.controller].label;
             let plant = &self.plants[run.plant].label;
             let at = match run.off_path_at_m {
@@ -221,7 +222,7 @@ fn tracking(figures: &[Figure], on: &str) -> (Option<String>, Option<String>) {
 }
 
 /// The step that each model predicts, and the step on the truth.
-fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<String> {
+fn predictions(controllers: &[Controller], runs: &[ComparedRun], truth: usize) -> Vec<String> {
     let settled =
         |s: Option<f64>| s.map_or("never settled".into(), |s| format!("settled in {s:.2} s"));
     let one = |(index, controller): (usize, &Controller)| {
@@ -240,7 +241,7 @@ fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<St
 }
 
 /// The model whose simulation is closest to the drive.
-fn fits(drive: &Drive, models: &[ComparedModel]) -> Option<String> {
+fn fits(drive: &ComparedDrive, models: &[ComparedModel]) -> Option<String> {
     let mut all: Vec<(&str, f64)> =
         models.iter().zip(&drive.models).map(|(m, d)| (m.label.as_str(), d.fit_percent)).collect();
     all.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -85,7 +85,7 @@ pub use excess::{Excess, ExcessKind};
 pub use from_table::ExposedState;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
-pub use rules::{Finding, List, Place};
+pub use rules::{Finding, FindingPlace, List};
 pub use table::{DependsOn, Table, VariableSpec, is_c_identifier, is_file_name};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
 pub use vocabulary::{

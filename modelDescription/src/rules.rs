@@ -12,7 +12,7 @@ mod names;
 mod place;
 mod structure;
 
-pub use place::{List, Place};
+pub use place::{FindingPlace, List};
 
 /// A breach of a rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct Finding {
     /// The rule's name, stable for scripts.
     pub rule: &'static str,
     /// The element it is about.
-    pub place: Place,
+    pub place: FindingPlace,
     /// The variable it is about, if any.
     pub variable: Option<String>,
     /// The violation.
@@ -63,10 +63,10 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn report(&mut self, rule: &'static str, place: Place, message: String) {
+    fn report(&mut self, rule: &'static str, place: FindingPlace, message: String) {
         let variable = match place {
-            Place::Variable(position) => self.description.variables.get(position),
-            Place::Unknown { list, position } => {
+            FindingPlace::Variable(position) => self.description.variables.get(position),
+            FindingPlace::Unknown { list, position } => {
                 let unknown = list.unknowns(self.description).get(position);
                 unknown.and_then(|unknown| self.description.variable_at(unknown.index))
             }
@@ -79,20 +79,24 @@ impl Check<'_> {
     fn header(&mut self) {
         let description = self.description;
         if description.co_simulation.is_none() && description.model_exchange.is_none() {
-            self.report("interface", Place::Root, "neither CoSimulation nor ModelExchange".into());
+            self.report(
+                "interface",
+                FindingPlace::Root,
+                "neither CoSimulation nor ModelExchange".into(),
+            );
         }
         if let Some(c) = &description.co_simulation {
             let identifier = &c.model_identifier;
             if !is_file_name(identifier) {
                 let message = format!("modelIdentifier \"{identifier}\" is not the name of a file");
-                self.report("model-identifier-path", Place::CoSimulation, message);
+                self.report("model-identifier-path", FindingPlace::CoSimulation, message);
             } else if !is_c_identifier(identifier) {
                 let message = format!("modelIdentifier \"{identifier}\" is not a C identifier");
-                self.report("model-identifier", Place::CoSimulation, message);
+                self.report("model-identifier", FindingPlace::CoSimulation, message);
             }
             if c.can_serialize_fmu_state && !c.can_get_and_set_fmu_state {
                 let message = "canSerializeFMUstate without canGetAndSetFMUstate".into();
-                self.report("serialize-needs-get-and-set", Place::CoSimulation, message);
+                self.report("serialize-needs-get-and-set", FindingPlace::CoSimulation, message);
             }
         }
         if let Some(e) = description.default_experiment {
@@ -100,36 +104,36 @@ impl Check<'_> {
                 && stop < start
             {
                 let message = format!("stopTime {stop} is before startTime {start}");
-                self.report("stop-before-start", Place::DefaultExperiment, message);
+                self.report("stop-before-start", FindingPlace::DefaultExperiment, message);
             }
             for (name, value) in [("stepSize", e.step_size), ("tolerance", e.tolerance)] {
                 if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
                     let message = format!("{name} {value} is not positive");
-                    self.report("experiment", Place::DefaultExperiment, message);
+                    self.report("experiment", FindingPlace::DefaultExperiment, message);
                 }
             }
         }
         let categories = description.log_categories.iter().map(|category| category.name.as_str());
-        self.unique("log-category-twice", categories, Place::LogCategory);
+        self.unique("log-category-twice", categories, FindingPlace::LogCategory);
         let units = description.units.iter().map(|unit| unit.name.as_str());
-        self.unique("unit-twice", units, Place::Unit);
+        self.unique("unit-twice", units, FindingPlace::Unit);
         for (unit, position) in description.units.iter().zip(0..) {
             let names = unit.display_units.iter().map(|display| display.name.as_str());
-            self.unique("display-unit-twice", names, |display| Place::DisplayUnit {
+            self.unique("display-unit-twice", names, |display| FindingPlace::DisplayUnit {
                 unit: position,
                 position: display,
             });
         }
         let tools =
             description.vendor_annotations.iter().map(|annotation| annotation.tool.as_str());
-        self.unique("annotation-twice", tools, Place::VendorAnnotation);
+        self.unique("annotation-twice", tools, FindingPlace::VendorAnnotation);
     }
 
     fn unique<'n>(
         &mut self,
         rule: &'static str,
         names: impl Iterator<Item = &'n str>,
-        place: impl Fn(usize) -> Place,
+        place: impl Fn(usize) -> FindingPlace,
     ) {
         let mut seen = BTreeSet::new();
         for (name, position) in names.zip(0..) {
@@ -145,7 +149,7 @@ impl Check<'_> {
         let mut independent = false;
         let only_co_simulation = description.model_exchange.is_none();
         for (variable, position) in description.variables.iter().zip(0..) {
-            let place = Place::Variable(position);
+            let place = FindingPlace::Variable(position);
             if !names.insert(&variable.name) {
                 self.report("name-twice", place, "the name is used twice".into());
             }
@@ -165,7 +169,7 @@ impl Check<'_> {
     }
 
     /// The variable whose derivative this one is declared to be.
-    fn derivative(&mut self, v: &Variable, place: Place) {
+    fn derivative(&mut self, v: &Variable, place: FindingPlace) {
         let Some(index) = v.derivative else { return };
         let message = match self.description.variable_at(index) {
             None => format!("derivative of index {index}, which is not a variable"),
@@ -178,7 +182,7 @@ impl Check<'_> {
         self.report("derivative-reference", place, message);
     }
 
-    fn variable(&mut self, v: &Variable, place: Place) {
+    fn variable(&mut self, v: &Variable, place: FindingPlace) {
         if !is_legal(v.causality, v.variability, v.initial) {
             let initial = v.initial.map_or("absent", Initial::as_str);
             let message = format!(
@@ -214,7 +218,7 @@ impl Check<'_> {
         self.units(v, place);
     }
 
-    fn units(&mut self, v: &Variable, place: Place) {
+    fn units(&mut self, v: &Variable, place: FindingPlace) {
         match (&v.unit, &v.display_unit) {
             (None, None) => {}
             (None, Some(display)) => {

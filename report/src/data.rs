@@ -6,7 +6,7 @@
 //! logarithmic axes are stored as they are, with six digits each.
 
 use crate::axis::drawable;
-use crate::figure::{Figure, Mark, Panel, Place, Series, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Symbol};
 use crate::layout::{self, Frame};
 use crate::{Error, WIDTH};
 use serde_json::{Value, json};
@@ -189,12 +189,12 @@ fn scaled(value: f64, decimals: i32) -> i64 {
 fn mark(mark: &Mark) -> Value {
     let end = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
     let (kind, from, to) = match mark.place {
-        Place::XBand(from, to) => ("x", end(from), end(to)),
-        Place::YBand(from, to) => ("y", end(from), end(to)),
-        Place::XLine(at) => ("x", end(at), end(at)),
-        Place::YLine(at) => ("y", end(at), end(at)),
+        MarkPlace::XBand(from, to) => ("x", end(from), end(to)),
+        MarkPlace::YBand(from, to) => ("y", end(from), end(to)),
+        MarkPlace::XLine(at) => ("x", end(at), end(at)),
+        MarkPlace::YLine(at) => ("y", end(at), end(at)),
     };
-    let is_band = matches!(mark.place, Place::XBand(..) | Place::YBand(..));
+    let is_band = matches!(mark.place, MarkPlace::XBand(..) | MarkPlace::YBand(..));
     json!({
         "name": mark.name, "axis": kind, "from": from, "to": to, "isBand": is_band,
         "color": mark.color.hex(),

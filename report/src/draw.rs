@@ -4,7 +4,7 @@ use crate::Error;
 use crate::axis::{Axis, Tick, drawable};
 use crate::canvas::{Anchor, Canvas, Font, Stroke};
 use crate::decimate::{Pixel, clipped, decimate, segments};
-use crate::figure::{Figure, Mark, Panel, Place, Series};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series};
 use crate::layout::{self, Frame, TITLE_HEIGHT};
 use crate::legend::shortened;
 use crate::palette::{BAND_OPACITY, FINE_GRID, FRAME, GRID};
@@ -76,15 +76,15 @@ fn draw_bands(canvas: &mut Canvas, panel: &Panel, frame: &Frame) {
     };
     for mark in &panel.marks {
         let (from, to) = match mark.place {
-            Place::XBand(from, to) => {
+            MarkPlace::XBand(from, to) => {
                 let x = |v| a.left + clamp(&frame.x, v) * (a.right - a.left);
                 ((x(from), a.top), (x(to), a.bottom))
             }
-            Place::YBand(from, to) => {
+            MarkPlace::YBand(from, to) => {
                 let y = |v| a.bottom - clamp(&frame.y, v) * (a.bottom - a.top);
                 ((a.left, y(to)), (a.right, y(from)))
             }
-            Place::XLine(_) | Place::YLine(_) => continue,
+            MarkPlace::XLine(_) | MarkPlace::YLine(_) => continue,
         };
         canvas.fill(from, to, mark.color, BAND_OPACITY);
     }
@@ -116,17 +116,17 @@ fn draw_grid(canvas: &mut Canvas, frame: &Frame) {
 fn line_of(mark: &Mark, frame: &Frame) -> Option<[Pixel; 2]> {
     let a = frame.area;
     match mark.place {
-        Place::XLine(x) => {
+        MarkPlace::XLine(x) => {
             let f = drawable(x, frame.x.log).then(|| frame.x.fraction(x))?;
             let x = a.left + f * (a.right - a.left);
             if (0.0..=1.0).contains(&f) { Some([(x, a.bottom), (x, a.top)]) } else { None }
         }
-        Place::YLine(y) => {
+        MarkPlace::YLine(y) => {
             let f = drawable(y, frame.y.log).then(|| frame.y.fraction(y))?;
             let y = a.bottom - f * (a.bottom - a.top);
             if (0.0..=1.0).contains(&f) { Some([(a.left, y), (a.right, y)]) } else { None }
         }
-        Place::XBand(..) | Place::YBand(..) => None,
+        MarkPlace::XBand(..) | MarkPlace::YBand(..) => None,
     }
 }
 

@@ -90,14 +90,14 @@ pub struct Mark {
     /// For the legend; an empty name has no entry.
     pub name: String,
     /// Its place.
-    pub place: Place,
+    pub place: MarkPlace,
     /// Its colour; bands are drawn faint.
     pub color: Color,
 }
 
 /// Place of a mark.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum MarkPlace {
     /// A range of x, over the full height.
     XBand(f64, f64),
     /// A range of y, over the full width.
@@ -164,7 +164,7 @@ impl Series {
 
 impl Mark {
     /// A mark with a name for the legend.
-    pub fn new(name: impl Into<String>, place: Place, color: Color) -> Self {
+    pub fn new(name: impl Into<String>, place: MarkPlace, color: Color) -> Self {
         Self { name: name.into(), place, color }
     }
 }

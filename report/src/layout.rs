@@ -6,7 +6,7 @@ use crate::Error;
 use crate::axis::{Axis, drawable};
 use crate::canvas::text_width;
 use crate::decimate::Pixel;
-use crate::figure::{Figure, Panel, Place};
+use crate::figure::{Figure, MarkPlace, Panel};
 use crate::legend::Legend;
 use std::collections::HashSet;
 
@@ -133,7 +133,7 @@ fn x_axis(panels: &[Panel], panel: &Panel) -> Option<Axis> {
     let air = if panel.equal_aspect || alike().any(dotted) { 0.05 } else { 0.0 };
     let values = alike().flat_map(|p| {
         let marks = p.marks.iter().filter_map(|m| match m.place {
-            Place::XLine(at) => Some(at),
+            MarkPlace::XLine(at) => Some(at),
             // A band, such as the validation data, never widens the range of the data.
             _ => None,
         });
@@ -150,9 +150,9 @@ fn y_axis(panel: &Panel) -> Option<Axis> {
         return Some(Axis { low, high, log: panel.y_log });
     }
     let marks = panel.marks.iter().flat_map(|m| match m.place {
-        Place::YLine(at) => [at, at],
-        Place::YBand(from, to) => [from, to],
-        Place::XBand(..) | Place::XLine(_) => [f64::NAN; 2],
+        MarkPlace::YLine(at) => [at, at],
+        MarkPlace::YBand(from, to) => [from, to],
+        MarkPlace::XBand(..) | MarkPlace::XLine(_) => [f64::NAN; 2],
     });
     let air = if panel.equal_aspect { 0.05 } else { 0.06 };
     Axis::around(points(panel).map(|p| p.1).chain(marks), air, panel.y_log)

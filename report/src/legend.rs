@@ -1,7 +1,7 @@
 //! The legend of a panel: a few rows above it, so that it never covers data.
 
 use crate::canvas::{Anchor, Canvas, Font, Stroke, text_width};
-use crate::figure::{Panel, Place, Symbol};
+use crate::figure::{MarkPlace, Panel, Symbol};
 use crate::palette::{BAND_OPACITY, Color};
 use std::collections::HashSet;
 
@@ -50,8 +50,8 @@ impl Legend {
         });
         let marks = panel.marks.iter().map(|m| {
             let sample = match m.place {
-                Place::XBand(..) | Place::YBand(..) => Sample::Band,
-                Place::XLine(_) | Place::YLine(_) => {
+                MarkPlace::XBand(..) | MarkPlace::YBand(..) => Sample::Band,
+                MarkPlace::XLine(_) | MarkPlace::YLine(_) => {
                     let stroke = Stroke { color: m.color, width: 1.2, dashed: true };
                     Sample::Line { stroke, dot: 0.0, symbol: Symbol::Dot }
                 }

@@ -29,7 +29,7 @@ mod sections;
 mod table;
 
 pub use error::Error;
-pub use figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+pub use figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 pub use html::{Block, Section, Tone, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};

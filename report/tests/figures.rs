@@ -7,7 +7,7 @@ use common::*;
 use proptest::prelude::*;
 use steerwright_report::figures::{Driven, Simulated, YawStep};
 use steerwright_report::{
-    Error, Figure, Mark, Panel, Place, Series, StepResponse, Style, figures, palette,
+    Error, Figure, Mark, MarkPlace, Panel, Series, StepResponse, Style, figures, palette,
 };
 
 const LIMIT: usize = 150_000;
@@ -242,7 +242,7 @@ fn markup_in_names_stays_text() {
     let evil = "</text><script>alert(1)</script>&\"'\u{0}\u{1b}";
     let panel = Panel::new(evil, evil)
         .with(Series::new(evil, vec![(0.0, 1.0), (1.0, 2.0)], Style::line(palette::BLUE)))
-        .mark(Mark::new(evil, Place::XBand(0.0, 0.5), palette::GREY));
+        .mark(Mark::new(evil, MarkPlace::XBand(0.0, 0.5), palette::GREY));
     let svg = Figure::new(evil, vec![panel]).to_svg(1200, 400).unwrap();
     let shown = texts(&svg);
     assert!(!svg.contains("<script"));
@@ -287,10 +287,10 @@ proptest! {
         let style = Style { dashed: flags.0, ..Style::dots(palette::BLUE) };
         let mut panel = Panel::new("x", "y")
             .with(Series::new(name.clone(), points, style))
-            .mark(Mark::new(name.clone(), Place::XBand(mark.0, mark.1), palette::GREY))
-            .mark(Mark::new(name.clone(), Place::YBand(mark.1, mark.0), palette::GREY))
-            .mark(Mark::new(name.clone(), Place::XLine(mark.0), palette::GREY))
-            .mark(Mark::new(name.clone(), Place::YLine(mark.1), palette::GREY));
+            .mark(Mark::new(name.clone(), MarkPlace::XBand(mark.0, mark.1), palette::GREY))
+            .mark(Mark::new(name.clone(), MarkPlace::YBand(mark.1, mark.0), palette::GREY))
+            .mark(Mark::new(name.clone(), MarkPlace::XLine(mark.0), palette::GREY))
+            .mark(Mark::new(name.clone(), MarkPlace::YLine(mark.1), palette::GREY));
         (panel.x_log, panel.y_log) = logs;
         panel.equal_aspect = flags.1;
         panel.y_limits = limits;

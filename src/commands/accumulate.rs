@@ -5,7 +5,7 @@ use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::log::{LogArguments, log_file};
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::evidence::channel_table;
 use crate::terminal::progress::Progress;
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let options = arguments.options()?;
     let out = Outputs::new(global.force, &arguments.logs)
-        .file(&arguments.out, Kind::for_document::<AccumulatedDrives>())?;
+        .file(&arguments.out, OutputKind::for_document::<AccumulatedDrives>())?;
     let progress = Progress::start("reading the logs");
     let all = merged(arguments.logs.iter().map(|path| {
         if are_factors { factor(path) } else { accumulate_drive(path, &options, &progress) }

@@ -3,7 +3,7 @@
 use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
 use std::path::PathBuf;
 use steerwright_formats::Bicycle;
@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let out = Outputs::new(global.force, [&arguments.vehicle])
-        .file(&arguments.out, Kind::for_document::<Bicycle>())?;
+        .file(&arguments.out, OutputKind::for_document::<Bicycle>())?;
     let text = files::read_text(&arguments.vehicle)?;
     let bicycle =
         steerwright_control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;

@@ -33,7 +33,7 @@ macro_rules! data {
 type File = (&'static str, &'static str);
 
 /// A recorded drive, with the options to read it.
-struct Drive {
+struct DemoDrive {
     name: &'static str,
     logs: &'static [File],
     time: Option<&'static str>,
@@ -55,8 +55,8 @@ struct Drive {
     track: Option<File>,
 }
 
-const DRIVES: [Drive; 3] = [
-    Drive {
+const DRIVES: [DemoDrive; 3] = [
+    DemoDrive {
         name: "multibody",
         logs: &[data!("multibody/drive.csv")],
         time: None,
@@ -72,7 +72,7 @@ const DRIVES: [Drive; 3] = [
         vehicle: Some(data!("multibody/vehicle.toml")),
         track: Some(data!("multibody/position.csv")),
     },
-    Drive {
+    DemoDrive {
         name: "comma2k19",
         logs: &[
             data!("comma2k19/steering_wheel_angle.csv"),
@@ -94,7 +94,7 @@ const DRIVES: [Drive; 3] = [
         track: Some(data!("comma2k19/gnss_pose.csv")),
     },
     // Estimated on the first drive of this car, validated on the second.
-    Drive {
+    DemoDrive {
         name: "dart",
         logs: &[data!("dart/estimation.csv"), data!("dart/validation.csv")],
         time: Some("vicon time"),

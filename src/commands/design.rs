@@ -6,7 +6,7 @@ use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity::SpeedRange;
 use crate::options::specification::{SpecificationArguments, Specified};
-use crate::output::{Files, Kind, Outputs};
+use crate::output::{Files, OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::design_summary::summary;
 use crate::terminal::progress::Progress;
@@ -54,8 +54,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         return speed(arguments, longitudinal, &source, &mut outputs);
     }
     let place = arguments.out.clone().unwrap_or_else(|| "pid.json".into());
-    let out = outputs.file(place, Kind::for_document::<Pid>())?;
-    let decided = |folder| outputs.files(folder, PLOTS, Kind::Svg);
+    let out = outputs.file(place, OutputKind::for_document::<Pid>())?;
+    let decided = |folder| outputs.files(folder, PLOTS, OutputKind::Svg);
     let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read()?;
     let plant = DesignPlant::from_model(&model)
@@ -95,7 +95,7 @@ fn speed(
         return Err(Failure::new(message, "omit it; its responses are in speed_controller.json"));
     }
     let place = arguments.out.clone().unwrap_or_else(|| "speed_controller.json".into());
-    let out = outputs.file(place, Kind::for_document::<SpeedController>())?;
+    let out = outputs.file(place, OutputKind::for_document::<SpeedController>())?;
     let specified = arguments.specification.read_speed(arguments.speeds.map(|range| range.0))?;
     let progress = Progress::start("designing");
     let controller = steerwright_control::design_speed(model, source, &specified.design)?;

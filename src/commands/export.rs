@@ -4,11 +4,11 @@ use crate::documents::gate::GateArguments;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
 use std::path::PathBuf;
 use steerwright_formats::{Model, Torque};
-use steerwright_stacks::{Export, Lateral, Stack, Stated};
+use steerwright_stacks::{Export, Lateral, Stack, StatedValues};
 
 /// Write the parameters that a driving stack requires, with standard errors and conventions as comments
 ///
@@ -40,8 +40,11 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::new(global.force, [&arguments.model]);
-    let out =
-        arguments.out.as_ref().map(|path| outputs.file(path, Kind::Parameters)).transpose()?;
+    let out = arguments
+        .out
+        .as_ref()
+        .map(|path| outputs.file(path, OutputKind::Parameters))
+        .transpose()?;
     let (model, ..) = arguments.gate.read(&arguments.model)?;
     let export = exported(arguments, &model)?;
     let text = export.text();
@@ -86,7 +89,7 @@ fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
     }
     .map_err(failed)?;
     let at_road_wheel = |limit: Option<f64>| limit.map(|l| l / lateral.steering_ratio.value);
-    let stated = Stated {
+    let stated = StatedValues {
         max_angle_rad: at_road_wheel(arguments.max_angle),
         max_rate_radps: at_road_wheel(arguments.max_rate),
         wheelbase_m: arguments.wheelbase,

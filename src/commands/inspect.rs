@@ -4,7 +4,7 @@ use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::log::{SourceArguments, log_file};
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use std::fmt::Write;
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let plot = Outputs::new(global.force, [&arguments.log])
-        .optional(arguments.plot.as_ref(), Kind::Html)?;
+        .optional(arguments.plot.as_ref(), OutputKind::Html)?;
     let options = arguments.source.complete(LogOptions::default())?;
     let progress = Progress::start(format!("reading {}", arguments.log.display()));
     let file = files::of_one_log(&arguments.log)?;

@@ -3,7 +3,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use clap::{Command, CommandFactory};
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ pub(crate) fn man(arguments: &ManArguments, global: &Global) -> Result<Outcome, 
     if let Some(folder) = &arguments.out {
         let inputs: [PathBuf; 0] = [];
         let names = pages.iter().map(|(name, _)| format!("{name}.1"));
-        let files = Outputs::new(global.force, inputs).files(folder, names, Kind::ManPage)?;
+        let files = Outputs::new(global.force, inputs).files(folder, names, OutputKind::ManPage)?;
         for (name, page) in &pages {
             files.write(&format!("{name}.1"), page)?;
         }

@@ -5,7 +5,7 @@ use crate::documents::gate::{self, GateArguments};
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
-use crate::output::{Kind, Output, Outputs};
+use crate::output::{Output, OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use serde::Serialize;
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 
 /// The files written, for scripts.
 #[derive(Serialize, Default)]
-struct Written {
+struct WrittenArchive {
     /// Absent for the package of the loop.
     #[serde(skip_serializing_if = "Option::is_none")]
     fmu: Option<&'static str>,
@@ -85,11 +85,13 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let mut archives: Vec<(Fmu, Output)> = Vec::new();
     for (fmu, _) in known {
         let file = arguments.out.join(format!("{}.fmu", fmu.name()));
-        archives.push((fmu, outputs.file(file, Kind::Fmu)?));
+        archives.push((fmu, outputs.file(file, OutputKind::Fmu)?));
     }
     let ssp = match &arguments.ssp {
         None => None,
-        Some(file) => Some((ssp_name(file)?, outputs.file(arguments.out.join(file), Kind::Ssp)?)),
+        Some(file) => {
+            Some((ssp_name(file)?, outputs.file(arguments.out.join(file), OutputKind::Ssp)?))
+        }
     };
     let names: Vec<String> = documents.iter().map(|(file, _)| file.display().to_string()).collect();
     let mut named: Vec<(&str, &str)> = documents
@@ -128,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     for archive in &packed {
         let Some((_, out)) = archives.iter().find(|(fmu, _)| *fmu == archive.fmu) else { continue };
         out.write(&archive.bytes)?;
-        written.push(Written {
+        written.push(WrittenArchive {
             fmu: Some(archive.fmu.name()),
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
@@ -137,7 +139,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             platforms: steerwright_binaries::libraries_of(archive.fmu.name())
                 .map(|l| l.platform)
                 .collect(),
-            ..Written::default()
+            ..WrittenArchive::default()
         });
     }
     let mut wired = String::new();
@@ -145,11 +147,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         out.write(&bytes)?;
         let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
         wired = format!("\nwired in {out}:\n  {}", connections.join("\n  "));
-        written.push(Written {
+        written.push(WrittenArchive {
             file: out.path().into(),
             bytes: bytes.len(),
             connections: Some(connections),
-            ..Written::default()
+            ..WrittenArchive::default()
         });
     }
     let mut table = steerwright_report::Table::new(["archive", "size", "platforms", "GUID"]);

@@ -5,7 +5,7 @@ use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
 use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
@@ -67,7 +67,7 @@ enum PoorFixesName {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let inputs = [&arguments.track, &arguments.pid, &arguments.plant].into_iter().flatten();
     let out = Outputs::new(global.force, inputs)
-        .file(&arguments.out, Kind::for_document::<PathFile>())?;
+        .file(&arguments.out, OutputKind::for_document::<PathFile>())?;
     let mut outcome = Outcome::Done;
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),

@@ -4,7 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
 use crate::options::specification::CouplingName;
-use crate::output::{Kind, Output, Outputs};
+use crate::output::{Output, OutputKind, Outputs};
 use crate::process::guard::KeptRows;
 use crate::terminal::console;
 use crate::terminal::progress::Progress;
@@ -147,7 +147,7 @@ impl Arguments {
 
     fn output(&self, units: &[Unit], global: &Global) -> Result<Output, Failure> {
         let inputs = units.iter().map(|unit| &unit.file).chain(&self.input);
-        Outputs::new(global.force, inputs).file(&self.out, Kind::Recording)
+        Outputs::new(global.force, inputs).file(&self.out, OutputKind::Recording)
     }
 
     /// Writes the rows of a run that an FMU ended with the process, as CSV; returns a statement of where they are.

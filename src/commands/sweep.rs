@@ -3,7 +3,7 @@
 use crate::failure::{BAD_INPUT, Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
-use crate::output::{Files, Kind, Outputs};
+use crate::output::{Files, OutputKind, Outputs};
 use crate::process::program;
 use crate::process::program::GUARDED_BY;
 use crate::terminal::console;
@@ -17,8 +17,8 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, SystemTime};
 use steerwright_host::process::{lines_of_parent, on_interruption};
 use steerwright_sweep::{
-    Cause, FailureSummary, Finished, MetricSummary, Options, Piece, Requirement, Study, Summary,
-    Sweep,
+    Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
+    SweepPiece,
 };
 
 /// How long `merge` waits for the FMUs, as a sweep does without --timeout.
@@ -176,7 +176,7 @@ fn merge(arguments: &MergeArguments, global: &Global) -> Result<Outcome, Failure
     let study = Study::open(&arguments.study)?;
     let inputs = study.files().into_iter().chain([arguments.study.clone()]);
     let inputs: Vec<PathBuf> = inputs.chain(arguments.pieces.iter().cloned()).collect();
-    Outputs::new(global.force, &inputs).file(&arguments.out, Kind::SweepResults)?;
+    Outputs::new(global.force, &inputs).file(&arguments.out, OutputKind::SweepResults)?;
     let sweep = prepared(&study, PATIENCE, false)?;
     let finished = sweep.merge(&arguments.pieces, &arguments.out, global.force)?;
     report(finished, Some(arguments.out.clone()), Vec::new())
@@ -267,11 +267,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 
 fn finish_piece(
     arguments: &Arguments,
-    piece: Piece,
+    piece: SweepPiece,
     study_runs: usize,
     study_files: Vec<PathBuf>,
 ) -> Result<Outcome, Failure> {
-    let Piece { file, runs, finished, was_there } = piece;
+    let SweepPiece { file, runs, finished, was_there } = piece;
     let note = file.as_ref().map(|file| format!("written to {}", file.display()));
     let done = PieceDone { file, runs: runs.len(), was_there, study_runs, study_files };
     let Some(finished) = finished else {
@@ -312,13 +312,13 @@ fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<Optio
     let inputs: Vec<PathBuf> = inputs.collect();
     // The sweep checks whether results can be resumed.
     Outputs::new(global.force || arguments.resume, &inputs)
-        .file(arguments.out(), Kind::SweepResults)?;
+        .file(arguments.out(), OutputKind::SweepResults)?;
     let trajectories = |folder| {
         let runs: BTreeSet<usize> = arguments.of.iter().copied().collect();
         let names = runs.iter().map(|run| format!("run-{run}.csv"));
         let out = arguments.out().to_path_buf();
         let inputs = inputs.iter().chain([&out]);
-        Outputs::new(global.force, inputs).files(folder, names, Kind::Recording)
+        Outputs::new(global.force, inputs).files(folder, names, OutputKind::Recording)
     };
     arguments.trajectories.as_deref().map(trajectories).transpose()
 }

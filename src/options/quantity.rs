@@ -71,12 +71,12 @@ fn with_unit(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
 /// A value in a file: text with a unit, or a plain number.
 #[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "a text with a unit is expected")]
-enum Written {
+enum WrittenQuantity {
     Text(String),
     Number(f64),
 }
 
-impl Written {
+impl WrittenQuantity {
     fn text(self) -> String {
         match self {
             Self::Text(text) => text,
@@ -109,7 +109,7 @@ macro_rules! quantities {
 
         impl<'de> Deserialize<'de> for $name {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                Written::deserialize(deserializer)?.text().parse().map_err(Error::custom)
+                WrittenQuantity::deserialize(deserializer)?.text().parse().map_err(Error::custom)
             }
         }
     )*};
@@ -171,7 +171,7 @@ impl<T: FromStr<Err = String>> FromStr for OrNone<T> {
 
 impl<'de, T: FromStr<Err = String>> Deserialize<'de> for OrNone<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Written::deserialize(deserializer)?.text().parse().map_err(Error::custom)
+        WrittenQuantity::deserialize(deserializer)?.text().parse().map_err(Error::custom)
     }
 }
 

@@ -11,7 +11,7 @@ use steerwright_report::GENERATOR;
 const HEAD: u64 = 64 << 10;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum OutputKind {
     /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.
     Document(&'static str),
     /// A model of the lateral dynamics: plant, bicycle or identified vehicle.
@@ -32,7 +32,7 @@ pub(crate) enum Kind {
     Parameters,
 }
 
-impl Kind {
+impl OutputKind {
     /// The kind of a document, of any version.
     pub(crate) fn for_document<D: Document>() -> Self {
         let end = D::SCHEMA.rfind('/').map_or(D::SCHEMA.len(), |slash| slash + 1);

@@ -20,7 +20,7 @@ use steerwright_formats::{Document, Model};
 use lock::Lock;
 
 pub(crate) use folder::Folder;
-pub(crate) use kind::Kind;
+pub(crate) use kind::OutputKind;
 
 const FORCE: &str = "name another file, or add --force to write over this one";
 
@@ -47,7 +47,11 @@ impl Outputs {
         Self { rules: Rc::new(Rules { force, inputs: inputs.collect() }), taken: Vec::new() }
     }
 
-    pub(crate) fn file(&mut self, path: impl Into<PathBuf>, kind: Kind) -> Result<Output, Failure> {
+    pub(crate) fn file(
+        &mut self,
+        path: impl Into<PathBuf>,
+        kind: OutputKind,
+    ) -> Result<Output, Failure> {
         let mut output =
             Output { path: path.into(), kind, rules: Rc::clone(&self.rules), _lock: None };
         let mut destination = None;
@@ -89,7 +93,7 @@ impl Outputs {
     pub(crate) fn optional(
         &mut self,
         path: Option<&PathBuf>,
-        kind: Kind,
+        kind: OutputKind,
     ) -> Result<Option<Output>, Failure> {
         path.map(|path| self.file(path, kind)).transpose()
     }
@@ -99,7 +103,7 @@ impl Outputs {
         &mut self,
         folder: &Path,
         names: impl IntoIterator<Item = N>,
-        kind: Kind,
+        kind: OutputKind,
     ) -> Result<Files, Failure> {
         let outputs = names
             .into_iter()
@@ -140,7 +144,7 @@ impl Files {
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,
-    kind: Kind,
+    kind: OutputKind,
     rules: Rc<Rules>,
     /// Held until the command has written the file.
     _lock: Option<Lock>,

@@ -71,7 +71,7 @@ pub(crate) struct Controller {
     pub(crate) step_metrics: StepMetrics,
     /// With the specification's steering offset, which only a plant in state space has.
     pub(crate) offset_metrics: Option<StepMetrics>,
-    pub(crate) runs: Vec<Run>,
+    pub(crate) runs: Vec<RoadRun>,
 }
 
 impl Controller {
@@ -93,7 +93,7 @@ impl Controller {
     }
 }
 
-pub(crate) struct Run {
+pub(crate) struct RoadRun {
     pub(crate) road: &'static str,
     pub(crate) path: PathFile,
     pub(crate) track: Track,
@@ -327,7 +327,7 @@ fn run_loops(
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();
         let warnings = Feasibility::new(&path, &pid, Some(model))?.warnings;
-        runs.push(Run { road, path, track, errors, warnings });
+        runs.push(RoadRun { road, path, track, errors, warnings });
     }
     Ok(Controller {
         basis,

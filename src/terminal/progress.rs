@@ -179,10 +179,10 @@ impl Progress {
     }
 
     /// A reader whose bytes count as progress; `bytes` is what there is to read, if that is known.
-    pub(crate) fn reading<R>(&self, reader: R, bytes: u64) -> Reading<R> {
+    pub(crate) fn reading<R>(&self, reader: R, bytes: u64) -> ReadingProgress<R> {
         self.shared.begin(self.shared.done.load(Ordering::Relaxed));
         self.shared.all.fetch_add(bytes, Ordering::Relaxed);
-        Reading { reader, shared: Arc::clone(&self.shared) }
+        ReadingProgress { reader, shared: Arc::clone(&self.shared) }
     }
 }
 
@@ -197,12 +197,12 @@ impl Drop for Progress {
 }
 
 #[derive(Debug)]
-pub(crate) struct Reading<R> {
+pub(crate) struct ReadingProgress<R> {
     reader: R,
     shared: Arc<Shared>,
 }
 
-impl<R: ReadAt> ReadAt for Reading<R> {
+impl<R: ReadAt> ReadAt for ReadingProgress<R> {
     fn size(&self) -> std::io::Result<u64> {
         self.reader.size()
     }
@@ -215,7 +215,7 @@ impl<R: ReadAt> ReadAt for Reading<R> {
     }
 }
 
-impl<R: Read> Read for Reading<R> {
+impl<R: Read> Read for ReadingProgress<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         interruption::check();
         let count = self.reader.read(buffer)?;

@@ -4,14 +4,14 @@
 //! speed. With the road wheel at `max_angle` times the output, the yaw rate is the demanded one for
 //! `ATC_STR_RAT_FF = L/(MOT_SPD_SCA_BASE·max_angle)`.
 
-use crate::export::{Export, Stated};
+use crate::export::{Export, StatedValues};
 use crate::lateral::{Lateral, Quantity};
 
 /// The default of `MOT_SPD_SCA_BASE`, m/s.
 const BASE: f64 = 1.0;
 const GROUP: &str = "Rover";
 
-pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &Stated) {
+pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &StatedValues) {
     export.convention("yaw rates and outputs are positive to the right in ArduPilot; these gains do not depend on the sign");
     export.convention(
         "formula: output (-1 to 1) = ATC_STR_RAT_FF*(desired yaw rate, rad/s)*MOT_SPD_SCA_BASE/v above MOT_SPD_SCA_BASE",

@@ -3,14 +3,14 @@
 //! Both hold a road-wheel angle δ with `δ̇ = (δ_command(t − delay) − δ)/τ` and `yaw rate = v·tan δ/wheel_base`; the
 //! simulator reports `δ + steer_bias` as its measurement.
 
-use crate::export::{Export, Stated};
+use crate::export::{Export, StatedValues};
 use crate::lateral::{Lateral, Quantity};
 
 const SIMULATOR: &str = "simulator_model.param.yaml";
 const MPC: &str = "mpc.param.yaml";
 const VEHICLE: &str = "vehicle_info.param.yaml";
 
-pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &Stated) {
+pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &StatedValues) {
     export.convention("angles are of the road wheel, positive to the left, rad");
     export.convention(
         "formula: d(steer)/dt = (command(t - delay) - steer)/tau, yaw rate = v*tan(steer)/wheel_base; measured steer = steer + steer_bias",
@@ -69,7 +69,7 @@ pub(crate) fn wheelbase(
     group: &'static str,
     key: &'static str,
     lateral: &Lateral,
-    stated: &Stated,
+    stated: &StatedValues,
 ) {
     let effective = lateral.effective_wheelbase_m;
     let error =

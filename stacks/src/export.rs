@@ -8,11 +8,11 @@ use steerwright_formats::{Grade, Quality};
 /// The form of a stack's file: YAML of ROS 2, TOML, `NAME,VALUE`, or the table of QGroundControl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[rustfmt::skip]
-pub(crate) enum Form { Ros2, Toml, Csv, QGroundControl }
+pub(crate) enum FileForm { Ros2, Toml, Csv, QGroundControl }
 
 /// Numbers that the model does not hold, at the road wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stated {
+pub struct StatedValues {
     /// Largest road-wheel angle, rad.
     pub max_angle_rad: Option<f64>,
     /// Largest rate of the road wheel, rad/s.
@@ -21,7 +21,7 @@ pub struct Stated {
     pub wheelbase_m: Option<f64>,
 }
 
-impl Stated {
+impl StatedValues {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let quarter = std::f64::consts::FRAC_PI_2;
         for (name, value, most, text) in [
@@ -70,7 +70,7 @@ pub struct Export {
     /// The stack's name.
     pub stack: &'static str,
     #[serde(skip)]
-    pub(crate) form: Form,
+    pub(crate) form: FileForm,
     /// The model's name.
     pub model: String,
     /// The model's quality.
@@ -86,7 +86,7 @@ pub struct Export {
 }
 
 impl Export {
-    pub(crate) fn new(stack: &'static str, form: Form, model: &str, quality: &Quality) -> Self {
+    pub(crate) fn new(stack: &'static str, form: FileForm, model: &str, quality: &Quality) -> Self {
         Self {
             stack,
             form,
@@ -126,7 +126,7 @@ impl Export {
     pub(crate) fn limits(
         &mut self,
         group: &'static str,
-        stated: &Stated,
+        stated: &StatedValues,
         driven: Option<f64>,
         [angle, rate]: [&'static str; 2],
         (rate_unit, per_unit): (&'static str, f64),

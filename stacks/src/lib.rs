@@ -16,11 +16,11 @@ mod text;
 mod torque;
 
 pub use error::Error;
-pub use export::{Export, Missing, Parameter, Stated};
+pub use export::{Export, Missing, Parameter, StatedValues};
 pub use lateral::{Lateral, Quantity, Timing};
 pub use text::MARK;
 
-use export::Form;
+use export::FileForm;
 use steerwright_formats::Torque;
 
 /// A driving stack.
@@ -47,13 +47,13 @@ steerwright_formats::words!(Stack {
 ///
 /// # Errors
 /// Limits or a wheelbase that are not greater than 0.
-pub fn export(stack: Stack, lateral: &Lateral, stated: &Stated) -> Result<Export, Error> {
+pub fn export(stack: Stack, lateral: &Lateral, stated: &StatedValues) -> Result<Export, Error> {
     stated.check()?;
-    let (form, fill): (Form, fn(&mut Export, &Lateral, &Stated)) = match stack {
-        Stack::Autoware => (Form::Ros2, autoware::fill),
-        Stack::Openpilot => (Form::Toml, openpilot::fill),
-        Stack::Ardupilot => (Form::Csv, ardupilot::fill),
-        Stack::Px4 => (Form::QGroundControl, px4::fill),
+    let (form, fill): (FileForm, fn(&mut Export, &Lateral, &StatedValues)) = match stack {
+        Stack::Autoware => (FileForm::Ros2, autoware::fill),
+        Stack::Openpilot => (FileForm::Toml, openpilot::fill),
+        Stack::Ardupilot => (FileForm::Csv, ardupilot::fill),
+        Stack::Px4 => (FileForm::QGroundControl, px4::fill),
     };
     let mut export = Export::new(stack.name(), form, &lateral.name, &lateral.quality);
     fill(&mut export, lateral, stated);

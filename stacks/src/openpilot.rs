@@ -5,14 +5,14 @@
 //! `steerActuatorDelay + 0.2 s`.
 
 use crate::autoware::LEADS;
-use crate::export::{Export, Stated};
+use crate::export::{Export, StatedValues};
 use crate::lateral::{Lateral, Quantity, Timing};
 
 /// The part of the lateral delay that openpilot adds to `steerActuatorDelay`, s.
 pub(crate) const ADDED: f64 = 0.2;
 pub(crate) const GROUP: &str = "CarParams";
 
-pub(crate) fn fill(export: &mut Export, lateral: &Lateral, _: &Stated) {
+pub(crate) fn fill(export: &mut Export, lateral: &Lateral, _: &StatedValues) {
     export.convention(
         "angles are of the steering wheel, positive to the left; stiffnesses are of an axle",
     );

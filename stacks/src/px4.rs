@@ -3,13 +3,13 @@
 //! The road-wheel angle is `atan(RO_YAW_RATE_CORR·(yaw rate)·RA_WHEEL_BASE/v)`, divided by `RA_MAX_STR_ANG`.
 
 use crate::autoware::wheelbase;
-use crate::export::{Export, Stated};
+use crate::export::{Export, StatedValues};
 use crate::lateral::Lateral;
 
 const ACKERMANN: &str = "Rover Ackermann";
 const RATE: &str = "Rover Rate Control";
 
-pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &Stated) {
+pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &StatedValues) {
     export.convention("angles are of the road wheel; yaw rates are positive to the right in PX4, and these gains do not depend on the sign");
     export.convention(
         "formula: road-wheel angle = atan(RO_YAW_RATE_CORR*(yaw rate)*RA_WHEEL_BASE/v), output = angle/RA_MAX_STR_ANG",

@@ -1,6 +1,6 @@
 //! The file of each stack's own tools, with standard errors and conventions as comments.
 
-use crate::export::{Export, Form, Parameter};
+use crate::export::{Export, FileForm, Parameter};
 use std::fmt::Write;
 use steerwright_formats::Grade;
 
@@ -23,7 +23,7 @@ impl Export {
         for line in &self.convention {
             let _ = writeln!(text, "# {line}");
         }
-        if self.form == Form::Ros2 {
+        if self.form == FileForm::Ros2 {
             text += "/**:\n  ros__parameters:\n";
         }
         let mut group = "";
@@ -48,15 +48,15 @@ fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-fn heading(form: Form, group: &str) -> String {
+fn heading(form: FileForm, group: &str) -> String {
     match form {
-        Form::Ros2 => format!("    # {group}\n"),
-        Form::Toml => format!("[{group}]\n"),
-        Form::Csv | Form::QGroundControl => format!("# {group}\n"),
+        FileForm::Ros2 => format!("    # {group}\n"),
+        FileForm::Toml => format!("[{group}]\n"),
+        FileForm::Csv | FileForm::QGroundControl => format!("# {group}\n"),
     }
 }
 
-fn line(form: Form, p: &Parameter) -> String {
+fn line(form: FileForm, p: &Parameter) -> String {
     let (key, value) = (p.key, number(p.quantity.value));
     let error = match p.quantity.standard_error {
         Some(error) => format!("standard error {}", number(error)),
@@ -64,11 +64,11 @@ fn line(form: Form, p: &Parameter) -> String {
     };
     let comment = format!("{}, {error}: {}", p.unit, one_line(&p.note));
     match form {
-        Form::Ros2 => format!("    {key}: {value}  # {comment}\n"),
-        Form::Toml => format!("{key} = {value}  # {comment}\n"),
-        Form::Csv => format!("# {key}: {comment}\n{key},{value}\n"),
+        FileForm::Ros2 => format!("    {key}: {value}  # {comment}\n"),
+        FileForm::Toml => format!("{key} = {value}  # {comment}\n"),
+        FileForm::Csv => format!("# {key}: {comment}\n{key},{value}\n"),
         // Vehicle, component, and 9: the type of a 32-bit float in MAVLink.
-        Form::QGroundControl => format!("# {key}: {comment}\n1\t1\t{key}\t{value}\t9\n"),
+        FileForm::QGroundControl => format!("# {key}: {comment}\n1\t1\t{key}\t{value}\t9\n"),
     }
 }
 

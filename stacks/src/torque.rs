@@ -4,7 +4,7 @@
 //! error of the acceleration, and compensates the roll of the road with 9.81 m/s²·sin(roll).
 
 use crate::Error;
-use crate::export::{Export, Form};
+use crate::export::{Export, FileForm};
 use crate::lateral::Quantity;
 use crate::openpilot::{ADDED, GROUP};
 use steerwright_formats::{Estimate, Torque};
@@ -15,7 +15,7 @@ pub(crate) fn export(stack: &'static str, torque: &Torque) -> Result<Export, Err
     if torque.command_unit != "1" {
         return Err(Error::NotNormalised { unit: torque.command_unit.clone() });
     }
-    let mut export = Export::new(stack, Form::Toml, &torque.name, &torque.quality);
+    let mut export = Export::new(stack, FileForm::Toml, &torque.name, &torque.quality);
     export.convention("the command is from -1 to 1, positive to the left");
     export.convention(
         "formula: lateral acceleration = latAccelFactor*(command - friction*sign(steering rate)) + 9.81*sin(roll) + latAccelOffset",

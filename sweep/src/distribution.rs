@@ -4,7 +4,7 @@
 //! ones drawn again until they lie within the bounds, which [`Distribution::from_study`] keeps from being
 //! rare. For Integer and Boolean variables, `uniform` draws whole numbers, both ends included.
 
-use crate::study::{Kind, Vary};
+use crate::study::{DistributionKind, Vary};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -61,29 +61,29 @@ impl Distribution {
             Ok(d)
         };
         match vary.distribution {
-            Kind::Uniform if whole => {
+            DistributionKind::Uniform if whole => {
                 let (minimum, maximum) = bounds()?;
                 if minimum.fract() != 0.0 || maximum.fract() != 0.0 {
                     return Err(format!("{minimum} and {maximum} must be whole numbers here"));
                 }
                 Ok(Self::Whole { minimum: minimum as i64, maximum: maximum as i64 })
             }
-            Kind::Uniform => {
+            DistributionKind::Uniform => {
                 let (minimum, maximum) = bounds()?;
                 if (maximum - minimum).is_infinite() {
                     return Err(format!("{minimum} to {maximum} is too wide"));
                 }
                 Ok(Self::Uniform { minimum, maximum })
             }
-            Kind::LogUniform => {
+            DistributionKind::LogUniform => {
                 let (minimum, maximum) = bounds()?;
                 if minimum <= 0.0 {
                     return Err(format!("log-uniform needs a minimum above 0, not {minimum}"));
                 }
                 real_only(Self::LogUniform { minimum, maximum })
             }
-            Kind::Normal => real_only(normal(f64::NEG_INFINITY, f64::INFINITY)?),
-            Kind::TruncatedNormal => {
+            DistributionKind::Normal => real_only(normal(f64::NEG_INFINITY, f64::INFINITY)?),
+            DistributionKind::TruncatedNormal => {
                 let (minimum, maximum) = bounds()?;
                 let distribution = normal(minimum, maximum)?;
                 if let Self::Normal { mean, deviation, .. } = distribution {
@@ -97,9 +97,9 @@ impl Distribution {
                 }
                 real_only(distribution)
             }
-            Kind::Choice => choice(vary),
-            Kind::Grid => Ok(Self::Points(values(vary)?)),
-            Kind::Linspace => {
+            DistributionKind::Choice => choice(vary),
+            DistributionKind::Grid => Ok(Self::Points(values(vary)?)),
+            DistributionKind::Linspace => {
                 let (minimum, maximum) = bounds()?;
                 let count = vary.count.ok_or("linspace needs count")?;
                 if !(2..=MOST_POINTS).contains(&count) {
@@ -170,7 +170,7 @@ impl Distribution {
     }
 }
 
-impl Kind {
+impl DistributionKind {
     /// As it is written.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -197,12 +197,12 @@ fn unused(vary: &Vary) -> Result<(), String> {
         ("weights", vary.weights.is_some()),
     ];
     let used: &[&str] = match vary.distribution {
-        Kind::Uniform | Kind::LogUniform => &["minimum", "maximum"],
-        Kind::Normal => &["mean", "standard_deviation"],
-        Kind::TruncatedNormal => &["minimum", "maximum", "mean", "standard_deviation"],
-        Kind::Choice => &["values", "weights"],
-        Kind::Grid => &["values"],
-        Kind::Linspace => &["minimum", "maximum", "count"],
+        DistributionKind::Uniform | DistributionKind::LogUniform => &["minimum", "maximum"],
+        DistributionKind::Normal => &["mean", "standard_deviation"],
+        DistributionKind::TruncatedNormal => &["minimum", "maximum", "mean", "standard_deviation"],
+        DistributionKind::Choice => &["values", "weights"],
+        DistributionKind::Grid => &["values"],
+        DistributionKind::Linspace => &["minimum", "maximum", "count"],
     };
     match given.iter().find(|(key, given)| *given && !used.contains(key)) {
         None => Ok(()),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// A place in a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct StudyPlace {
     /// The name of the study in errors.
     pub file: String,
     /// The line, from 1.
@@ -14,7 +14,7 @@ pub struct Place {
     pub column: usize,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for StudyPlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}:{}:{}", self.file, self.line, self.column)
     }
@@ -29,13 +29,13 @@ pub enum Error {
     Io { path: PathBuf, source: std::io::Error },
     #[error("{at}: {problem}")]
     #[diagnostic(help("{hint}"))]
-    Study { at: Place, problem: String, hint: &'static str },
+    Study { at: StudyPlace, problem: String, hint: &'static str },
     #[error("{at}: {source}")]
     #[diagnostic(help("{}", source.hint()))]
-    System { at: Place, source: Box<steerwright_host::Error> },
+    System { at: StudyPlace, source: Box<steerwright_host::Error> },
     #[error("{at}: no run gets past its first step: {source}")]
     #[diagnostic(help("see whether the FMUs take this step_s; {}", source.hint()))]
-    FirstStep { at: Place, source: Box<steerwright_host::Error> },
+    FirstStep { at: StudyPlace, source: Box<steerwright_host::Error> },
     #[error("{}: cannot be resumed: {problem}", path.display())]
     #[diagnostic(help(
         "resume with the study, FMUs and program that the file was begun with, or start again without --resume"

@@ -29,11 +29,11 @@ mod summary;
 mod values;
 mod watch;
 
-pub use error::{Error, Place};
+pub use error::{Error, StudyPlace};
 pub use explain::{Cause, Condition, Failing, Relation};
 pub use make::Options;
 pub use metric::Class;
-pub use pieces::Piece;
+pub use pieces::SweepPiece;
 pub use prepare::Sweep;
 pub use run::Finished;
 pub use study::Study;

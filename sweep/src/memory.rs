@@ -1,6 +1,6 @@
 //! Metrics, computed during a run: a few numbers each, no trajectory.
 
-use crate::metric::{Kind, Metric, Target};
+use crate::metric::{Metric, MetricKind, Target};
 
 /// The state of a metric in a run.
 #[derive(Debug, Clone, Copy)]
@@ -19,8 +19,8 @@ pub(crate) struct Memory {
 impl Memory {
     pub(crate) fn new(metric: &Metric, draws: &[f64]) -> Self {
         let value = match metric.kind {
-            Kind::Minimum | Kind::FirstTime | Kind::SettlingTime => f64::INFINITY,
-            Kind::Maximum => f64::NEG_INFINITY,
+            MetricKind::Minimum | MetricKind::FirstTime | MetricKind::SettlingTime => f64::INFINITY,
+            MetricKind::Maximum => f64::NEG_INFINITY,
             _ => 0.0,
         };
         let target = match metric.target {
@@ -52,13 +52,13 @@ impl Memory {
         }
         self.count += 1.0;
         match metric.kind {
-            Kind::Rms => self.sum += x * x,
-            Kind::Mean => self.sum += x,
-            Kind::Minimum => self.value = self.value.min(x),
-            Kind::Maximum => self.value = self.value.max(x),
-            Kind::MaxAbs => self.value = self.value.max(x.abs()),
-            Kind::Final => self.value = x,
-            Kind::Time => {
+            MetricKind::Rms => self.sum += x * x,
+            MetricKind::Mean => self.sum += x,
+            MetricKind::Minimum => self.value = self.value.min(x),
+            MetricKind::Maximum => self.value = self.value.max(x),
+            MetricKind::MaxAbs => self.value = self.value.max(x.abs()),
+            MetricKind::Final => self.value = x,
+            MetricKind::Time => {
                 // The value at a point holds until the next.
                 if self.inside {
                     self.sum += 1.0;
@@ -67,12 +67,12 @@ impl Memory {
                 self.value = self.sum * step;
                 self.inside = passes(metric, x);
             }
-            Kind::FirstTime => {
+            MetricKind::FirstTime => {
                 if self.value == f64::INFINITY && passes(metric, x) {
                     self.value = time;
                 }
             }
-            Kind::SettlingTime => {
+            MetricKind::SettlingTime => {
                 let scale = if metric.band_is_relative { self.first.abs() / 100.0 } else { 1.0 };
                 if x.abs() > metric.band * scale {
                     (self.inside, self.value) = (false, f64::INFINITY);
@@ -80,19 +80,19 @@ impl Memory {
                     (self.inside, self.value) = (true, time - self.first_time);
                 }
             }
-            Kind::Overshoot => self.value = self.value.max(-100.0 * x / self.first),
+            MetricKind::Overshoot => self.value = self.value.max(-100.0 * x / self.first),
         }
     }
 
     /// The result; NaN where the window had no point, or an overshoot had no distance to go.
-    pub(crate) fn result(&self, kind: Kind) -> f64 {
+    pub(crate) fn result(&self, kind: MetricKind) -> f64 {
         if self.count == 0.0 {
             return f64::NAN;
         }
         match kind {
-            Kind::Rms => (self.sum / self.count).sqrt(),
-            Kind::Mean => self.sum / self.count,
-            Kind::Overshoot if self.first == 0.0 => f64::NAN,
+            MetricKind::Rms => (self.sum / self.count).sqrt(),
+            MetricKind::Mean => self.sum / self.count,
+            MetricKind::Overshoot if self.first == 0.0 => f64::NAN,
             _ => self.value,
         }
     }
@@ -110,7 +110,7 @@ mod tests {
 
     const STEP: f64 = 0.01;
 
-    fn metric(kind: Kind) -> Metric {
+    fn metric(kind: MetricKind) -> Metric {
         Metric {
             name: "m".into(),
             kind,
@@ -149,19 +149,19 @@ mod tests {
     fn of_a_sine_the_values_are_those_of_the_books() {
         let sine = |t: f64| 3.0 * turn(t).sin();
         // The last point is the first of another turn: 1000 of 1001 squares average to a half.
-        assert!((result(&metric(Kind::Rms), sine) - 3.0 / 2f64.sqrt()).abs() < 2e-3);
-        assert!(result(&metric(Kind::Mean), sine).abs() < 1e-12);
-        assert!((result(&metric(Kind::Maximum), sine) - 3.0).abs() < 1e-12);
-        assert!((result(&metric(Kind::Minimum), sine) + 3.0).abs() < 1e-12);
+        assert!((result(&metric(MetricKind::Rms), sine) - 3.0 / 2f64.sqrt()).abs() < 2e-3);
+        assert!(result(&metric(MetricKind::Mean), sine).abs() < 1e-12);
+        assert!((result(&metric(MetricKind::Maximum), sine) - 3.0).abs() < 1e-12);
+        assert!((result(&metric(MetricKind::Minimum), sine) + 3.0).abs() < 1e-12);
         let lowered = |t: f64| sine(t) - 1.0;
-        assert!((result(&metric(Kind::MaxAbs), lowered) - 4.0).abs() < 1e-12);
-        assert!((result(&metric(Kind::Final), lowered) + 1.0).abs() < 1e-9);
-        let time = Metric { above: Some(1.5), ..metric(Kind::Time) };
+        assert!((result(&metric(MetricKind::MaxAbs), lowered) - 4.0).abs() < 1e-12);
+        assert!((result(&metric(MetricKind::Final), lowered) + 1.0).abs() < 1e-9);
+        let time = Metric { above: Some(1.5), ..metric(MetricKind::Time) };
         // A sine is above half its amplitude for a third of the time.
         assert!((result(&time, sine) - 10.0 / 3.0).abs() < 0.1);
         let both = Metric { absolute: true, ..time.clone() };
         assert!((result(&both, sine) - 20.0 / 3.0).abs() < 0.2);
-        let first = Metric { kind: Kind::FirstTime, ..time };
+        let first = Metric { kind: MetricKind::FirstTime, ..time };
         assert!((result(&first, sine) - 1.0 / 12.0).abs() < STEP);
         let never = Metric { above: Some(3.5), ..first };
         assert_eq!(result(&never, sine), f64::INFINITY);
@@ -177,10 +177,10 @@ mod tests {
             1.0 - (-zeta * omega * t).exp() * (phase.cos() + zeta * omega / damped * phase.sin())
         };
         let target = Target::Number(Number::Drawn(0));
-        let overshoot = Metric { target, ..metric(Kind::Overshoot) };
+        let overshoot = Metric { target, ..metric(MetricKind::Overshoot) };
         let expected = 100.0 * (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
         assert!((result(&overshoot, answer) - expected).abs() < 0.01);
-        let settling = Metric { target, ..metric(Kind::SettlingTime) };
+        let settling = Metric { target, ..metric(MetricKind::SettlingTime) };
         let last_outside =
             (0..=1000).rev().map(|k| f64::from(k) * STEP).find(|t| (answer(*t) - 1.0).abs() > 0.02);
         assert!((result(&settling, answer) - last_outside.unwrap() - STEP).abs() < 1e-9);
@@ -192,15 +192,15 @@ mod tests {
     #[test]
     fn a_window_counts_its_points_alone() {
         let ramp = |t: f64| t;
-        let window = Metric { from: 2.0, to: 3.0, ..metric(Kind::Mean) };
+        let window = Metric { from: 2.0, to: 3.0, ..metric(MetricKind::Mean) };
         assert!((result(&window, ramp) - 2.5).abs() < 1e-12);
-        let last = Metric { kind: Kind::Final, ..window };
+        let last = Metric { kind: MetricKind::Final, ..window };
         assert!((result(&last, ramp) - 3.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_requirement_is_not_met_by_nothing() {
-        let required = Metric { at_most: Some(1.0), ..metric(Kind::Rms) };
+        let required = Metric { at_most: Some(1.0), ..metric(MetricKind::Rms) };
         assert!(required.is_required() && required.is_met(1.0));
         assert!(!required.is_met(1.1) && !required.is_met(f64::NAN));
     }

@@ -18,7 +18,7 @@ const SPINS_BEYOND_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// The functional of a variable over the window of a metric.
 #[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub(crate) enum MetricKind {
     Rms,
     /// Mean over the communication points.
     Mean,
@@ -39,7 +39,7 @@ pub(crate) enum Kind {
     Overshoot,
 }
 
-impl Kind {
+impl MetricKind {
     /// Whether a metric's absolute value is at most the largest one of its variable.
     fn is_bounded_by_largest(self) -> bool {
         !matches!(self, Self::Time | Self::FirstTime | Self::SettlingTime | Self::Overshoot)
@@ -75,7 +75,7 @@ impl Kind {
 #[derive(Debug, Clone)]
 pub(crate) struct Metric {
     pub(crate) name: String,
-    pub(crate) kind: Kind,
+    pub(crate) kind: MetricKind,
     pub(crate) unit: Option<String>,
     /// The variable's place.
     pub(crate) slot: usize,
@@ -109,7 +109,7 @@ impl Shows {
     /// study itself allows is not off the path.
     pub(crate) fn new(
         name: &str,
-        kind: Kind,
+        kind: MetricKind,
         target: Target,
         convert: Linear,
         allowed: Option<f64>,
@@ -125,7 +125,7 @@ impl Shows {
         let last = name.rsplit('.').next().unwrap_or(name);
         match last {
             "cross_track_error" => {
-                let allowed = allowed.filter(|_| kind == Kind::MaxAbs).unwrap_or(0.0);
+                let allowed = allowed.filter(|_| kind == MetricKind::MaxAbs).unwrap_or(0.0);
                 Some(Self {
                     class: Class::OffThePath,
                     beyond: allowed.max(scale * max_cross_track_error_m),
@@ -215,7 +215,7 @@ impl Class {
 mod tests {
     use super::*;
 
-    fn shows(name: &str, kind: Kind, factor: f64, allowed: Option<f64>) -> Option<Shows> {
+    fn shows(name: &str, kind: MetricKind, factor: f64, allowed: Option<f64>) -> Option<Shows> {
         let convert = Linear { factor, offset: 0.0 };
         Shows::new(name, kind, Target::Nothing, convert, allowed, OFF_PATH_BEYOND_M)
     }
@@ -225,12 +225,13 @@ mod tests {
         let of = |kind, factor, allowed| {
             shows("ReferencePath.cross_track_error", kind, factor, allowed).unwrap().beyond
         };
-        assert_eq!(of(Kind::Rms, 1.0, Some(9.0)), 1.75);
-        assert_eq!(of(Kind::MaxAbs, 100.0, None), 175.0);
-        assert_eq!(of(Kind::MaxAbs, 1.0, Some(3.0)), 3.0);
-        assert_eq!(shows("cross_track_error", Kind::SettlingTime, 1.0, None), None);
-        assert_eq!(shows("LateralPid.yaw", Kind::MaxAbs, 1.0, None), None);
-        let spins = shows("ReferencePath.heading_error", Kind::MaxAbs, 180.0 / 3.0, None).unwrap();
+        assert_eq!(of(MetricKind::Rms, 1.0, Some(9.0)), 1.75);
+        assert_eq!(of(MetricKind::MaxAbs, 100.0, None), 175.0);
+        assert_eq!(of(MetricKind::MaxAbs, 1.0, Some(3.0)), 3.0);
+        assert_eq!(shows("cross_track_error", MetricKind::SettlingTime, 1.0, None), None);
+        assert_eq!(shows("LateralPid.yaw", MetricKind::MaxAbs, 1.0, None), None);
+        let spins =
+            shows("ReferencePath.heading_error", MetricKind::MaxAbs, 180.0 / 3.0, None).unwrap();
         assert_eq!(spins.class, Class::Unstable);
     }
 }

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// What a call for a piece did.
 #[derive(Debug)]
-pub struct Piece {
+pub struct SweepPiece {
     /// The file; none for a piece without runs.
     pub file: Option<PathBuf>,
     /// The runs of the piece.
@@ -88,10 +88,10 @@ impl Sweep {
         folder: &Path,
         (index, of): (usize, usize),
         options: &Options<'_>,
-    ) -> Result<Piece, Error> {
+    ) -> Result<SweepPiece, Error> {
         let runs = self.shard(index, of);
         if runs.is_empty() {
-            return Ok(Piece { file: None, runs, was_there: false, finished: None });
+            return Ok(SweepPiece { file: None, runs, was_there: false, finished: None });
         }
         let name = self.piece_name(&runs);
         let path = folder.join(&name);
@@ -99,7 +99,7 @@ impl Sweep {
         if let Ok(file) = File::open(&path)
             && read(self, runs.start, file, &path).is_ok_and(|(rows, ..)| rows.len() == runs.len())
         {
-            return Ok(Piece { file: Some(path), runs, was_there: true, finished: None });
+            return Ok(SweepPiece { file: Some(path), runs, was_there: true, finished: None });
         }
         fs::create_dir_all(folder).map_err(io)?;
         remove_left_parts(folder);
@@ -117,7 +117,7 @@ impl Sweep {
         let kept = if is_whole { fs::rename(&part, &path) } else { fs::remove_file(&part) };
         let finished = finished?;
         kept.map_err(io)?;
-        Ok(Piece {
+        Ok(SweepPiece {
             file: if is_whole { Some(path) } else { None },
             runs,
             was_there: false,

@@ -5,8 +5,8 @@
 //! place in the file until then.
 
 use crate::Error;
-use crate::error::Place;
-use crate::metric::Kind as MetricKind;
+use crate::error::StudyPlace;
+use crate::metric::MetricKind;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ pub(crate) struct Vary {
     /// The variables that get the value; none for a quantity that only disturbances use.
     #[serde(default)]
     pub(crate) variables: Vec<Spanned<String>>,
-    pub(crate) distribution: Kind,
+    pub(crate) distribution: DistributionKind,
     /// The unit of the numbers here; by default that of the variables.
     pub(crate) unit: Option<String>,
     pub(crate) minimum: Option<f64>,
@@ -128,7 +128,7 @@ pub(crate) struct Vary {
 /// Names of distributions; the last two are not drawn from but gone through.
 #[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub(crate) enum DistributionKind {
     Uniform,
     LogUniform,
     Normal,
@@ -272,12 +272,12 @@ impl Study {
         Ok(Self { raw, file, text, folder })
     }
 
-    pub(crate) fn place<T>(&self, entry: &Spanned<T>) -> Place {
+    pub(crate) fn place<T>(&self, entry: &Spanned<T>) -> StudyPlace {
         place(&self.file, &self.text, entry.span().start)
     }
 
     /// The start of the file, for what is missing from it.
-    pub(crate) fn top(&self) -> Place {
+    pub(crate) fn top(&self) -> StudyPlace {
         place(&self.file, &self.text, 0)
     }
 
@@ -302,9 +302,9 @@ impl Study {
     }
 }
 
-fn place(file: &str, text: &str, offset: usize) -> Place {
+fn place(file: &str, text: &str, offset: usize) -> StudyPlace {
     let before = text.get(..offset).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-    Place { file: file.to_owned(), line, column }
+    StudyPlace { file: file.to_owned(), line, column }
 }

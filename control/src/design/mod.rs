@@ -35,7 +35,7 @@ use crate::design::limits::large_errors;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::design::robust::Robust;
-use crate::design::search::{Found, significant};
+use crate::design::search::{FoundDesign, significant};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use std::collections::BTreeMap;
@@ -134,7 +134,7 @@ fn documented(
 
 /// The gains found for a plant, with the limits and the settings of a path follower that belong to them.
 pub(crate) struct Tuned {
-    found: Found,
+    found: FoundDesign,
     objective: Objective,
     common_settling_s: Option<f64>,
     stable: bool,

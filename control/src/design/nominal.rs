@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::design::objective::Objective;
 use crate::design::optimiser::{EVOLVED, SHORT, TWICE};
-use crate::design::search::{Found, starts};
+use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING, WITH_RESERVE};
 use crate::requirement::Requirement;
 use steerwright_formats::{Specification, TradeOff};
@@ -25,17 +25,17 @@ const TRADE_OFF_STARTS: u32 = 13;
 const TRADE_OFF_SCALE: f64 = 1.5;
 
 /// Whether the fastest loop is too slow for another search to change that.
-pub(crate) fn is_far(objective: &Objective, fastest: &Found) -> bool {
+pub(crate) fn is_far(objective: &Objective, fastest: &FoundDesign) -> bool {
     let reached = fastest.reached.value(Requirement::Settling);
     objective.spec.settling_time_s.is_some_and(|required| reached > FAR * required)
 }
 
 /// The controller that keeps the requirements with some reserve; otherwise the fastest one that keeps all
 /// but the settling time. `doubtful` states that a search on more plants did not find one that keeps it.
-pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<Found, Error> {
+pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<FoundDesign, Error> {
     let begin = SCALES.map(|multiple| starts(objective, multiple, STARTS, seed)).concat();
-    let fastest = || -> Result<Found, Error> {
-        let found = Found::by_search(objective, &SHORTEST_SETTLING, &begin, EVOLVED)?;
+    let fastest = || -> Result<FoundDesign, Error> {
+        let found = FoundDesign::by_search(objective, &SHORTEST_SETTLING, &begin, EVOLVED)?;
         shortened(objective, found, &begin)
     };
     let fastest_first = doubtful.then(fastest).transpose()?;
@@ -47,7 +47,7 @@ pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<F
     let slow = SCALES.iter().all(|multiple| required > *multiple);
     let slower = if slow { starts(objective, required, STARTS, seed) } else { Vec::new() };
     let own = [begin.clone(), slower].concat();
-    let found = Found::by_search(objective, &WITH_RESERVE, &own, EVOLVED)?;
+    let found = FoundDesign::by_search(objective, &WITH_RESERVE, &own, EVOLVED)?;
     if found.met {
         return Ok(found);
     }
@@ -61,7 +61,7 @@ pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<F
     }
     // Many minima lie near the requirements: one that just keeps them need not be among the fastest.
     let near = [own, vec![found.variables.clone(), fastest.variables.clone()]].concat();
-    let barely = Found::by_search(objective, &LEAST_RESERVE, &near, EVOLVED)?;
+    let barely = FoundDesign::by_search(objective, &LEAST_RESERVE, &near, EVOLVED)?;
     if barely.met {
         return Ok(barely);
     }
@@ -72,7 +72,11 @@ pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<F
 /// that can be kept finds loops that one for the shortest misses, since its cost does not jump with a tiny
 /// overshoot. The settling times depend on the loops found and not on the specification, so that every
 /// specification that is out of reach ends at the same loop.
-fn shortened(objective: &Objective, mut best: Found, begin: &[Vec<f64>]) -> Result<Found, Error> {
+fn shortened(
+    objective: &Objective,
+    mut best: FoundDesign,
+    begin: &[Vec<f64>],
+) -> Result<FoundDesign, Error> {
     for _ in 0..SHORTER_AT_MOST {
         if best.met || best.missed(objective) > 0.0 {
             break;
@@ -81,17 +85,17 @@ fn shortened(objective: &Objective, mut best: Found, begin: &[Vec<f64>]) -> Resu
         let shorter = objective
             .with(Specification { settling_time_s: Some(settling_time_s), ..objective.spec });
         let from = [std::slice::from_ref(&best.variables), begin].concat();
-        let found = Found::by_search(&shorter, &LEAST_RESERVE, &from, SHORT)?;
+        let found = FoundDesign::by_search(&shorter, &LEAST_RESERVE, &from, SHORT)?;
         if !found.met {
             break;
         }
-        best = Found::new(objective, vec![found.variables]);
+        best = FoundDesign::new(objective, vec![found.variables]);
     }
     Ok(best)
 }
 
 /// The fastest loop, unless it misses clearly more than the settling time.
-fn better(objective: &Objective, fastest: Found, found: Found) -> Found {
+fn better(objective: &Objective, fastest: FoundDesign, found: FoundDesign) -> FoundDesign {
     const HARDLY: f64 = 0.02;
     let misses_more = fastest.missed(objective) > found.missed(objective) + HARDLY;
     if misses_more && !fastest.met { found } else { fastest }
@@ -100,7 +104,7 @@ fn better(objective: &Objective, fastest: Found, found: Found) -> Found {
 /// The shortest settling time on the nominal plant at each modulus margin, with the other requirements kept.
 pub(crate) fn trade_off(
     objective: &Objective,
-    found: &Found,
+    found: &FoundDesign,
     seed: u64,
 ) -> Result<Vec<TradeOff>, Error> {
     let mut rows = Vec::new();
@@ -115,7 +119,7 @@ pub(crate) fn trade_off(
         let easier = objective.with(spec);
         let mut begin = starts(&easier, TRADE_OFF_SCALE, TRADE_OFF_STARTS, seed);
         begin.extend([from.clone(), found.variables.clone()]);
-        let fastest = Found::by_search(&easier, &SHORTEST_SETTLING, &begin, TWICE)?;
+        let fastest = FoundDesign::by_search(&easier, &SHORTEST_SETTLING, &begin, TWICE)?;
         if fastest.met {
             from.clone_from(&fastest.variables);
         }

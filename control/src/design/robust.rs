@@ -9,7 +9,7 @@ use crate::design::nominal;
 use crate::design::objective::Objective;
 use crate::design::optimiser::{EVOLVED, NEAR, QUICK, SHORT};
 use crate::design::parallel::{both, each};
-use crate::design::search::{Found, starts};
+use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{ROBUST, ROBUST_SHORTEST_SETTLING, ROBUST_UNTIMED, Target, capped};
 use crate::requirement::{Reached, Requirement};
 use steerwright_models::PidParameters;
@@ -26,7 +26,7 @@ const FEW_ROUNDS: usize = 3;
 
 /// A loop, and by how much the plants designed on miss the requirements with it.
 struct Evaluated {
-    found: Found,
+    found: FoundDesign,
     missed: f64,
 }
 
@@ -37,7 +37,7 @@ impl Evaluated {
 }
 
 pub(crate) struct Robust {
-    pub(crate) found: Found,
+    pub(crate) found: FoundDesign,
     /// On the nominal plant alone.
     pub(crate) objective: Objective,
     /// Where not all plants keep the requirements: the shortest settling time that all could, s.
@@ -60,7 +60,7 @@ impl Ensemble<'_> {
         }
         self.reset(&mut objective);
         let begin = SCALES.map(|multiple| starts(&objective, multiple, STARTS, seed)).concat();
-        let first = Found::by_search(&objective, &ROBUST, &begin, EVOLVED)?;
+        let first = FoundDesign::by_search(&objective, &ROBUST, &begin, EVOLVED)?;
         // Requirements that are out of reach on few plants are not searched for on more.
         let best = match nominal::is_far(&objective, &first) {
             true => self.evaluated(&objective, first, &members)?,
@@ -108,13 +108,13 @@ impl Ensemble<'_> {
         objective: &mut Objective,
         near: &[PidParameters],
         members: &[Member],
-    ) -> Result<Option<Found>, Error> {
+    ) -> Result<Option<FoundDesign>, Error> {
         if near.is_empty() {
             return Ok(None);
         }
         self.reset(objective);
         let begin: Vec<Vec<f64>> = near.iter().map(|pid| objective.variables(pid)).collect();
-        let first = Found::by_search(objective, &ROBUST, &begin, NEAR)?;
+        let first = FoundDesign::by_search(objective, &ROBUST, &begin, NEAR)?;
         if nominal::is_far(objective, &first) {
             return Ok(None);
         }
@@ -132,7 +132,7 @@ impl Ensemble<'_> {
         let mut objective = objective.with(objective.spec);
         self.reset(&mut objective);
         let target = &ROBUST_SHORTEST_SETTLING;
-        let first = Found::by_search(&objective, target, begin, SHORT)?;
+        let first = FoundDesign::by_search(&objective, target, begin, SHORT)?;
         let fastest = self.with_worst(&mut objective, first, target, members, FEW_ROUNDS)?;
         let common_settling_s = self.common_settling(&objective, &fastest.found.pid, members);
         Ok((fastest, common_settling_s))
@@ -141,7 +141,7 @@ impl Ensemble<'_> {
     fn starting_at_nominal(
         &self,
         objective: &Objective,
-        nominal: &Found,
+        nominal: &FoundDesign,
         target: &Target,
         members: &[Member],
     ) -> Result<Evaluated, Error> {
@@ -155,14 +155,14 @@ impl Ensemble<'_> {
     fn repeated(
         &self,
         objective: &mut Objective,
-        best: Found,
+        best: FoundDesign,
         members: &[Member],
-    ) -> Result<Found, Error> {
+    ) -> Result<FoundDesign, Error> {
         let seed = self.options.seed.wrapping_add(1);
         let begin = SCALES.map(|multiple| starts(objective, multiple, STARTS, seed)).concat();
-        let other = Found::by_search(objective, &ROBUST, &begin, EVOLVED)?;
+        let other = FoundDesign::by_search(objective, &ROBUST, &begin, EVOLVED)?;
         let other = self.with_worst(objective, other, &ROBUST, members, ROUNDS)?;
-        let cost = |found: &Found| objective.cost(&found.variables, &ROBUST, f64::INFINITY);
+        let cost = |found: &FoundDesign| objective.cost(&found.variables, &ROBUST, f64::INFINITY);
         let better = other.is_kept() && cost(&other.found) < cost(&best);
         Ok(if better { other.found } else { best })
     }
@@ -199,7 +199,7 @@ impl Ensemble<'_> {
     fn with_worst(
         &self,
         objective: &mut Objective,
-        first: Found,
+        first: FoundDesign,
         target: &Target,
         members: &[Member],
         rounds: usize,
@@ -233,7 +233,7 @@ impl Ensemble<'_> {
                 .into_iter()
                 .chain(others)
                 .collect();
-            found = Found::by_search(objective, target, &begin, QUICK)?;
+            found = FoundDesign::by_search(objective, target, &begin, QUICK)?;
         }
         Ok(Evaluated { found: best, missed: least })
     }
@@ -241,7 +241,7 @@ impl Ensemble<'_> {
     fn evaluated(
         &self,
         objective: &Objective,
-        found: Found,
+        found: FoundDesign,
         members: &[Member],
     ) -> Result<Evaluated, Error> {
         let missed = self.missed(objective, &found.pid, members)?.1;

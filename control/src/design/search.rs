@@ -34,7 +34,7 @@ pub(crate) fn starts(objective: &Objective, multiple: f64, count: u32, seed: u64
 
 /// A controller, its decision variables, and what it reaches on the nominal plant.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct FoundDesign {
     pub(crate) pid: PidParameters,
     pub(crate) variables: Vec<f64>,
     pub(crate) reached: Reached,
@@ -43,7 +43,7 @@ pub(crate) struct Found {
     pub(crate) others: Vec<Vec<f64>>,
 }
 
-impl Found {
+impl FoundDesign {
     /// The best controller of a search from these starting points.
     pub(crate) fn by_search(
         objective: &Objective,

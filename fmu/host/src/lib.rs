@@ -38,7 +38,7 @@ pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variabili
 pub use names::near;
 pub use scratch::Scratch;
 pub use ssp::{
-    Component, Connector, Parameter, Place, SystemInput, SystemPackage, SystemStructure,
+    Component, Connector, Parameter, SspPlace, SystemInput, SystemPackage, SystemStructure,
 };
 pub use system::{
     Assigned, Composition, Connection, Cosimulation, Coupling, Grid, InputTable, Key, Linear,

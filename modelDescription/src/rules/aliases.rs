@@ -1,7 +1,7 @@
 //! Alias variables: those of one base type that share a value reference (section 2.2.7).
 
 use super::Check;
-use super::place::Place;
+use super::place::FindingPlace;
 use crate::description::Variable;
 use crate::vocabulary::{Causality, Variability};
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ impl Check<'_> {
         let mut started: Option<&Variable> = None;
         let first = variable(set[0]);
         for &position in set {
-            let (v, place) = (variable(position), Place::Variable(position));
+            let (v, place) = (variable(position), FindingPlace::Variable(position));
             let constant = v.variability == Variability::Constant;
             let is_set = matches!(v.causality, Causality::Parameter | Causality::Input);
             let is_independent = v.causality == Causality::Independent;

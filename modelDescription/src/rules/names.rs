@@ -1,7 +1,7 @@
 //! Names of variables (section 2.2.9): the grammar of structured names, and arrays in order.
 
 use super::Check;
-use super::place::Place;
+use super::place::FindingPlace;
 use crate::vocabulary::NamingConvention;
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ impl Check<'_> {
         // Position and indices of the element last seen of each array.
         let mut arrays: BTreeMap<&str, (usize, Vec<u64>)> = BTreeMap::new();
         for (variable, position) in description.variables.iter().zip(0..) {
-            let (name, place) = (variable.name.as_str(), Place::Variable(position));
+            let (name, place) = (variable.name.as_str(), FindingPlace::Variable(position));
             if name.is_empty() {
                 self.report("name-empty", place, "the name is empty".into());
             } else if name.contains(['\r', '\n', '\t']) {

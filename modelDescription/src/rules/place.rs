@@ -6,7 +6,7 @@ use crate::vocabulary::words;
 /// The element that a finding is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)] // named as the elements; numbers are positions
-pub enum Place {
+pub enum FindingPlace {
     Root,
     CoSimulation,
     DefaultExperiment,

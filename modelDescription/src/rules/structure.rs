@@ -1,7 +1,7 @@
 //! `ModelStructure`: required variables of each list, and legal dependencies (section 2.2.8).
 
 use super::Check;
-use super::place::{List, Place};
+use super::place::{FindingPlace, List};
 use crate::description::{Unknown, Variable};
 use crate::vocabulary::{Causality, DependencyKind, Initial, Kind, Variability};
 use std::collections::BTreeSet;
@@ -36,12 +36,16 @@ impl Check<'_> {
         let listed: Vec<u32> = description.initial_unknowns.iter().map(|u| u.index).collect();
         if !listed.is_sorted() {
             let message = "InitialUnknowns are not in ascending order".into();
-            self.report("initial-unknowns-order", Place::List(List::InitialUnknowns), message);
+            self.report(
+                "initial-unknowns-order",
+                FindingPlace::List(List::InitialUnknowns),
+                message,
+            );
         }
         self.derivatives();
         for list in [List::Outputs, List::Derivatives, List::InitialUnknowns] {
             for (unknown, position) in list.unknowns(description).iter().zip(0..) {
-                self.unknown(list, unknown, Place::Unknown { list, position });
+                self.unknown(list, unknown, FindingPlace::Unknown { list, position });
             }
         }
     }
@@ -52,7 +56,7 @@ impl Check<'_> {
         let list = List::Derivatives;
         let mut seen = BTreeSet::new();
         for (unknown, position) in description.derivatives.iter().zip(0..) {
-            let place = Place::Unknown { list, position };
+            let place = FindingPlace::Unknown { list, position };
             if !seen.insert(unknown.index) {
                 self.report("structure-twice", place, format!("stands twice under {list}"));
             }
@@ -86,7 +90,7 @@ impl Check<'_> {
         let description = self.description;
         let mut listed = BTreeSet::new();
         for (unknown, position) in list.unknowns(description).iter().zip(0..) {
-            let place = Place::Unknown { list, position };
+            let place = FindingPlace::Unknown { list, position };
             let index = unknown.index;
             if !listed.insert(index) {
                 self.report("structure-twice", place, format!("stands twice under {list}"));
@@ -98,12 +102,12 @@ impl Check<'_> {
             }
         }
         for index in need.iter().filter(|index| !listed.contains(index)) {
-            let place = Place::Variable(*index as usize - 1);
+            let place = FindingPlace::Variable(*index as usize - 1);
             self.report("structure-missing", place, format!("is not listed under {list}"));
         }
     }
 
-    fn unknown(&mut self, list: List, unknown: &Unknown, place: Place) {
+    fn unknown(&mut self, list: List, unknown: &Unknown, place: FindingPlace) {
         let description = self.description;
         let states_count = description.model_exchange.is_some()
             || description.co_simulation.as_ref().is_none_or(|c| c.provides_directional_derivative);

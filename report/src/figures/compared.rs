@@ -3,7 +3,7 @@
 
 use super::tracking::{reference_road, tracking_errors};
 use super::{DEG, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style};
 use crate::palette::{BLUE, Color, GREY, nth};
 use crate::read::{StepResponse, Track};
 use steerwright_formats::PathPoint;
@@ -73,7 +73,7 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
 }
 
 fn zero() -> Mark {
-    Mark::new("", Place::YLine(0.0), GREY)
+    Mark::new("", MarkPlace::YLine(0.0), GREY)
 }
 
 /// The reference road in the plane, and its curvature, with the lateral acceleration that it needs
@@ -122,7 +122,7 @@ pub struct YawStep<'a> {
 pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {
     let label = "Time (s)";
     let aim = height * DEG;
-    let mut yaw = Panel::new(label, "Yaw (deg)").mark(Mark::new("", Place::YLine(aim), GREY));
+    let mut yaw = Panel::new(label, "Yaw (deg)").mark(Mark::new("", MarkPlace::YLine(aim), GREY));
     let mut steering = Panel::new(label, "Steering angle (deg)");
     let mut reached = Vec::new();
     for step in steps {

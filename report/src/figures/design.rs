@@ -1,7 +1,7 @@
 //! The yaw step that the controller was designed for.
 
 use super::{DEG, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION};
 use crate::read::StepResponse;
 use steerwright_formats::{Specification, StepMetrics};
@@ -23,7 +23,7 @@ pub fn yaw_step(
     let tolerance = 0.01 * band * step.abs();
     let overshoot = specification.overshoot_percent.map(|share| step * (1.0 + 0.01 * share));
     let overshot = format!("overshoot {} %", text(reached.overshoot_percent, 2));
-    let steady = Place::YBand(step - tolerance, step + tolerance);
+    let steady = MarkPlace::YBand(step - tolerance, step + tolerance);
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::new("reference", reference, Style::line(GREY).width(1.0)))
         .with(
@@ -33,11 +33,11 @@ pub fn yaw_step(
         .mark(Mark::new(format!("±{} %", short(band)), steady, GREEN));
     if let (Some(line), Some(share)) = (overshoot, specification.overshoot_percent) {
         let name = format!("overshoot allowed {} %", short(share));
-        yaw = yaw.mark(Mark::new(name, Place::YLine(line), VERMILION));
+        yaw = yaw.mark(Mark::new(name, MarkPlace::YLine(line), VERMILION));
     }
     if let Some(time) = specification.settling_time_s {
         let name = format!("to settle by {} s", short(time));
-        yaw = yaw.mark(Mark::new(name, Place::XLine(time), BLACK));
+        yaw = yaw.mark(Mark::new(name, MarkPlace::XLine(time), BLACK));
     }
     if let Some(settled) = reached.settling_time_s {
         let name = format!("settled at {} s", text(settled, 3));
@@ -58,7 +58,7 @@ pub fn yaw_step(
         Series::over("steering", t, (&response.steering_rad, DEG), Style::line(BLUE))
             .noted(format!(" ({used})")),
     );
-    let limit = |name: String, at| Mark::new(name, Place::YLine(at), VERMILION);
+    let limit = |name: String, at| Mark::new(name, MarkPlace::YLine(at), VERMILION);
     let name = format!("limits ±{} deg", short(largest));
     steering = steering.mark(limit(name, largest)).mark(limit(String::new(), -largest));
     let settled = match reached.settling_time_s {

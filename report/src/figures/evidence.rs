@@ -1,7 +1,7 @@
 //! The reliability of a model: prediction, residuals, frequency response, poles and zeros.
 
 use super::{DEG, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};
 use std::f64::consts::TAU;
 use steerwright_formats::{
@@ -23,9 +23,9 @@ pub fn prediction(held_out: &HeldOut) -> Figure {
     if let Some(simulation) = held_out.predictions.iter().find(|p| p.steps.is_none()) {
         let fit = simulation.fit.max(-20.0);
         let name = format!("simulation: {} %", text(simulation.fit, 1));
-        panel = panel.mark(Mark::new(name, Place::YLine(fit), VERMILION));
+        panel = panel.mark(Mark::new(name, MarkPlace::YLine(fit), VERMILION));
         if let Some(error) = held_out.fit_standard_error {
-            let band = Place::YBand(fit - 2.0 * error, fit + 2.0 * error);
+            let band = MarkPlace::YBand(fit - 2.0 * error, fit + 2.0 * error);
             panel = panel.mark(Mark::new("± two standard errors", band, VERMILION));
         }
     }
@@ -49,7 +49,7 @@ pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figur
     let panel = |x: &str, y: &str, points: Vec<(f64, f64)>, bound: f64| {
         let last = (points.len() / 3).saturating_sub(1);
         let tips = points.chunks(3).take(last).skip(1).map(|c| c[1]).collect();
-        let band = Place::YBand(-bound, bound);
+        let band = MarkPlace::YBand(-bound, bound);
         Panel::new(x, y)
             .with(Series::shape("", points, Style::line(BLUE)))
             .with(Series::new("", tips, Style::symbols(BLUE, Symbol::Dot, 2.5)))
@@ -62,7 +62,7 @@ pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figur
         cross,
         correlation.with_input_bound,
     )
-    .mark(Mark::new("", Place::XLine(0.0), GREY));
+    .mark(Mark::new("", MarkPlace::XLine(0.0), GREY));
     let beyond = |values: &[f64], bound: f64| values.iter().filter(|v| v.abs() > bound).count();
     let result = format!(
         "Beyond the band of 99 %: {} of {} lags of the autocorrelation, {} of {} lags with steering.",
@@ -129,7 +129,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         .with(measured(known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect()))
         .with(Series::new("model", over(|p| DEG * p.model_phase_rad).collect(), model));
     phase.series.extend(phase_bars);
-    let significant = Place::YLine(response.significant_coherence);
+    let significant = MarkPlace::YLine(response.significant_coherence);
     let mut coherence = Panel::new("Frequency (Hz)", "Coherence (1)")
         .with(Series::new("coherence", over(|p| p.coherence).collect(), Style::line(BLUE)))
         .with(Series::shape(

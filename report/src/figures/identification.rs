@@ -2,7 +2,7 @@
 //! by frequency, by order.
 
 use super::{DEG, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::read::Traces;
 use steerwright_formats::{Excitation, OrderRow};
@@ -19,7 +19,7 @@ pub fn drive(traces: &Traces) -> Figure {
             Panel::new(traces.axis_label(), label).with(Series::over("", t, (y, DEG), thin(color)));
         for (k, (from, to)) in traces.validation_ranges().into_iter().enumerate() {
             let name = if k == 0 { "validation data" } else { "" };
-            panel = panel.mark(Mark::new(name, Place::XBand(from, to), GREY));
+            panel = panel.mark(Mark::new(name, MarkPlace::XBand(from, to), GREY));
         }
         Panel { link: "drive", ..panel }
     };
@@ -82,8 +82,8 @@ pub fn comparison(traces: &Traces, fits: [Option<f64>; 2], bicycle_fit: Option<f
     let near = magnified(&rate, traces);
     for (k, (from, to)) in traces.validation_ranges().into_iter().enumerate() {
         let name = if k == 0 { "validation data" } else { "" };
-        rate = rate.mark(Mark::new(name, Place::XBand(from, to), GREY));
-        yaw = yaw.mark(Mark::new(name, Place::XBand(from, to), GREY));
+        rate = rate.mark(Mark::new(name, MarkPlace::XBand(from, to), GREY));
+        yaw = yaw.mark(Mark::new(name, MarkPlace::XBand(from, to), GREY));
     }
     let [rate, yaw] = [rate, yaw].map(|p| Panel { link: "drive", ..p });
     let panels = [Some(rate), Some(yaw), near].into_iter().flatten().collect();
@@ -116,11 +116,11 @@ pub fn coherence(excitation: &Excitation) -> Figure {
     let limit = excitation.informative_up_to_hz;
     let mut panel = Panel::new("Frequency (Hz)", "Coherence (1)")
         .with(Series::new("steering angle → yaw rate", points, Style::line(BLUE)))
-        .mark(Mark::new("coherence 0.5", Place::YLine(0.5), GREY));
-    let beyond = |from| Place::XBand(from, f64::INFINITY);
+        .mark(Mark::new("coherence 0.5", MarkPlace::YLine(0.5), GREY));
+    let beyond = |from| MarkPlace::XBand(from, f64::INFINITY);
     panel = if limit > 0.0 {
         let name = format!("low coherence above {} Hz", significant(limit));
-        let line = Mark::new("", Place::XLine(limit), VERMILION);
+        let line = Mark::new("", MarkPlace::XLine(limit), VERMILION);
         panel.mark(line).mark(Mark::new(name, beyond(limit), VERMILION))
     } else {
         panel.mark(Mark::new("low coherence at all frequencies", beyond(0.0), VERMILION))
@@ -147,7 +147,7 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
     let fit = |f: fn(&OrderRow) -> f64| -> Vec<_> {
         rows.iter().map(|r| (r.order as f64, f(r).max(-20.0))).collect()
     };
-    let marked = || Place::XLine(chosen as f64);
+    let marked = || MarkPlace::XLine(chosen as f64);
     let mut singular = Panel::new("Order n", "Singular value")
         .with(Series::new("of the chosen method and horizon", values, Style::dots(BLUE)))
         .mark(Mark::new(format!("chosen: {chosen}"), marked(), VERMILION));

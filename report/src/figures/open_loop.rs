@@ -1,7 +1,7 @@
 //! The open loop of a design: Bode and Nyquist plots with its margins.
 
 use super::{DEG, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use std::f64::consts::TAU;
 use steerwright_formats::Margins;
@@ -50,19 +50,19 @@ pub fn bode(open: &OpenLoop) -> Figure {
     let line = Style::line(BLUE).width(2.0);
     let mut gain = Panel::new("Frequency (Hz)", "Gain (dB)")
         .with(Series::over("loop", f, (&decibel, 1.0), line).noted(format!(" ({gain_margin})")))
-        .mark(Mark::new("", Place::YLine(0.0), GREY));
+        .mark(Mark::new("", MarkPlace::YLine(0.0), GREY));
     let in_parentheses = match phase_margin.as_ref() {
         Some(m) => format!(" ({m})"),
         None => String::new(),
     };
     let mut angle = Panel::new("Frequency (Hz)", "Phase (deg)")
         .with(Series::over("loop", f, (&phase, 1.0), line).noted(in_parentheses))
-        .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILION));
+        .mark(Mark::new("−180 deg", MarkPlace::YLine(-180.0), VERMILION));
     if let Some(crossover) = m.crossover_radps {
         let at = crossover / TAU;
         let name = format!("crossover at {} Hz", text(at, 2));
-        gain = gain.mark(Mark::new(name, Place::XLine(at), BLACK));
-        angle = angle.mark(Mark::new("", Place::XLine(at), BLACK));
+        gain = gain.mark(Mark::new(name, MarkPlace::XLine(at), BLACK));
+        angle = angle.mark(Mark::new("", MarkPlace::XLine(at), BLACK));
     }
     // Far below that the phase winds down for nothing.
     angle.y_limits = Some((-400.0, -60.0));

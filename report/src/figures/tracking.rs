@@ -1,7 +1,7 @@
 //! The reference road and how it was followed (the paper's Fig. 5 to 7).
 
 use super::{DEG, metres, text};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
+use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 use crate::palette::{BLACK, Color, GREY, nth};
 use crate::read::Track;
 use steerwright_formats::PathPoint;
@@ -63,7 +63,7 @@ pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
     let by_distance = tracks.iter().all(|(_, t)| t.distance_m.len() == t.time_s.len());
     let label = if by_distance { "Distance along the road (m)" } else { "Time (s)" };
     let steered = tracks.iter().any(|(_, t)| !t.steering_rad.is_empty());
-    let zero = || Mark::new("", Place::YLine(0.0), GREY);
+    let zero = || Mark::new("", MarkPlace::YLine(0.0), GREY);
     let mut cross = Panel::new(label, "Cross-track error (m)").mark(zero());
     let mut yaw = Panel::new(label, "Yaw error (deg)").mark(zero());
     let mut steering = Panel::new(label, "Steering angle (deg)");

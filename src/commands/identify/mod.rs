@@ -9,7 +9,7 @@ use crate::commands::identify::present::{Shown, present};
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::log::{IdentifyArguments, LogArguments};
-use crate::output::{Kind, Outputs};
+use crate::output::{OutputKind, Outputs};
 use crate::terminal::progress::Progress;
 use std::path::PathBuf;
 use steerwright_drivelog::LOG_FORMATS;
@@ -73,8 +73,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let structure = if is_of_factors { Some(Structure::StateSpace) } else { wanted.structure() };
     let named = structure.map(|structure| PathBuf::from(structure.file_name()));
     let named = arguments.out.clone().or(named);
-    let out = outputs.optional(named.as_ref(), structure.map_or(Kind::Model, Kind::of_model))?;
-    let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
+    let out = outputs
+        .optional(named.as_ref(), structure.map_or(OutputKind::Model, OutputKind::of_model))?;
+    let traces = outputs.optional(arguments.traces.as_ref(), OutputKind::Traces)?;
     let shown = Shown::decide(arguments.plots.as_deref(), arguments.report.as_ref(), &mut outputs)?;
     let of_signals = [
         ("--traces", traces.is_some()),
@@ -106,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let structure = identified.model.structure();
     let out = match out {
         Some(out) => out,
-        None => outputs.file(structure.file_name(), Kind::of_model(structure))?,
+        None => outputs.file(structure.file_name(), OutputKind::of_model(structure))?,
     };
     present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)
 }

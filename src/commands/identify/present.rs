@@ -1,7 +1,7 @@
 //! What was identified: written, drawn and printed, by its structure.
 
 use crate::failure::{Failure, Outcome};
-use crate::output::{Files, Kind, Output, Outputs};
+use crate::output::{Files, Output, OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::evidence::{
     actuator_in_words, channel_table, channels, conclusion, evidence, not_negative, plots,
@@ -78,10 +78,10 @@ impl<'a> Shown<'a> {
         let plots = plots.map(|folder| {
             let names =
                 steerwright_report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
-            Ok::<_, Failure>((folder, outputs.files(folder, names, Kind::Svg)?))
+            Ok::<_, Failure>((folder, outputs.files(folder, names, OutputKind::Svg)?))
         });
         let plots = plots.transpose()?;
-        Ok(Self { plots, report: outputs.optional(report, Kind::Html)? })
+        Ok(Self { plots, report: outputs.optional(report, OutputKind::Html)? })
     }
 
     fn is_wanted(&self) -> bool {

@@ -3,11 +3,11 @@
 use crate::support::{How, folder, prepare, run, study};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use steerwright_sweep::{Error, Options, Piece, Sweep};
+use steerwright_sweep::{Error, Options, Sweep, SweepPiece};
 
 const RUNS: usize = 23;
 
-fn piece(sweep: &Sweep, folder: &Path, shard: (usize, usize)) -> Piece {
+fn piece(sweep: &Sweep, folder: &Path, shard: (usize, usize)) -> SweepPiece {
     sweep.piece(folder, shard, &options(&AtomicBool::new(false))).unwrap()
 }
 

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::design::objective::Objective;
 use crate::design::optimiser::{QUICK, TWICE};
 use crate::design::options::DesignOptions;
-use crate::design::search::{Found, starts};
+use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
@@ -21,7 +21,7 @@ pub(crate) fn infeasibility(
     objective: &Objective,
     plant: &DesignPlant,
     options: &DesignOptions,
-    found: &Found,
+    found: &FoundDesign,
 ) -> Result<Vec<String>, Error> {
     let missed: Vec<(Requirement, f64)> = objective
         .required()
@@ -44,10 +44,10 @@ pub(crate) fn infeasibility(
     }
     let before = words.len();
     // Another plant, or other limits, may require quite other gains.
-    let fastest = |objective: &Objective| -> Result<Found, Error> {
+    let fastest = |objective: &Objective| -> Result<FoundDesign, Error> {
         let mut begin = starts(objective, SCALE, STARTS, options.seed);
         begin.push(found.variables.clone());
-        Found::by_search(objective, &SHORTEST_SETTLING, &begin, TWICE)
+        FoundDesign::by_search(objective, &SHORTEST_SETTLING, &begin, TWICE)
     };
     // With another relaxed requirement.
     for (r, required) in objective.required() {
@@ -56,7 +56,7 @@ pub(crate) fn infeasibility(
         }
         let target = LEAST_RESERVE.relaxing(r);
         let start = std::slice::from_ref(&found.variables);
-        let relaxed = Found::by_search(objective, &target, start, QUICK)?;
+        let relaxed = FoundDesign::by_search(objective, &target, start, QUICK)?;
         let rest_met = relaxed
             .reached
             .shortfalls(&objective.spec)

@@ -38,9 +38,13 @@ pub(super) fn ramps(
     for acceleration in ACCELERATIONS_MPS2 {
         let (from, to) = if acceleration > 0.0 { (low, high) } else { (high, low) };
         let ramp = Ramp { from, to, acceleration };
-        rows.push(yaw_steps(Drive::new(&model, pid, pid.designed_for.loop_delay_s), pid, ramp)?);
+        rows.push(yaw_steps(
+            RampDrive::new(&model, pid, pid.designed_for.loop_delay_s),
+            pid,
+            ramp,
+        )?);
         let delay = pid.designed_for.path_delay_s.max(pid.designed_for.loop_delay_s);
-        let drive = Drive::new(&model, pid, delay);
+        let drive = RampDrive::new(&model, pid, delay);
         rows.push(constant_radius(drive, pid, &sideslip(plant), high, ramp)?);
     }
     Ok(rows)
@@ -66,7 +70,7 @@ impl Ramp {
 }
 
 /// The plant and its controller.
-struct Drive<'a> {
+struct RampDrive<'a> {
     plant: PlantModel,
     parameters: PidParameters,
     schedule: Option<PidSchedule>,
@@ -75,7 +79,7 @@ struct Drive<'a> {
     model: &'a str,
 }
 
-impl<'a> Drive<'a> {
+impl<'a> RampDrive<'a> {
     fn new(plant: &PlantModel, pid: &'a PidFile, delay_s: f64) -> Self {
         let parameters = steerwright_models::files::pid_parameters(pid);
         let ticks = (delay_s / pid.sample_time_s).round() as usize;
@@ -109,7 +113,7 @@ impl<'a> Drive<'a> {
 }
 
 /// Steps up and down by the height of the specification, one after the other.
-fn yaw_steps(mut drive: Drive<'_>, pid: &PidFile, ramp: Ramp) -> Result<SpeedRamp, Error> {
+fn yaw_steps(mut drive: RampDrive<'_>, pid: &PidFile, ramp: Ramp) -> Result<SpeedRamp, Error> {
     let (spec, h) = (&pid.specification, pid.sample_time_s);
     let settling = spec.settling_time_s.unwrap_or(0.0);
     let period = LEAST_PERIOD_S.max(PERIOD_PER_SETTLING * settling);
@@ -160,7 +164,7 @@ fn yaw_steps(mut drive: Drive<'_>, pid: &PidFile, ramp: Ramp) -> Result<SpeedRam
 
 /// An arc with the lateral acceleration of the specification's curve at the highest speed.
 fn constant_radius(
-    mut drive: Drive<'_>,
+    mut drive: RampDrive<'_>,
     pid: &PidFile,
     sideslip: &Sideslip,
     high: f64,

@@ -5,7 +5,7 @@
 
 use model_description::{Causality, Unit, Variable};
 
-use super::structure::{Component, Connector, Place};
+use super::structure::{Component, Connector, SspPlace};
 use crate::Error;
 use crate::archive::Archive;
 use crate::names::near_text;
@@ -145,7 +145,12 @@ pub(super) fn units(
 }
 
 /// An error of a connection, with the place and the ends as they are written.
-pub(super) fn error_at(package: &str, place: &Place, written: &Connection, source: Error) -> Error {
+pub(super) fn error_at(
+    package: &str,
+    place: &SspPlace,
+    written: &Connection,
+    source: Error,
+) -> Error {
     Error::SystemConnection {
         package: package.to_owned(),
         file: place.file.clone(),

@@ -3,7 +3,7 @@
 use model_description::Excess;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::structure::Place;
+use super::structure::SspPlace;
 use crate::Error;
 
 /// Elements, texts and comments a file may have.
@@ -87,8 +87,8 @@ impl<'a, 'input> Element<'a, 'input> {
         1 + self.file.line_ends.partition_point(|end| *end < start) as u32
     }
 
-    pub(super) fn place(self) -> Place {
-        Place { file: self.file.name.to_owned(), line: self.line() }
+    pub(super) fn place(self) -> SspPlace {
+        SspPlace { file: self.file.name.to_owned(), line: self.line() }
     }
 
     pub(super) fn error(self, problem: impl Into<String>) -> Error {

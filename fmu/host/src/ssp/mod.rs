@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use model_description::{Causality, Kind, Unit, Value, Variable};
 
-pub use structure::{Component, Connector, Parameter, Place, SystemInput, SystemStructure};
+pub use structure::{Component, Connector, Parameter, SspPlace, SystemInput, SystemStructure};
 
 use crate::archive::{Archive, Limits, extract};
 use crate::instance::Instance;
@@ -207,7 +207,7 @@ impl SystemPackage {
         &self,
         system: &mut System,
         written: &Connection,
-        how: &structure::Written,
+        how: &structure::WrittenConnection,
         remarks: &mut Vec<String>,
     ) -> Result<(), Error> {
         let all = || self.structure.components.iter().zip(self.archives());

@@ -8,7 +8,7 @@
 use model_description::{BaseUnit, Unit, Value};
 
 use super::element::{Element, File, line_ends, without_mark};
-use super::structure::{Component, Connector, Parameter, SystemStructure, Written};
+use super::structure::{Component, Connector, Parameter, SystemStructure, WrittenConnection};
 use super::wires::{Wire, Wires};
 use crate::Error;
 use crate::names::{near, near_text};
@@ -270,7 +270,7 @@ fn read_wire(element: Element<'_, '_>, path: &str, wires: &Wires) -> Result<Wire
             return Err(element.error(problem));
         }
     };
-    let written = Written { place: element.place(), suppressed, transformation };
+    let written = WrittenConnection { place: element.place(), suppressed, transformation };
     Ok(Wire::new(ends, path, written, element.file.package))
 }
 

@@ -22,7 +22,7 @@ pub struct SystemStructure {
     /// [`SystemPackage::system`]: crate::SystemPackage::system
     pub connections: Vec<Connection>,
     /// Where each connection is written, and whether it forbids converting units.
-    pub(super) written: Vec<Written>,
+    pub(super) written: Vec<WrittenConnection>,
     /// The units that the file defines.
     pub units: Vec<Unit>,
     /// Start of the default experiment, s.
@@ -51,7 +51,7 @@ pub struct SystemInput {
     pub component: String,
     /// Its input.
     pub input: String,
-    pub(super) written: Written,
+    pub(super) written: WrittenConnection,
 }
 
 /// An FMU in a system.
@@ -79,7 +79,7 @@ pub struct Parameter {
     /// That unit in base units, where the file of the value defines it.
     pub base: Option<BaseUnit>,
     /// Where the value is written.
-    pub place: Place,
+    pub place: SspPlace,
 }
 
 /// A variable of an FMU, or a signal of the system, as the package describes it.
@@ -94,19 +94,19 @@ pub struct Connector {
     /// Its unit, where one is stated.
     pub unit: Option<String>,
     /// Where it is written.
-    pub place: Place,
+    pub place: SspPlace,
 }
 
 /// A line of a file of a package.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct SspPlace {
     /// The file, such as `SystemStructure.ssd`.
     pub file: String,
     /// The line, from 1.
     pub line: u32,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for SspPlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}:{}", self.file, self.line)
     }
@@ -114,8 +114,8 @@ impl std::fmt::Display for Place {
 
 /// How a connection is written.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Written {
-    pub(super) place: Place,
+pub(super) struct WrittenConnection {
+    pub(super) place: SspPlace,
     /// `suppressUnitConversion`.
     pub(super) suppressed: bool,
     /// `LinearTransformation`, of the value of the source.

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::structure::{Connector, SystemInput, SystemStructure, Written};
+use super::structure::{Connector, SystemInput, SystemStructure, WrittenConnection};
 use crate::Error;
 use crate::system::Connection;
 
@@ -25,7 +25,7 @@ pub(super) struct Wire {
     end: WireEnd,
     /// The path of the system in which it is written.
     level: String,
-    written: Written,
+    written: WrittenConnection,
     package: String,
 }
 
@@ -33,7 +33,7 @@ impl Wire {
     pub(super) fn new(
         [start, end]: [WireEnd; 2],
         level: &str,
-        written: Written,
+        written: WrittenConnection,
         package: &str,
     ) -> Self {
         Self { start, end, level: level.to_owned(), written, package: package.to_owned() }
@@ -72,7 +72,7 @@ pub(super) struct Wires {
 /// A value on its way: where it comes from, and what the wires do to it.
 struct Origin {
     end: WireEnd,
-    written: Written,
+    written: WrittenConnection,
     /// How many wires it passed.
     wires: usize,
 }
@@ -232,7 +232,11 @@ impl Wires {
 }
 
 /// How a value passes that comes from `origin` and then passes a wire: with the transformations of both.
-fn joined(wire: &Wire, last: &Written, origin: &Origin) -> Result<Written, Error> {
+fn joined(
+    wire: &Wire,
+    last: &WrittenConnection,
+    origin: &Origin,
+) -> Result<WrittenConnection, Error> {
     if last.suppressed != origin.written.suppressed {
         let what = "suppressUnitConversion on a part of the way through systems inside the system";
         return Err(wire.not_supported(what.to_owned()));
@@ -245,7 +249,7 @@ fn joined(wire: &Wire, last: &Written, origin: &Origin) -> Result<Written, Error
             "an offset of a LinearTransformation on the way through systems inside the system";
         return Err(wire.not_supported(what.to_owned()));
     }
-    Ok(Written { place: last.place.clone(), suppressed: last.suppressed, transformation })
+    Ok(WrittenConnection { place: last.place.clone(), suppressed: last.suppressed, transformation })
 }
 
 /// A name for messages: `system/connector` or `component.variable`.
@@ -257,7 +261,7 @@ fn path_text(end: &WireEnd) -> String {
 }
 
 /// Adds a connection whose ends are components, or connectors of the root.
-fn connect_ends(structure: &mut SystemStructure, ends: [&WireEnd; 2], written: &Written) {
+fn connect_ends(structure: &mut SystemStructure, ends: [&WireEnd; 2], written: &WrittenConnection) {
     let (connector, component, input) = match ends {
         [
             WireEnd::Variable { component: from, name: output },

@@ -1,10 +1,10 @@
 //! The three kinds of derivatives, if an FMU declares them: the calls must succeed and return finite values.
 
-use super::exercise::{Run, Stop};
+use super::exercise::{ExerciseRun, Stop};
 use model_description::{Causality, Kind, Value, Variability, Variable};
 use steerwright_host::Instance;
 
-impl Run<'_> {
+impl ExerciseRun<'_> {
     /// Names and references of the continuous Reals of a causality.
     pub(super) fn continuous(&self, causality: Causality) -> Vec<(String, u32)> {
         let wanted = |v: &&Variable| {

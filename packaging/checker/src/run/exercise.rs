@@ -35,7 +35,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal, deadline: Instant) {
     }
     let plan = Plan::from_description(archive.model().description());
     journal.runs(binary(&archive));
-    let mut run = Run {
+    let mut run = ExerciseRun {
         archive: &archive,
         plan,
         journal,
@@ -80,7 +80,7 @@ fn report(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &
     }
 }
 
-pub(super) struct Run<'a> {
+pub(super) struct ExerciseRun<'a> {
     pub(super) archive: &'a Archive,
     pub(super) plan: Plan,
     pub(super) journal: &'a mut Journal,
@@ -99,7 +99,7 @@ pub(super) struct Run<'a> {
 /// A violation after which the instance is not tested further.
 pub(super) struct Stop;
 
-impl Run<'_> {
+impl ExerciseRun<'_> {
     pub(super) fn description(&self) -> &ModelDescription {
         self.archive.model().description()
     }

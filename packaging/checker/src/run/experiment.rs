@@ -1,6 +1,6 @@
 //! The experiment that the FMU recommends, to its stop time or as far as the time limit allows.
 
-use super::exercise::{Run, Stop};
+use super::exercise::{ExerciseRun, Stop};
 use super::trajectory::{outputs, steps_to_stop};
 use model_description::{Kind, Value};
 use std::time::Instant;
@@ -14,7 +14,7 @@ enum End {
     Discarded,
 }
 
-impl Run<'_> {
+impl ExerciseRun<'_> {
     /// Runs the whole experiment, unless the first run was as long, and states the time that was run.
     pub(super) fn experiment(&mut self) -> Result<(), Stop> {
         let Some(steps) = self.first_steps else { return Ok(()) };

@@ -1,6 +1,6 @@
 //! Further runs, each for one requirement of the XML or the standard.
 
-use super::exercise::{Run, Stop};
+use super::exercise::{ExerciseRun, Stop};
 use super::trajectory::{Trajectory, difference, drive, outputs, same};
 use model_description::{Causality, Kind, Value};
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use steerwright_host::{Error, Status};
 /// The largest number of inputs that are perturbed one by one.
 const MOST_INPUTS: usize = 200;
 
-impl Run<'_> {
+impl ExerciseRun<'_> {
     /// Runs all probes; `first` is the trajectory of an instance that ran alone.
     pub(super) fn probes(&mut self, first: &Trajectory) {
         let co_simulation = self.archive.model().co_simulation();

@@ -1,10 +1,10 @@
 //! FMU states (section 2.1.8), if an FMU declares them.
 
-use super::exercise::{Run, Stop};
+use super::exercise::{ExerciseRun, Stop};
 use super::trajectory::{difference, drive, outputs};
 use steerwright_host::Instance;
 
-impl Run<'_> {
+impl ExerciseRun<'_> {
     /// Continues from a state twice, then from its bytes in another instance.
     pub(super) fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         let co_simulation = self.archive.model().co_simulation();

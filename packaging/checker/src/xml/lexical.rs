@@ -1,11 +1,11 @@
 //! The texts that are values of the schema's simple types (XML Schema, part 2).
 
-use super::schema::Kind;
+use super::schema::AttributeKind;
 
 /// The white space of XML, which most types ignore at both ends.
 const SPACE: [char; 4] = [' ', '\t', '\r', '\n'];
 
-impl Kind {
+impl AttributeKind {
     pub(super) fn accepts(self, text: &str) -> bool {
         let trimmed = text.trim_matches(SPACE);
         match self {
@@ -148,13 +148,16 @@ mod tests {
     /// The results are those of libxml2 with FMPy's copy of the schema.
     #[test]
     fn values_are_those_of_xml_schema() {
-        let good: &[(Kind, &[&str])] = &[
-            (Kind::UnsignedInt, &["+5", "-0", " 5 ", "05", "4294967295", "\t5"]),
-            (Kind::Int, &["+5", "-0", "-2147483648", " 7 "]),
-            (Kind::Double, &["INF", "-INF", "NaN", "1E+5", ".5", "5.", " 1 ", "1e400", "+.5e-3"]),
-            (Kind::Boolean, &["true", "1", " true "]),
+        let good: &[(AttributeKind, &[&str])] = &[
+            (AttributeKind::UnsignedInt, &["+5", "-0", " 5 ", "05", "4294967295", "\t5"]),
+            (AttributeKind::Int, &["+5", "-0", "-2147483648", " 7 "]),
             (
-                Kind::DateTime,
+                AttributeKind::Double,
+                &["INF", "-INF", "NaN", "1E+5", ".5", "5.", " 1 ", "1e400", "+.5e-3"],
+            ),
+            (AttributeKind::Boolean, &["true", "1", " true "]),
+            (
+                AttributeKind::DateTime,
                 &[
                     "2020-01-01T00:00:00Z",
                     "2020-01-01T00:00:00",
@@ -166,24 +169,24 @@ mod tests {
                     "2020-02-29T00:00:00Z",
                 ],
             ),
-            (Kind::Indices, &["", "1 2", "1\n2"]),
-            (Kind::Words(&["a", "b"]), &["", "a  b", " a"]),
+            (AttributeKind::Indices, &["", "1 2", "1\n2"]),
+            (AttributeKind::Words(&["a", "b"]), &["", "a  b", " a"]),
         ];
         for (kind, texts) in good {
             for text in *texts {
                 assert!(kind.accepts(text), "{kind:?} {text:?}");
             }
         }
-        let bad: &[(Kind, &[&str])] = &[
-            (Kind::UnsignedInt, &["4294967296", "5.0", "", "-1", "0x1"]),
-            (Kind::Int, &["2147483648", "", "+"]),
+        let bad: &[(AttributeKind, &[&str])] = &[
+            (AttributeKind::UnsignedInt, &["4294967296", "5.0", "", "-1", "0x1"]),
+            (AttributeKind::Int, &["2147483648", "", "+"]),
             (
-                Kind::Double,
+                AttributeKind::Double,
                 &["+INF", "nan", "inf", "1d5", "", "0x1", ".", "infinity", "1_0", "1,5"],
             ),
-            (Kind::Boolean, &["TRUE", "yes", ""]),
+            (AttributeKind::Boolean, &["TRUE", "yes", ""]),
             (
-                Kind::DateTime,
+                AttributeKind::DateTime,
                 &[
                     "2020-01-01",
                     "2020-13-01T00:00:00Z",
@@ -198,9 +201,9 @@ mod tests {
                     "",
                 ],
             ),
-            (Kind::Word(&["flat"]), &[" flat", "Flat"]),
-            (Kind::Indices, &["1 x", "1,2"]),
-            (Kind::Words(&["a", "b"]), &["a c"]),
+            (AttributeKind::Word(&["flat"]), &[" flat", "Flat"]),
+            (AttributeKind::Indices, &["1 x", "1,2"]),
+            (AttributeKind::Words(&["a", "b"]), &["a c"]),
         ];
         for (kind, texts) in bad {
             for text in *texts {

@@ -25,12 +25,12 @@ pub(super) struct Slot {
 
 pub(super) struct Attribute {
     pub(super) name: &'static str,
-    pub(super) kind: Kind,
+    pub(super) kind: AttributeKind,
     pub(super) required: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum AttributeKind {
     /// `xs:string` and `xs:normalizedString`: every text is valid.
     Text,
     Boolean,
@@ -43,8 +43,8 @@ pub(super) enum Kind {
     Words(&'static [&'static str]),
 }
 
+use AttributeKind::{Boolean, DateTime, Double, Indices, Int, Text, UnsignedInt, Word, Words};
 use Content::{Anything, Empty, One, Slots};
-use Kind::{Boolean, DateTime, Double, Indices, Int, Text, UnsignedInt, Word, Words};
 
 const MANY: usize = usize::MAX;
 
@@ -53,11 +53,11 @@ macro_rules! attributes {
     ($($need:ident $name:literal $kind:expr),*) => { &[$($need($name, $kind)),*] };
 }
 
-const fn need(name: &'static str, kind: Kind) -> Attribute {
+const fn need(name: &'static str, kind: AttributeKind) -> Attribute {
     Attribute { name, kind, required: true }
 }
 
-const fn may(name: &'static str, kind: Kind) -> Attribute {
+const fn may(name: &'static str, kind: AttributeKind) -> Attribute {
     Attribute { name, kind, required: false }
 }
 

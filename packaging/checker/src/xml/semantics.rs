@@ -2,7 +2,7 @@
 
 use super::document::{Document, child, children, items};
 use crate::finding::{Findings, Location};
-use model_description::{ModelDescription, Place};
+use model_description::{FindingPlace, ModelDescription};
 use roxmltree::Node;
 
 pub(super) fn check(
@@ -34,20 +34,24 @@ impl<'a, 'd> Places<'a, 'd> {
         Self { document, root, variables }
     }
 
-    fn location(&self, place: Place) -> Location {
+    fn location(&self, place: FindingPlace) -> Location {
         let node = match place {
-            Place::Root => None,
-            Place::CoSimulation => child(self.root, "CoSimulation"),
-            Place::DefaultExperiment => child(self.root, "DefaultExperiment"),
-            Place::LogCategory(n) => items(self.root, "LogCategories", "Category").nth(n),
-            Place::Unit(n) => items(self.root, "UnitDefinitions", "Unit").nth(n),
-            Place::DisplayUnit { unit, position } => items(self.root, "UnitDefinitions", "Unit")
-                .nth(unit)
-                .and_then(|unit| children(unit, "DisplayUnit").nth(position)),
-            Place::VendorAnnotation(n) => items(self.root, "VendorAnnotations", "Tool").nth(n),
-            Place::Variable(n) => self.variables.get(n).copied(),
-            Place::List(list) => self.list(list.as_str()),
-            Place::Unknown { list, position } => {
+            FindingPlace::Root => None,
+            FindingPlace::CoSimulation => child(self.root, "CoSimulation"),
+            FindingPlace::DefaultExperiment => child(self.root, "DefaultExperiment"),
+            FindingPlace::LogCategory(n) => items(self.root, "LogCategories", "Category").nth(n),
+            FindingPlace::Unit(n) => items(self.root, "UnitDefinitions", "Unit").nth(n),
+            FindingPlace::DisplayUnit { unit, position } => {
+                items(self.root, "UnitDefinitions", "Unit")
+                    .nth(unit)
+                    .and_then(|unit| children(unit, "DisplayUnit").nth(position))
+            }
+            FindingPlace::VendorAnnotation(n) => {
+                items(self.root, "VendorAnnotations", "Tool").nth(n)
+            }
+            FindingPlace::Variable(n) => self.variables.get(n).copied(),
+            FindingPlace::List(list) => self.list(list.as_str()),
+            FindingPlace::Unknown { list, position } => {
                 self.list(list.as_str()).and_then(|list| children(list, "Unknown").nth(position))
             }
         };

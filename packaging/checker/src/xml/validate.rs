@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::lexical::is_special;
-use super::schema::{Attribute, Content, Element, Kind, ROOT, Slot};
+use super::schema::{Attribute, AttributeKind, Content, Element, ROOT, Slot};
 use crate::finding::Findings;
 use roxmltree::Node;
 
@@ -100,7 +100,7 @@ impl Validator<'_, '_> {
                             known.kind.expected()
                         ),
                     ),
-                    Some(known) if known.kind == Kind::Double && is_special(value) => {
+                    Some(known) if known.kind == AttributeKind::Double && is_special(value) => {
                         report("special-value", format!("`{}` is {}", known.name, value.trim()));
                     }
                     Some(_) => {}
