@@ -76,7 +76,7 @@ pub(crate) fn terms(text: &str) -> Option<Vec<(f64, Vec<&str>)>> {
     }
     let is_single = terms.len() == 1 && text.find(" * ").is_none();
     let has_names = terms.iter().any(|(_, names)| !names.is_empty());
-    (!is_single && has_names).then_some(terms)
+    if !is_single && has_names { Some(terms) } else { None }
 }
 
 #[cfg(test)]

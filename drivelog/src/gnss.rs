@@ -42,7 +42,7 @@ impl Gnss {
     pub(crate) fn from_drives(drives: &[Drive], options: &LogOptions) -> Option<Self> {
         let drives: Vec<_> = drives.iter().filter_map(|d| of_drive(d, options)).collect();
         let (latency_s, antenna_x_m) = (options.gnss_latency_s, options.antenna_x_m);
-        (!drives.is_empty()).then_some(Self { drives, latency_s, antenna_x_m })
+        if drives.is_empty() { None } else { Some(Self { drives, latency_s, antenna_x_m }) }
     }
 }
 
@@ -57,8 +57,10 @@ fn of_drive(drive: &Drive, options: &LogOptions) -> Option<GnssDrive> {
     let mut of = GnssDrive {
         time_s: gyro.time.to_vec(),
         yaw_rate_radps: gyro.value.clone(),
-        speed_mps: speed
-            .map_or_else(Vec::new, |s| gyro.time.iter().map(|t| value_at(s, *t)).collect()),
+        speed_mps: match speed {
+            Some(s) => gyro.time.iter().map(|t| value_at(s, *t)).collect(),
+            None => Vec::new(),
+        },
         ..GnssDrive::default()
     };
     let mut last = None;
@@ -71,7 +73,7 @@ fn of_drive(drive: &Drive, options: &LogOptions) -> Option<GnssDrive> {
         }
     }
     of.segments = segments(&of, options);
-    (!of.fix_m.is_empty()).then_some(of)
+    if of.fix_m.is_empty() { None } else { Some(of) }
 }
 
 /// East and north of a first fix, m, where both coordinates were reported at one instant.

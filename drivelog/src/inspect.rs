@@ -213,7 +213,10 @@ impl State {
         let read: BTreeMap<usize, &Outline> =
             self.read.iter().copied().zip(&self.channels).collect();
         let channel = |c: usize| {
-            let outline = read.get(&c).map_or_else(Outline::default, |&own| own.clone());
+            let outline = match read.get(&c) {
+                Some(&own) => own.clone(),
+                None => Outline::default(),
+            };
             let parts = outline.parts.iter().map(|&[t, least, most]| [t - start, least, most]);
             let own = &group.channels[c];
             let unit = unit_of(group, c, options).ok();
@@ -225,10 +228,13 @@ impl State {
             });
             InspectedChannel {
                 name: own.name.clone(),
-                unit: unit.map_or_else(|| text.map(Into::into), |unit| Some(unit.name.into())),
+                unit: match unit {
+                    Some(unit) => Some(unit.name.into()),
+                    None => text.map(Into::into),
+                },
                 values: outline.values,
-                min: (outline.values > 0).then_some(outline.least),
-                max: (outline.values > 0).then_some(outline.most),
+                min: if outline.values > 0 { Some(outline.least) } else { None },
+                max: if outline.values > 0 { Some(outline.most) } else { None },
                 candidate_for: roles.map(Role::name).collect(),
                 outline: parts.collect(),
             }
@@ -239,10 +245,17 @@ impl State {
             clock: self.clock.map(|(c, _)| group.channels[c].name.clone()),
             no_clock: self.no_clock.clone(),
             rows: self.rows,
-            span_s: (has_clock && !self.first.is_nan())
-                .then_some([self.first - start, self.last - start]),
+            span_s: if has_clock && !self.first.is_nan() {
+                Some([self.first - start, self.last - start])
+            } else {
+                None
+            },
             // The clock's digits are coarser than 1e-3 Hz.
-            rate_hz: (has_clock && self.period > 0.0).then(|| (1e3 / self.period).round() / 1e3),
+            rate_hz: if has_clock && self.period > 0.0 {
+                Some((1e3 / self.period).round() / 1e3)
+            } else {
+                None
+            },
             gaps: if has_clock { self.gaps } else { 0 },
             longest_gap_s: self.longest.filter(|_| has_clock).map(|gap| gap.map(|t| t - start)),
             channels: (0..group.channels.len()).map(channel).collect(),

@@ -90,7 +90,7 @@ pub(crate) fn resolution(x: &[f64]) -> Option<f64> {
         (turns - turns.round()).abs() < (0.02 * turns.max(1.0).sqrt()).min(0.1)
     });
     // Of differences without a step, at most a fifth are so near to a multiple.
-    (multiples.count() as f64 > 0.95 * steps.len() as f64).then_some(least)
+    if multiples.count() as f64 > 0.95 * steps.len() as f64 { Some(least) } else { None }
 }
 
 #[cfg(test)]

@@ -316,7 +316,11 @@ impl<'a> Problem<'a> {
         let gain = |range: std::ops::Range<usize>| range.map(|t| first[t] - second[t]).sum::<f64>();
         let gains: Vec<f64> = self.blocks(first.len()).map(gain).collect();
         let error = standard_deviation(&gains) / (gains.len() as f64).sqrt();
-        (gains.len() >= LEAST_BLOCKS).then(|| mean(&gains) / error.max(f64::MIN_POSITIVE))
+        if gains.len() >= LEAST_BLOCKS {
+            Some(mean(&gains) / error.max(f64::MIN_POSITIVE))
+        } else {
+            None
+        }
     }
 
     fn identified(&self) -> Result<Parameters, Error> {

@@ -31,7 +31,13 @@ impl Compression {
         match start {
             _ if start.starts_with(b"\x1F\x8B") => Some(Self::Gzip),
             _ if start.starts_with(ZSTANDARD) => Some(Self::Zstandard),
-            _ => is_bzip2.then_some(Self::Bzip2),
+            _ => {
+                if is_bzip2 {
+                    Some(Self::Bzip2)
+                } else {
+                    None
+                }
+            }
         }
     }
 

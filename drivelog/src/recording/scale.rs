@@ -66,7 +66,7 @@ impl Scale {
 
     /// The channel of a column of that name; `is_time` where its type is a time.
     pub(super) fn channel(self, name: &str, is_time: bool) -> Channel {
-        let mut channel = Channel::new(name, is_time.then_some("s"));
+        let mut channel = Channel::new(name, if is_time { Some("s") } else { None });
         channel.has_stamps = is_time || matches!(self, Self::Int96 | Self::Text(Some(_)));
         channel.is_text = self == Self::Text(None);
         channel

@@ -228,7 +228,7 @@ impl Split {
             }
         }
         let long = |part: &[Range<usize>]| part.iter().any(|r| r.len() >= 2 * CRUMB);
-        (long(&out.estimation) && long(&out.validation)).then_some(out)
+        if long(&out.estimation) && long(&out.validation) { Some(out) } else { None }
     }
 }
 

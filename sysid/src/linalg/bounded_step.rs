@@ -40,7 +40,11 @@ pub(crate) fn bounded_step<const N: usize>(
         let leaves = |(j, &i): (usize, &usize)| {
             let [low, high] = priors[i].bounds;
             let step = solution[(j, 0)];
-            ((at[i] <= low && step < 0.0) || (at[i] >= high && step > 0.0)).then_some(i)
+            if (at[i] <= low && step < 0.0) || (at[i] >= high && step > 0.0) {
+                Some(i)
+            } else {
+                None
+            }
         };
         let held: Vec<usize> = moving.iter().enumerate().filter_map(leaves).collect();
         if !held.is_empty() {

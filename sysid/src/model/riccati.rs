@@ -62,8 +62,11 @@ pub fn kalman_filter(
     let residual = a * &h * a.transpose() + q - &gain * cross.transpose();
     let scale = 1e-300 + h.norm_l2() + q.norm_l2();
     let solved = (&residual - &h).norm_l2() < 1e-6 * scale;
-    (solved && is_finite(gain.as_ref()) && spectral_radius(closed.as_ref()) < 1.0)
-        .then_some(KalmanFilter { gain, innovation })
+    if solved && is_finite(gain.as_ref()) && spectral_radius(closed.as_ref()) < 1.0 {
+        Some(KalmanFilter { gain, innovation })
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

@@ -107,7 +107,7 @@ impl StateSpace {
     #[must_use]
     pub fn steady_state_gain(&self, output: usize, input: usize) -> Option<f64> {
         let (re, _) = self.frequency_response(output, input, 0.0);
-        re.is_finite().then_some(re)
+        if re.is_finite() { Some(re) } else { None }
     }
 
     /// The system from `input[j]·u_j` to `output[i]·y_i`, its state as it is.

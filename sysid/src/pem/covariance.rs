@@ -112,7 +112,7 @@ impl Local {
             Focus::Simulation => Drive::Inputs,
         };
         let moving = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
-        let offsets = offset.then(|| vec![0.0; data.outputs()]);
+        let offsets = if offset { Some(vec![0.0; data.outputs()]) } else { None };
         let point = Point { model: model.clone(), x0s: x0s.to_vec(), offsets };
         let covariance = error_covariance(&point, drive, data);
         let weight = weight(&covariance)?;
@@ -158,7 +158,7 @@ impl Local {
         }
         let noise = products.reversed()?;
         let offsets = vec![0.0; self.linear.offsets];
-        let offsets = (!offsets.is_empty()).then_some(offsets.as_slice());
+        let offsets = if offsets.is_empty() { None } else { Some(offsets.as_slice()) };
         let width = n + q + 1;
         let mut rows = vec![0.0; p * width];
         let mut psi = vec![0.0; p * q];

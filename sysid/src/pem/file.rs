@@ -73,11 +73,11 @@ impl Uncertain {
             .map(|k| k * last / STEPS)
             .filter_map(|at| {
                 let (value, standard_error) = *response.get(at)?;
-                (value + standard_error).is_finite().then_some(StepBand {
-                    time_s: at as f64 * sample_time_s,
-                    value,
-                    standard_error,
-                })
+                if (value + standard_error).is_finite() {
+                    Some(StepBand { time_s: at as f64 * sample_time_s, value, standard_error })
+                } else {
+                    None
+                }
             })
             .collect()
     }

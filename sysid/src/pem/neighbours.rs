@@ -84,7 +84,11 @@ pub(crate) fn larger(root: &Mat<f64>, deviations: &Mat<f64>) -> Result<Mat<f64>,
 pub(crate) fn without_blocks(data: &DataSet, blocks: usize, least: usize) -> Vec<DataSet> {
     let count = data.samples();
     let part = |s: &Segment, range: Range<usize>| {
-        (range.len() >= least).then(|| Segment::new(s.u.columns(range.clone()), s.y.columns(range)))
+        if range.len() >= least {
+            Some(Segment::new(s.u.columns(range.clone()), s.y.columns(range)))
+        } else {
+            None
+        }
     };
     (0..blocks)
         .filter_map(|b| {

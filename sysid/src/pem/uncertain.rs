@@ -227,8 +227,11 @@ impl Uncertain {
     #[must_use]
     pub fn steady_state_gain(&self, output: usize, input: usize) -> Option<(f64, f64)> {
         let at_rest = self.frequency_response(output, input, 0.0);
-        (at_rest.re.is_finite() && at_rest.re_error.is_finite())
-            .then_some((at_rest.re, at_rest.re_error))
+        if at_rest.re.is_finite() && at_rest.re_error.is_finite() {
+            Some((at_rest.re, at_rest.re_error))
+        } else {
+            None
+        }
     }
 
     /// The output after a unit step of one input at sample 0, with its standard error, for the

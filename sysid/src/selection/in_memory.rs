@@ -220,6 +220,6 @@ impl Estimator for InMemory<'_> {
 
     fn other_models(&self, first: StateSpace, _: Option<&Candidate>) -> Vec<StateSpace> {
         let sought = self.options.refine && self.looped();
-        Vec::from_iter(sought.then_some(first))
+        Vec::from_iter(if sought { Some(first) } else { None })
     }
 }

@@ -231,7 +231,7 @@ pub(crate) fn with_logarithm(
             }
         }
         one.has_logarithm = has_logarithm(&one.model);
-        one.mirroring_cost = moved.then_some(now / least - 1.0);
+        one.mirroring_cost = if moved { Some(now / least - 1.0) } else { None };
         let is_best = best.as_ref().is_none_or(|(_, _, square)| now < *square);
         if one.has_logarithm && costs_nothing(least, now) && is_best {
             best = Some((i, one, now));

@@ -45,7 +45,7 @@ pub(crate) fn age(pieces: &[Piece]) -> Option<Age> {
     let standard_error = jackknife(&blocks)?.hypot(SPEED_ERROR_S);
     // No fix comes before it was valid, but for the error.
     let is_found = standard_error < UNKNOWN_ERROR_S && seconds >= -3.0 * standard_error;
-    is_found.then_some(Age { seconds: seconds.max(0.0), standard_error })
+    if is_found { Some(Age { seconds: seconds.max(0.0), standard_error }) } else { None }
 }
 
 /// Standard error of the age by leaving out a group of neighbouring blocks at a time (Efron and Stein 1981).

@@ -176,7 +176,11 @@ fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
         let displacement = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
         let (led, displacement) = (led[0].hypot(led[1]), displacement[0].hypot(displacement[1]));
         let is_straight = (b.yaw - a.yaw).abs() <= STRAIGHT && displacement.min(led) >= SHORTEST_M;
-        is_straight.then(|| terms_of_age(led, displacement, change, 0.5 * (begin + end)))
+        if is_straight {
+            Some(terms_of_age(led, displacement, change, 0.5 * (begin + end)))
+        } else {
+            None
+        }
     };
     pairs(piece, SEGMENT_S).into_iter().filter_map(displacement).collect()
 }
@@ -256,13 +260,13 @@ impl<'a> Odometry<'a> {
             place.yaw += turned;
             places.push(place);
         }
-        (piece.time.len() > 1).then_some(Self { time: &piece.time, places })
+        if piece.time.len() > 1 { Some(Self { time: &piece.time, places }) } else { None }
     }
 
     fn place_at(&self, time: f64) -> Option<Place> {
         let after = self.time.partition_point(|t| *t < time);
         if after == 0 {
-            return (self.time[0] <= time).then(|| self.places[0]);
+            return if self.time[0] <= time { Some(self.places[0]) } else { None };
         }
         let (a, b) = (self.places[after - 1], self.places.get(after)?);
         let part = (time - self.time[after - 1]) / (self.time[after] - self.time[after - 1]);

@@ -123,15 +123,17 @@ fn wrong_age(stated: f64, found: &Age) -> Option<(Reason, String)> {
     let error = 2.0 * found.standard_error;
     let limit = LARGEST_AGE_ERROR_S.max(1.5 * error);
     let difference = (found.seconds - stated).abs();
-    (difference > limit).then(|| {
+    if difference > limit {
         let message = format!(
             "the fixes are {:.3} ± {error:.3} s old by the speed's changes on straights, not {stated:.3} s as stated",
             found.seconds
         );
         let reason = Reason::new(ReasonCode::AgeOfFixes, Grade::Warn, message);
         let advice = "the pose of an estimator with this age is off in turns: state the age of the fixes (--gnss-latency), or leave it to the drive";
-        (reason.compared(difference, limit, "s"), advice.into())
-    })
+        Some((reason.compared(difference, limit, "s"), advice.into()))
+    } else {
+        None
+    }
 }
 
 /// The warning about fixes that a log has in vain, for a reason.
@@ -148,14 +150,16 @@ pub(crate) fn other_sideslip(vehicle: &VehicleData, found: &Sideslip) -> Option<
     let own = b / speed - rear_slip * speed;
     let (measured, error) = (found.sideslip_per_yaw_rate_s, found.standard_error_s);
     let is_other = (own - measured).abs() > LARGEST_ERROR_S.max(3.0 * error);
-    is_other.then(|| {
-        format!(
+    if is_other {
+        Some(format!(
             "the fixes state {:.0} ± {:.0} ms of sideslip per yaw rate at {speed:.1} m/s, the yaw rate's model {:.0} ms: paths and estimators take that of the fixes, positions that the model simulates have its own",
             1e3 * measured,
             2e3 * error,
             1e3 * own
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 /// The segments of all drives, with the fixes that were valid in each.
@@ -200,7 +204,7 @@ fn of_pieces(
         let standard_error = found.error(DISTANCE).hypot(0.5 * latency_error_s) * speed;
         let is_certain = standard_error <= LARGEST_ERROR[DISTANCE] * speed;
         let distance = SideslipTerm { value, standard_error };
-        (value > 0.0 && is_certain).then_some((found, distance))
+        if value > 0.0 && is_certain { Some((found, distance)) } else { None }
     };
     let (found, distance_rear_m) = if let Some((found, distance)) = known.then(over_speed).flatten()
     {
@@ -230,7 +234,7 @@ fn of_pieces(
     let of_antenna = if speed > 0.0 { antenna_x_m / speed } else { 0.0 };
     let term = |i: usize| {
         let (value, standard_error) = (found.values[i], found.error(i));
-        (standard_error > 0.0).then_some(SideslipTerm { value, standard_error })
+        if standard_error > 0.0 { Some(SideslipTerm { value, standard_error }) } else { None }
     };
     Ok(Sideslip {
         speed_mps: Some(speed).filter(|speed| *speed > 0.0),
@@ -306,7 +310,7 @@ fn significant_terms(
         let distances: Vec<f64> = wanted[1..].iter().map(distance).collect();
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         if least >= SIGNIFICANT {
-            return is_certain(&found, &wanted).then_some((wanted, found));
+            return if is_certain(&found, &wanted) { Some((wanted, found)) } else { None };
         }
         let place = distances.iter().position(|d| *d == least)?;
         wanted.remove(1 + place);

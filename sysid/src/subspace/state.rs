@@ -53,7 +53,7 @@ impl Accumulator {
         }
         let count = |k: usize| {
             let x = numbers[k];
-            (x >= 0.0 && x < 2f64.powi(53) && x.fract() == 0.0).then_some(x as usize)
+            if x >= 0.0 && x < 2f64.powi(53) && x.fract() == 0.0 { Some(x as usize) } else { None }
         };
         let counts = (count(0), count(1), count(2), count(3), count(5), count(6));
         let (Some(kind), Some(s), Some(m), Some(p), Some(samples), Some(columns)) = counts else {

@@ -90,7 +90,10 @@ fn is_regular(t: MatRef<'_, f64>) -> bool {
 fn from_svd(m: MatRef<'_, f64>, back: Option<MatRef<'_, f64>>) -> Result<Subspace, Error> {
     let f = svd(m)?;
     let scaled = Mat::from_fn(f.u.nrows(), f.s.len(), |i, j| f.u[(i, j)] * f.s[j].sqrt());
-    let spanned = back.map_or_else(|| scaled.clone(), |w| w * &scaled);
+    let spanned = match back {
+        Some(w) => w * &scaled,
+        None => scaled.clone(),
+    };
     let rows = spanned.nrows();
     let mut singular_values = f.s;
     singular_values.resize(rows, 0.0);

@@ -117,13 +117,15 @@ pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Rea
         [uu + u * u, yy + y * y, uy + u * y]
     });
     let correlation = sums[2] / (sums[0] * sums[1]).sqrt();
-    (correlation < -OPPOSITE).then(|| {
+    if correlation < -OPPOSITE {
         let message = format!(
             "the yaw rate has the opposite sign to the steering: their correlation over means of {SMOOTH_S} s is {correlation:.2}"
         );
         let reason = Reason::new(ReasonCode::WrongSign, Grade::Fail, message);
-        (reason.compared(correlation, -OPPOSITE, ""), AXES.to_owned())
-    })
+        Some((reason.compared(correlation, -OPPOSITE, ""), AXES.to_owned()))
+    } else {
+        None
+    }
 }
 
 fn slow_zero(of: &Response<'_>) -> Option<(Reason, String)> {

@@ -183,12 +183,14 @@ pub(crate) fn failure(reasons: &[Reason]) -> Option<String> {
 
 /// The reason where the road wheel hardly moves, by its standard deviation.
 pub(crate) fn weak_steering(road_wheel_std_rad: f64) -> Option<Reason> {
-    (road_wheel_std_rad < LEAST_STEERING).then(|| {
+    if road_wheel_std_rad < LEAST_STEERING {
         let degrees = road_wheel_std_rad.to_degrees();
         let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
         let limit = LEAST_STEERING.to_degrees();
-        failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg")
-    })
+        Some(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"))
+    } else {
+        None
+    }
 }
 
 pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
@@ -201,7 +203,11 @@ fn uninformative(evidence: &Evidence) -> Option<f64> {
     let bound = validation.fit_bound?;
     let fit = evidence.fit.validation;
     let near = NEAR_BOUND.max(2.0 * validation.fit_standard_error.unwrap_or(0.0));
-    (fit < GOOD_FIT && bound < GOOD_FIT + NEAR_BOUND && fit > bound - near).then_some(bound)
+    if fit < GOOD_FIT && bound < GOOD_FIT + NEAR_BOUND && fit > bound - near {
+        Some(bound)
+    } else {
+        None
+    }
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.
@@ -336,5 +342,5 @@ fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     let (low, high) = ((low, share(low)), (high, share(high)));
     let worst = if low.1 > high.1 { low } else { high };
     // Where it moves, it moves: most of the resting is at the extremes.
-    (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
+    if worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still { Some(worst) } else { None }
 }

@@ -39,9 +39,12 @@ pub(crate) fn implausible_vehicle(
     };
     if !fits_one {
         let of = class.map_or("any road vehicle".to_owned(), |class| format!("a {}", class.name()));
-        let length = wheelbase.map_or_else(String::new, |[l, error]| {
-            format!("a wheelbase of {l:.2} ± {:.2} m and ", WITHIN * error)
-        });
+        let length = match wheelbase {
+            Some([l, error]) => {
+                format!("a wheelbase of {l:.2} ± {:.2} m and ", WITHIN * error)
+            }
+            None => String::new(),
+        };
         let message = format!("{length}a mean speed of {speed_mps:.1} m/s are not those of {of}");
         let reason = Reason::new(ReasonCode::ImplausibleVehicle, Grade::Fail, message);
         return Some((reason, cause.into()));

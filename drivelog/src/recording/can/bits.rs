@@ -44,7 +44,7 @@ impl Bits {
     /// The bits are a floating-point number; `None` where they are not as many.
     pub(super) fn become_float(&mut self, length: u32) -> Option<()> {
         self.is_float = self.length == length;
-        self.is_float.then_some(())
+        if self.is_float { Some(()) } else { None }
     }
 
     /// The number; `None` where the frame is too short.

@@ -263,7 +263,7 @@ fn decoded(bytes: &[u8]) -> String {
 fn identifier(id: u32) -> Option<(u32, bool)> {
     let bare = id & 0x7FFF_FFFF;
     let is_extended = id != bare || bare > 0x7FF;
-    (bare <= 0x1FFF_FFFF).then_some((bare, is_extended))
+    if bare <= 0x1FFF_FFFF { Some((bare, is_extended)) } else { None }
 }
 
 #[cfg(test)]

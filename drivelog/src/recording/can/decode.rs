@@ -232,6 +232,6 @@ fn group(
     group.kind = format!("CAN {:#X}", message.id);
     group.clock = Some(0);
     group.span_s = Some(seen.span_s);
-    group.rows = conditions.is_empty().then_some(seen.frames);
+    group.rows = if conditions.is_empty() { Some(seen.frames) } else { None };
     group
 }

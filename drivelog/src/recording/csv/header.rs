@@ -258,7 +258,7 @@ impl<'a> Table<'a> {
     /// The row of names above the first row of values: the nearest that is neither units nor sources.
     fn names(&self, first: usize) -> Option<usize> {
         if !self.has_numbers.contains(&true) {
-            return (first > 0).then_some(0);
+            return if first > 0 { Some(0) } else { None };
         }
         // Rows above the values that are looked at.
         const MOST: usize = 1 << 13;

@@ -52,10 +52,12 @@ impl Losses {
             1 => format!("{error}: this last row is not read"),
             rows => format!("{error}: the last {rows} rows are not read"),
         });
-        let zeros = (self.zeros > 0).then(|| {
+        let zeros = if self.zeros > 0 {
             let bytes = number(self.zeros, "byte");
-            format!("{file}: {bytes} of 0 at the end, as after a loss of power, not read")
-        });
+            Some(format!("{file}: {bytes} of 0 at the end, as after a loss of power, not read"))
+        } else {
+            None
+        };
         let bad = self.bad.iter().flatten().map(|(count, first)| {
             let cells = number(*count, "cell");
             format!("{first}: {cells} of this kind in the column: missing values")

@@ -183,7 +183,7 @@ impl Csv<'_> {
                     Err(error) => self.trailer(wanted).map(|rows| (error.clone(), rows + 1)),
                     Ok(faults) => {
                         let is_last = self.is_closing(record);
-                        is_last.then(|| (faults.remove(0).1, 1))
+                        if is_last { Some((faults.remove(0).1, 1)) } else { None }
                     }
                 };
                 if is_marked || is_repeated || last.is_some() {

@@ -126,7 +126,7 @@ impl Content {
                 at: chunk.at,
                 end,
                 times: chunk.times,
-                channels: (!chunk.channels.is_empty()).then_some(channels),
+                channels: if chunk.channels.is_empty() { None } else { Some(channels) },
                 is_chunk: true,
             });
             at = next;
@@ -136,7 +136,7 @@ impl Content {
         }
         content.scan(view, at, start)?;
         let counts: BTreeMap<u16, u64> = statistics.counts.into_iter().collect();
-        content.counts = (!counts.is_empty()).then_some(counts);
+        content.counts = if counts.is_empty() { None } else { Some(counts) };
         content.find_ends(view)?;
         Ok(Some(content))
     }

@@ -66,7 +66,7 @@ fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)>
     match &messages {
         Messages::Ros(layout) => {
             for (path, is_time) in &layout.leaves {
-                let mut channel = Channel::new(path, is_time.then_some("s"));
+                let mut channel = Channel::new(path, if *is_time { Some("s") } else { None });
                 describe(kind, &mut channel);
                 channels.push(channel);
             }

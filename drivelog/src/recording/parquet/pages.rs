@@ -26,8 +26,11 @@ pub(super) fn reader(
     let chunk = group.column(column);
     let is_zstd = matches!(chunk.compression(), Compression::ZSTD(_));
     // The pages come as they are, and are decompressed here.
-    let plain = is_zstd
-        .then(|| chunk.clone().into_builder().set_compression(Compression::UNCOMPRESSED).build());
+    let plain = if is_zstd {
+        Some(chunk.clone().into_builder().set_compression(Compression::UNCOMPRESSED).build())
+    } else {
+        None
+    };
     let plain = plain.transpose()?;
     let rows = usize::try_from(group.num_rows())?;
     let pages =

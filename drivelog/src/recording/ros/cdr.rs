@@ -87,7 +87,7 @@ impl Layout {
             *is_time && matches!(steps.first(), Some(Step::Time(Some(0)))) && !path.contains('[')
         });
         let (leaves, ends_at) = (builder.leaves, builder.ends_at);
-        Ok(Self { steps, leaves, ends_at, stamp: is_stamp.then_some(0) })
+        Ok(Self { steps, leaves, ends_at, stamp: if is_stamp { Some(0) } else { None } })
     }
 
     /// Reads leaves: of each leaf the place in `row`, or none beyond its length.

@@ -69,7 +69,7 @@ fn moved(model: &StateSpace, place: impl Fn(f64) -> f64) -> Result<Option<StateS
         to.b += &onto * &model.b * share;
         any = true;
     }
-    Ok(any.then_some(to))
+    Ok(if any { Some(to) } else { None })
 }
 
 /// The eigenvector of a simple real eigenvalue, of length 1, by inverse iteration.
@@ -85,7 +85,7 @@ fn eigenvector(a: MatRef<'_, f64>, value: f64) -> Option<Mat<f64>> {
         vector = &vector * (1.0 / vector.norm_l2());
     }
     let rest = a * &vector - &vector * value;
-    (rest.norm_l2() <= INEXACT * size).then_some(vector)
+    if rest.norm_l2() <= INEXACT * size { Some(vector) } else { None }
 }
 
 #[cfg(test)]

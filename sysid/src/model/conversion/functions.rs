@@ -42,7 +42,7 @@ pub(crate) fn logarithm(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
     }
     let factor = 2.0_f64.powi(halvings);
     let log = Mat::from_fn(n, n, |i, j| factor * sum[(i, j)]);
-    is_finite(log.as_ref()).then_some(log)
+    if is_finite(log.as_ref()) { Some(log) } else { None }
 }
 
 /// Principal square root: M_{k+1} = ½(I + (μ²M + μ⁻²M⁻¹)/2), X_{k+1} = ½ μ X (I + μ⁻²M⁻¹).
@@ -75,7 +75,7 @@ fn square_root(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
             0.5 * (one[(i, j)] + 0.5 * (mu2 * m[(i, j)] + inverse[(i, j)] / mu2))
         });
     }
-    (last < 1e-9).then_some(x)
+    if last < 1e-9 { Some(x) } else { None }
 }
 
 /// Nodes and weights on 0..1.

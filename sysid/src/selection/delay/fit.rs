@@ -152,7 +152,7 @@ impl Fit {
         }
         without(&mut delay, &orthogonal);
         let information = squares(&delay);
-        (information > 1e-12 * full).then_some(1.0 / information)
+        if information > 1e-12 * full { Some(1.0 / information) } else { None }
     }
 }
 

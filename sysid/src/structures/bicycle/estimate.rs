@@ -94,7 +94,7 @@ impl<'a> Problem<'a> {
         let sum: f64 = errors.iter().flatten().map(|e| e * e).sum();
         let prior: f64 = self.free.iter().map(|&i| self.deviation(p, i).powi(2)).sum();
         let cost = sum + s2 * prior;
-        cost.is_finite().then_some(cost)
+        if cost.is_finite() { Some(cost) } else { None }
     }
 
     /// (p − μ)/σ.

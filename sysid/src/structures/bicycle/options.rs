@@ -68,7 +68,10 @@ impl BicycleOptions {
     }
 
     pub(super) fn to_map(&self) -> BTreeMap<String, String> {
-        let wheelbase = self.wheelbase_m.map_or_else(|| "identified".into(), |l| l.to_string());
+        let wheelbase = match self.wheelbase_m {
+            Some(l) => l.to_string(),
+            None => "identified".into(),
+        };
         let mut map = BTreeMap::from([
             ("structure".into(), "bicycle".into()),
             ("mass_kg".into(), self.mass().to_string()),

@@ -147,11 +147,17 @@ impl Known<'_> {
 fn uncertain_gain(e: &BicycleEvidence) -> Option<Reason> {
     let gain = e.identified.iter().find(|c| c.name == "yaw_rate_gain")?;
     let percent = 100.0 * gain.standard_error / gain.value.abs();
-    (percent > 100.0 * LARGEST_ERROR).then(|| {
+    if percent > 100.0 * LARGEST_ERROR {
         let message = format!(
             "the standard error of the yaw-rate gain {:.2} 1/s is {percent:.0} %",
             gain.value
         );
-        failed(ReasonCode::UncertainGain, message).compared(percent, 100.0 * LARGEST_ERROR, "%")
-    })
+        Some(failed(ReasonCode::UncertainGain, message).compared(
+            percent,
+            100.0 * LARGEST_ERROR,
+            "%",
+        ))
+    } else {
+        None
+    }
 }

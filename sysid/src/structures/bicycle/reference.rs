@@ -156,7 +156,7 @@ impl<'a> Reference<'a> {
                 spare,
             });
         }
-        (!parts.is_empty()).then_some(Self { segments: parts, sample_time_s, unit })
+        if parts.is_empty() { None } else { Some(Self { segments: parts, sample_time_s, unit }) }
     }
 
     /// By how much a width of play is smaller in the samples than it was, in standard deviations of the steering: the

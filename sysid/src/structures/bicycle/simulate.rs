@@ -140,7 +140,11 @@ pub(super) fn yaw_rate(
     start: &InitialState,
 ) -> Option<Vec<f64>> {
     let mut all = Vec::with_capacity(recording.len());
-    run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)).then_some(all)
+    if run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)) {
+        Some(all)
+    } else {
+        None
+    }
 }
 
 /// A simulated yaw rate, and its derivatives by the parameters and the two initial states.
@@ -166,7 +170,7 @@ pub(super) fn sensitivities(
         all.push(r.value);
         by.push(r.by);
     });
-    bounded.then_some(Sensitivities { yaw_rate: all, by })
+    if bounded { Some(Sensitivities { yaw_rate: all, by }) } else { None }
 }
 
 /// The parts of a log's segments that `ranges` hold, each of which lies within one of them.

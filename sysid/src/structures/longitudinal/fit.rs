@@ -242,7 +242,7 @@ impl<'a> Problem<'a> {
         for &i in &self.free {
             sum += self.deviation(p, i).powi(2);
         }
-        (0.5 * sum).is_finite().then_some(0.5 * sum)
+        if (0.5 * sum).is_finite() { Some(0.5 * sum) } else { None }
     }
 
     /// The cost with half of BIC's penalty of each parameter.

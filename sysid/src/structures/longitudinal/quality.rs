@@ -119,9 +119,10 @@ pub(super) fn quality(
         );
     }
     let e = &model.evidence;
-    let error = e
-        .validation_fit_standard_error
-        .map_or_else(String::new, |error| format!(" ± {:.1}", NORMAL_95 * error));
+    let error = match e.validation_fit_standard_error {
+        Some(error) => format!(" ± {:.1}", NORMAL_95 * error),
+        None => String::new(),
+    };
     let summary = format!(
         "The simulation of {:.0} s fits the change of the speed in the validation data by {:.1}{error} %.",
         e.window_s, e.validation_fit

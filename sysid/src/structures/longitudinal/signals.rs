@@ -94,7 +94,10 @@ impl<'a> Signals<'a> {
             mean_speed,
             gravity: grade.map(|grade| gravity(log, &grade)),
             grade_source,
-            gears: gear.as_deref().map_or_else(Vec::new, |gear| gears(log, gear)),
+            gears: match gear.as_deref() {
+                Some(gear) => gears(log, gear),
+                None => Vec::new(),
+            },
             gear,
         }
     }

@@ -133,7 +133,11 @@ pub(super) fn identify_near(
         validation: validation.map(|drive| model.validate(drive)).transpose()?,
         spin_margin: margin,
         noise: std::array::from_fn(|i| {
-            problem.fitted[i].then(|| (found.densities[i] / estimation.sample_time_s).sqrt())
+            if problem.fitted[i] {
+                Some((found.densities[i] / estimation.sample_time_s).sqrt())
+            } else {
+                None
+            }
         }),
         initial_estimates: found.initial_estimates,
     })

@@ -126,7 +126,10 @@ impl IdentifyVehicleOptions {
     }
 
     pub(super) fn to_map(&self) -> BTreeMap<String, String> {
-        let or = |x: Option<f64>, other: &str| x.map_or_else(|| other.into(), |x| x.to_string());
+        let or = |x: Option<f64>, other: &str| match x {
+            Some(x) => x.to_string(),
+            None => other.into(),
+        };
         let mut map = BTreeMap::from([
             ("structure".into(), "single-track".into()),
             ("mass_kg".into(), self.mass().to_string()),

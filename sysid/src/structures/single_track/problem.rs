@@ -150,7 +150,7 @@ impl Problem<'_> {
         }
         let prior: f64 = self.free.iter().map(|&i| self.deviation(p, i).powi(2)).sum();
         let cost = 0.5 * (sum + prior);
-        cost.is_finite().then_some(cost)
+        if cost.is_finite() { Some(cost) } else { None }
     }
 
     pub(super) fn period(&self, run: &Run) -> f64 {
@@ -221,6 +221,6 @@ impl Problem<'_> {
             normals.gradient[i] += self.deviation(p, i) / deviation;
             normals.hessian[i][i] += deviation.powi(-2);
         }
-        normals.gradient.iter().all(|g| g.is_finite()).then_some(normals)
+        if normals.gradient.iter().all(|g| g.is_finite()) { Some(normals) } else { None }
     }
 }

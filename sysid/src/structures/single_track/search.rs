@@ -99,7 +99,7 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
             found.densities = observed(problem, &found.point, &run)?;
             found.point = refine(problem, &found.point, &found.densities, &run, RESULT)?.point;
         }
-        problem.errors(&found.point, &fine).is_some().then_some(found)
+        if problem.errors(&found.point, &fine).is_some() { Some(found) } else { None }
     });
     let initial_estimates = [tried, refined.len(), same];
     Ok(Found { initial_estimates, ..found.next().ok_or_else(spins)? })

@@ -90,7 +90,7 @@ fn bins(
             }
         }
     });
-    finite.then_some(all)
+    if finite { Some(all) } else { None }
 }
 
 /// Lags of Bartlett's weights by Andrews's rule for the most lasting output.

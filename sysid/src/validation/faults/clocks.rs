@@ -76,5 +76,5 @@ pub(crate) fn yaw_rate_lag(
         return None;
     }
     let with_sensors = delayed(reference, SENSORS_S, recorded)?;
-    (recorded.left() < LEFT * with_sensors.left()).then_some(delay)
+    if recorded.left() < LEFT * with_sensors.left() { Some(delay) } else { None }
 }

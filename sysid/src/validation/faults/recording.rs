@@ -153,17 +153,17 @@ fn play(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
         2.0 * play.standard_error_rad.to_degrees()
     );
     let limit = if far { (2.0 * MOST_PLAY * amplitude).to_degrees() } else { NOTICED_PLAY_DEG };
-    let cycle = play.limit_cycle.map_or_else(
-        || "a yaw loop of moderate gain is expected to come to rest within it".to_owned(),
-        |c| {
+    let cycle = match play.limit_cycle {
+        Some(c) => {
             format!(
                 "a yaw loop that settles in a second is expected to hunt by ±{:.2}° at the road wheel and ±{:.2}° of yaw with a period of {:.1} s (describing function of play)",
                 c.road_wheel_rad.to_degrees(),
                 c.yaw_rad.to_degrees(),
                 c.period_s
             )
-        },
-    );
+        }
+        None => "a yaw loop of moderate gain is expected to come to rest within it".to_owned(),
+    };
     let advice = format!(
         "play (lash) between the recorded steering angle and the road wheels: {cycle}; take the play out, or measure the angle behind it"
     );

@@ -48,7 +48,7 @@ pub(crate) fn fit_with_error(segments: &[(&[f64], &[f64])], sample_time_s: f64) 
     let middle = without.iter().sum::<f64>() / blocks as f64;
     let scatter: f64 = without.iter().map(|f| (f - middle) * (f - middle)).sum();
     let standard_error = (scatter * (blocks - 1) as f64 / blocks as f64).sqrt();
-    out.standard_error = standard_error.is_finite().then_some(standard_error);
+    out.standard_error = if standard_error.is_finite() { Some(standard_error) } else { None };
     out
 }
 

@@ -45,14 +45,18 @@ pub(crate) fn band_errors(
             let standard_error = (scatter * coupled).sqrt() / (power * size);
             // |G − Ĝ|/|Ĝ| = |1 − ρ|/|ρ|.
             let apart = (1.0 - re).hypot(im) / size;
-            (apart.is_finite() && standard_error.is_finite()).then(|| BandDeparture {
-                from_hz: ends[0],
-                to_hz: ends[1],
-                gain_ratio: rounded(1.0 / size),
-                phase_ahead_rad: rounded(-im.atan2(re)),
-                standard_error: rounded(standard_error),
-                departure: rounded((apart - 2.0 * standard_error).max(0.0)),
-            })
+            if apart.is_finite() && standard_error.is_finite() {
+                Some(BandDeparture {
+                    from_hz: ends[0],
+                    to_hz: ends[1],
+                    gain_ratio: rounded(1.0 / size),
+                    phase_ahead_rad: rounded(-im.atan2(re)),
+                    standard_error: rounded(standard_error),
+                    departure: rounded((apart - 2.0 * standard_error).max(0.0)),
+                })
+            } else {
+                None
+            }
         })
         .collect()
 }

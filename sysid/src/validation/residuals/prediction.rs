@@ -60,7 +60,11 @@ pub(crate) fn on_validation_data(p: &Prediction<'_>) -> HeldOut {
         blocks: with_error.blocks,
         selection: p.selection.into(),
         segments_s: p.segments_s.clone(),
-        fit_bound: (spread > 0.0).then(|| rounded(bounded(100.0 * (1.0 - p.noise / spread)))),
+        fit_bound: if spread > 0.0 {
+            Some(rounded(bounded(100.0 * (1.0 - p.noise / spread))))
+        } else {
+            None
+        },
         variance_accounted_for: bounded(variance_accounted_for(&y, &simulated)),
         predictions,
     }

@@ -99,7 +99,8 @@ pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCo
 }
 
 pub(crate) fn data_factor(c: &Conditioning) -> DataFactor {
-    let finite = |condition: f64| condition.is_finite().then(|| rounded(condition));
+    let finite =
+        |condition: f64| if condition.is_finite() { Some(rounded(condition)) } else { None };
     DataFactor {
         method: c.method,
         condition: finite(c.condition),

@@ -20,10 +20,11 @@ pub(crate) fn poles_and_zeros(
     sample_time_s: f64,
     uncertainty: Option<&Uncertainty>,
 ) -> PoleZeroMap {
-    let spreads = |points: &[(f64, f64)], of: &dyn Fn(&StateSpace) -> Vec<(f64, f64)>| {
-        uncertainty
-            .map_or_else(|| vec![None; points.len()], |u| spreads(model, &u.directions, points, of))
-    };
+    let spreads =
+        |points: &[(f64, f64)], of: &dyn Fn(&StateSpace) -> Vec<(f64, f64)>| match uncertainty {
+            Some(u) => spreads(model, &u.directions, points, of),
+            None => vec![None; points.len()],
+        };
     let upper = |of: &dyn Fn(&StateSpace) -> Vec<(f64, f64)>| -> Vec<Mode> {
         let values: Vec<(f64, f64)> = of(model).into_iter().filter(|z| z.1 >= 0.0).collect();
         let spreads = spreads(&values, of);
@@ -36,7 +37,10 @@ pub(crate) fn poles_and_zeros(
         });
         modes
     };
-    let mut zeros = continuous.map_or_else(Vec::new, |c| continuous_zeros(c, model));
+    let mut zeros = match continuous {
+        Some(c) => continuous_zeros(c, model),
+        None => Vec::new(),
+    };
     zeros.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
     let moved = |m: &StateSpace| {
         to_continuous(m.a.as_ref(), m.b.as_ref(), sample_time_s)
@@ -81,8 +85,8 @@ fn mode((re, im): (f64, f64), spread: Option<Spread>, sample_time_s: f64) -> Mod
     let magnitude = s.0.hypot(s.1);
     mode.continuous = Some([rounded(s.0), rounded(s.1)]);
     mode.natural_frequency_hz = Some(rounded(magnitude / std::f64::consts::TAU));
-    mode.damping = (magnitude > 0.0).then(|| rounded(-s.0 / magnitude));
-    mode.time_constant_s = (s.0 < 0.0).then(|| rounded(-1.0 / s.0));
+    mode.damping = if magnitude > 0.0 { Some(rounded(-s.0 / magnitude)) } else { None };
+    mode.time_constant_s = if s.0 < 0.0 { Some(rounded(-1.0 / s.0)) } else { None };
     mode
 }
 
@@ -123,8 +127,11 @@ fn transmission_zeros(
         .filter_map(|(re, im)| {
             let square = re * re + im * im;
             let z = (shift + re / square, -im / square);
-            (square * scale * scale > 1.0 / (FAR * FAR) && z.0.is_finite() && z.1.is_finite())
-                .then_some(z)
+            if square * scale * scale > 1.0 / (FAR * FAR) && z.0.is_finite() && z.1.is_finite() {
+                Some(z)
+            } else {
+                None
+            }
         })
         .collect()
 }

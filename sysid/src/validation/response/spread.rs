@@ -34,7 +34,7 @@ pub(crate) fn spreads(
             }
         }
     }
-    let finite = |sum: [f64; 3]| sum.iter().all(|s| s.is_finite()).then_some(sum);
+    let finite = |sum: [f64; 3]| if sum.iter().all(|s| s.is_finite()) { Some(sum) } else { None };
     let spread = |[re, im, both]: [f64; 3]| Spread {
         variance_re: rounded(re),
         variance_im: rounded(im),

@@ -109,7 +109,11 @@ fn largest_gain(response: &FrequencyResponse) -> f64 {
 /// Amplitude at the road wheel that keeps the lateral acceleration v·r linear.
 fn largest_amplitude(gain: f64, drive: &Drive<'_>) -> Option<f64> {
     let of_road_wheel = gain / drive.to_road_wheel;
-    (gain > 0.0 && drive.speed_mps > 0.5).then(|| LINEAR / (of_road_wheel * drive.speed_mps))
+    if gain > 0.0 && drive.speed_mps > 0.5 {
+        Some(LINEAR / (of_road_wheel * drive.speed_mps))
+    } else {
+        None
+    }
 }
 
 /// Whether a band is within what is to be swept, where a yaw controller works.

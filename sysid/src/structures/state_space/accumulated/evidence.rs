@@ -113,7 +113,11 @@ impl Accumulated {
                 "no validation windows for the model (one block in {VALIDATION_PERIOD} of {BLOCK} samples is validation data): {reason}"
             ));
         }
-        warnings.extend(factor.conditioning.is_reduced().then(|| factor.conditioning.to_string()));
+        warnings.extend(if factor.conditioning.is_reduced() {
+            Some(factor.conditioning.to_string())
+        } else {
+            None
+        });
         if let Err(reason) = &continuous {
             warnings.push(format!("the model stays discrete: {reason}"));
         }

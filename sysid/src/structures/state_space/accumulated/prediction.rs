@@ -172,7 +172,10 @@ impl PlantAndNoise {
         let n = squares.nrows();
         let spread = if self.noise_variance > 0.0 { self.state_covariance(windows) } else { None };
         // Π (ΦᵀΦ Π + σ²)⁻¹ Φᵀ, which needs no inverse of Π.
-        let mut left = spread.as_ref().map_or_else(|| squares.clone(), |spread| &squares * spread);
+        let mut left = match spread.as_ref() {
+            Some(spread) => &squares * spread,
+            None => squares.clone(),
+        };
         let ridge = RIDGE * (0..n).map(|i| left[(i, i)].abs()).sum::<f64>();
         let noise_variance = if spread.is_some() { self.noise_variance } else { 0.0 };
         (0..n).for_each(|i| left[(i, i)] += noise_variance + ridge);
