@@ -163,7 +163,10 @@ pub(crate) fn step_table(c: &Comparison) -> Table {
             seconds(r.step.settling_time_s),
             format!("{:.2} %", r.step.steady_state_error_percent),
             if c.outcome(r).shortfalls.is_empty() { "met" } else { "missed" }.into(),
-            r.modulus_margin.map_or_else(|| "–".into(), |m| format!("{m:.3}")),
+            match r.modulus_margin {
+                Some(m) => format!("{m:.3}"),
+                None => "–".into(),
+            },
         ]);
     }
     table

@@ -37,7 +37,10 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let chosen = if row.order == plant.order() { " <" } else { "" };
         orders = orders.row([
             format!("{}{chosen}", row.order),
-            row.singular_value.map_or_else(|| "–".into(), |s| format!("{s:.4e}")),
+            match row.singular_value {
+                Some(s) => format!("{s:.4e}"),
+                None => "–".into(),
+            },
             format!("{:.2} %", row.estimation_fit),
             validation_fit(row.validation_fit),
             if row.stable { "stable".into() } else { "unstable".to_owned() },

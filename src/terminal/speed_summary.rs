@@ -50,7 +50,10 @@ fn cells(row: &FrozenSpeed) -> [String; 12] {
         margin(Requirement::GainMargin, m.gain_margin_db),
         margin(Requirement::PhaseMargin, m.phase_margin_deg),
         margin(Requirement::DelayMargin, m.delay_margin_s),
-        row.share_kept.map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)),
+        match row.share_kept {
+            Some(share) => format!("{:.0} %", 100.0 * share),
+            None => String::new(),
+        },
         if row.met { "met" } else { "not met" }.into(),
     ]
 }

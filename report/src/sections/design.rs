@@ -267,7 +267,10 @@ fn margins(pid: &Pid) -> Table {
         let at_least = |v: f64| format!("≥\u{a0}{v}\u{a0}{unit}").trim_end().to_owned();
         table.push([
             name.to_owned(),
-            asked.map_or_else(String::new, at_least),
+            match asked {
+                Some(value) => at_least(value),
+                None => String::new(),
+            },
             optional(reached, digits, unit, absent),
         ]);
     }

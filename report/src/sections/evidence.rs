@@ -128,7 +128,10 @@ fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
             table.push([
                 name,
                 complex(m.discrete, 3, ""),
-                m.continuous.map_or_else(|| "–".into(), |s| complex(s, 2, rad)),
+                match m.continuous {
+                    Some(s) => complex(s, 2, rad),
+                    None => "–".into(),
+                },
                 optional(m.natural_frequency_hz, 3, "Hz", "–"),
                 optional(m.damping, 3, "", "–"),
                 optional(m.time_constant_s, 3, "s", "–"),

@@ -117,7 +117,13 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         ("method", e.method.to_uppercase()),
         ("order n", plant.order().to_string()),
         ("horizon (block rows)", e.horizon.to_string()),
-        ("data factor", e.factor.as_ref().map_or_else(|| "–".into(), factor_in_words)),
+        (
+            "data factor",
+            match e.factor.as_ref() {
+                Some(value) => factor_in_words(value),
+                None => "–".into(),
+            },
+        ),
         ("input", input.to_owned()),
         ("sample time", format!("{} s", plant.discrete.sample_time_s)),
         ("input delay", value(plant.input_delay_s, 3, "s")),
@@ -150,7 +156,10 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         for row in &e.order_table {
             table.push([
                 row.order.to_string(),
-                row.singular_value.map_or_else(|| "–".into(), significant),
+                match row.singular_value {
+                    Some(value) => significant(value),
+                    None => "–".into(),
+                },
                 fit(row.estimation_fit),
                 fit(row.validation_fit),
                 if row.stable { "yes" } else { "no" }.into(),
