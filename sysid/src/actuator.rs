@@ -60,14 +60,14 @@ pub(crate) fn identified_actuator(
 
 /// Command and measured angle of a run without a gap.
 #[derive(Clone)]
-struct Run<'a> {
+struct ActuatorRun<'a> {
     command: &'a [f64],
     angle: &'a [f64],
     /// Samples at its start that count for nothing.
     settling: usize,
 }
 
-impl Run<'_> {
+impl ActuatorRun<'_> {
     /// The command at a time in steps, on a straight line between its samples.
     fn command_at(&self, steps: f64) -> f64 {
         let steps = steps.clamp(0.0, (self.command.len() - 1) as f64);
@@ -80,7 +80,7 @@ impl Run<'_> {
 
 #[derive(Clone)]
 struct Problem<'a> {
-    runs: Vec<Run<'a>>,
+    runs: Vec<ActuatorRun<'a>>,
     step_s: f64,
     /// Whether the command goes on straight between its samples, as one that is logged more slowly than it is set;
     /// otherwise it is held.
@@ -146,9 +146,13 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|segment| segment.range.clone())
             .filter(|range| range.len() > 2 * settling)
-            .map(|range| Run { command: &command[range.clone()], angle: &angle[range], settling })
+            .map(|range| ActuatorRun {
+                command: &command[range.clone()],
+                angle: &angle[range],
+                settling,
+            })
             .collect();
-        let moves = |signal: fn(&Run<'a>) -> &'a [f64]| {
+        let moves = |signal: fn(&ActuatorRun<'a>) -> &'a [f64]| {
             runs.iter().any(|run| standard_deviation(signal(run)) > 0.0)
         };
         if !moves(|run| run.command) || !moves(|run| run.angle) {
@@ -165,7 +169,7 @@ impl<'a> Problem<'a> {
         let whole = steps.floor();
         let late_s = (steps - whole) * self.step_s;
         let whole = whole as usize;
-        let of = |run: &Run<'_>| {
+        let of = |run: &ActuatorRun<'_>| {
             let mut angle = run.angle[0];
             let mut all = Vec::with_capacity(run.angle.len());
             for k in 0..run.angle.len() {

@@ -47,9 +47,9 @@ struct Arguments {
 }
 
 /// A kind of drive, by name.
-type Kind = (&'static str, fn(LinearCar, &mut Random) -> LinearDrive);
+type DriveKind = (&'static str, fn(LinearCar, &mut Random) -> LinearDrive);
 
-const KINDS: [Kind; 5] = [
+const KINDS: [DriveKind; 5] = [
     ("realistic", LinearDrive::realistic),
     ("command", |car, random| LinearDrive {
         steering: Steering::Command,

@@ -56,8 +56,8 @@ pub(crate) fn run(
     let scenario = fmu.scenario(document, file)?;
     let pace = SCENARIO / (f64::from(steps) * step);
 
-    let mut input = Rows::new(&inputs);
-    let mut result = Rows::new(&outputs);
+    let mut input = ReferenceRows::new(&inputs);
+    let mut result = ReferenceRows::new(&outputs);
     let mut largest = 0.0_f64;
     for k in 0..=steps {
         let time = time_at(k, step);
@@ -157,9 +157,9 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// A CSV file being written.
-struct Rows(csv::Writer<Vec<u8>>);
+struct ReferenceRows(csv::Writer<Vec<u8>>);
 
-impl Rows {
+impl ReferenceRows {
     fn new(variables: &[&Variable]) -> Self {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let names = std::iter::once("time").chain(variables.iter().map(|v| v.name.as_str()));

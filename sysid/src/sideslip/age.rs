@@ -6,7 +6,7 @@
 //! rest of that is a jackknife over the blocks, since few of them may hold most of the speed's
 //! changes.
 
-use crate::sideslip::displacements::{AGE, DisplacementSegment, Piece, SCALE, advances};
+use crate::sideslip::displacements::{AGE, DisplacementSegment, SCALE, SideslipPiece, advances};
 use crate::sideslip::regression::robust;
 
 /// Rounds in which the fixes are moved; each leaves τ²/2 times the change of acceleration.
@@ -29,7 +29,7 @@ pub(crate) struct Age {
 }
 
 /// The age of the fixes; `None` where the drive does not determine it better than not at all.
-pub(crate) fn age(pieces: &[Piece]) -> Option<Age> {
+pub(crate) fn age(pieces: &[SideslipPiece]) -> Option<Age> {
     if pieces.iter().any(|piece| piece.speed.is_empty()) {
         return None;
     }

@@ -46,7 +46,7 @@ pub(super) const SCALE: usize = GROWTH;
 
 /// A drive between two gaps: gyro and speed on one clock, fixes on theirs with the same zero.
 #[derive(Debug, Default)]
-pub(super) struct Piece {
+pub(super) struct SideslipPiece {
     /// Instants of the gyro's readings, s.
     pub(crate) time: Vec<f64>,
     pub(crate) yaw_rate: Vec<f64>,
@@ -58,7 +58,7 @@ pub(super) struct Piece {
     pub(crate) fix: Vec<[f64; 2]>,
 }
 
-impl Piece {
+impl SideslipPiece {
     /// Speed at an instant; `None` outside the gyro's readings.
     pub(super) fn speed_at(&self, time: f64) -> Option<f64> {
         let after = self.time.partition_point(|t| *t < time).max(1);
@@ -109,7 +109,7 @@ pub(super) struct DisplacementSegment {
 /// The segments by blocks, for terms that follow the speed from a reference speed (m/s), or for constant
 /// ones.
 pub(super) fn blocks(
-    piece: &Piece,
+    piece: &SideslipPiece,
     length: f64,
     reference_speed: Option<f64>,
 ) -> Vec<Vec<DisplacementSegment>> {
@@ -125,7 +125,7 @@ pub(super) fn blocks(
 }
 
 /// The lengths of the straight segments of a piece whose fixes are so old (s), by blocks.
-pub(super) fn advances(piece: &Piece, seconds: f64) -> Vec<Vec<DisplacementSegment>> {
+pub(super) fn advances(piece: &SideslipPiece, seconds: f64) -> Vec<Vec<DisplacementSegment>> {
     let mut blocks = by_time(straights(piece, seconds));
     long_enough(&mut blocks);
     blocks
@@ -150,7 +150,7 @@ fn long_enough(blocks: &mut Vec<Vec<DisplacementSegment>>) {
 }
 
 /// Fixes of a piece about so long (s) apart.
-fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
+fn pairs(piece: &SideslipPiece, length: f64) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let mut later = 0;
     for (from, &begin) in piece.fix_time.iter().enumerate() {
@@ -166,7 +166,7 @@ fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
     pairs
 }
 
-fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
+fn straights(piece: &SideslipPiece, seconds: f64) -> Vec<DisplacementSegment> {
     let Some(odometry) = Odometry::from_piece(piece, None) else { return Vec::new() };
     let displacement = |(from, later): (usize, usize)| {
         let (begin, end) = (piece.fix_time[from] - seconds, piece.fix_time[later] - seconds);
@@ -185,7 +185,11 @@ fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
     pairs(piece, SEGMENT_S).into_iter().filter_map(displacement).collect()
 }
 
-fn segments(piece: &Piece, length: f64, reference_speed: Option<f64>) -> Vec<DisplacementSegment> {
+fn segments(
+    piece: &SideslipPiece,
+    length: f64,
+    reference_speed: Option<f64>,
+) -> Vec<DisplacementSegment> {
     let Some(odometry) = Odometry::from_piece(piece, reference_speed) else { return Vec::new() };
     let mut segments = Vec::new();
     for (from, later) in pairs(piece, length) {
@@ -212,22 +216,22 @@ fn segments(piece: &Piece, length: f64, reference_speed: Option<f64>) -> Vec<Dis
 
 /// Where gyro and speed alone lead, and what each term of the sideslip adds to it for each unit.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct DeadReckoned {
     yaw: f64,
     moved: [[f64; 2]; TERMS + 1],
 }
 
-/// [`Place`] at the gyro's instants.
+/// [`DeadReckoned`] at the gyro's instants.
 struct Odometry<'a> {
     time: &'a [f64],
-    places: Vec<Place>,
+    places: Vec<DeadReckoned>,
 }
 
 impl<'a> Odometry<'a> {
-    fn from_piece(piece: &'a Piece, reference_speed: Option<f64>) -> Option<Self> {
+    fn from_piece(piece: &'a SideslipPiece, reference_speed: Option<f64>) -> Option<Self> {
         let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
         let longitudinal = piece.longitudinal_acceleration();
-        let mut place = Place::default();
+        let mut place = DeadReckoned::default();
         let mut places = vec![place];
         for (k, longitudinal) in longitudinal.into_iter().enumerate().skip(1) {
             let h = piece.time[k] - piece.time[k - 1];
@@ -263,7 +267,7 @@ impl<'a> Odometry<'a> {
         if piece.time.len() > 1 { Some(Self { time: &piece.time, places }) } else { None }
     }
 
-    fn place_at(&self, time: f64) -> Option<Place> {
+    fn place_at(&self, time: f64) -> Option<DeadReckoned> {
         let after = self.time.partition_point(|t| *t < time);
         if after == 0 {
             return if self.time[0] <= time { Some(self.places[0]) } else { None };
@@ -271,7 +275,7 @@ impl<'a> Odometry<'a> {
         let (a, b) = (self.places[after - 1], self.places.get(after)?);
         let part = (time - self.time[after - 1]) / (self.time[after] - self.time[after - 1]);
         let between = |a: f64, b: f64| a + part * (b - a);
-        Some(Place {
+        Some(DeadReckoned {
             yaw: between(a.yaw, b.yaw),
             moved: std::array::from_fn(|i| {
                 [0, 1].map(|axis| between(a.moved[i][axis], b.moved[i][axis]))

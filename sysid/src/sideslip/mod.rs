@@ -21,8 +21,8 @@ use crate::data::moving::wheelbase_of_log;
 use crate::sideslip::age::{Age, UNKNOWN_ERROR_S, age};
 use crate::sideslip::assumed::assumed_distance;
 use crate::sideslip::displacements::{
-    ACCELERATION, BLOCK_S, BRAKING, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece,
-    RATE, SEGMENT_S, SHORT_SEGMENT_S, TERMS, blocks,
+    ACCELERATION, BLOCK_S, BRAKING, DISTANCE, DisplacementSegment, GROWTH, LEAST_BLOCKS, RATE,
+    SEGMENT_S, SHORT_SEGMENT_S, SideslipPiece, TERMS, blocks,
 };
 use crate::sideslip::regression::{Regression, robust};
 use crate::sideslip::tyres::take_usual_tyres;
@@ -163,8 +163,8 @@ pub(crate) fn other_sideslip(vehicle: &VehicleData, found: &Sideslip) -> Option<
 }
 
 /// The segments of all drives, with the fixes that were valid in each.
-fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
-    let of_drive = |drive: &GnssDrive| -> Vec<Piece> {
+fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<SideslipPiece> {
+    let of_drive = |drive: &GnssDrive| -> Vec<SideslipPiece> {
         let fixes = || drive.fix_time_s.iter().map(|time| time - latency_s).zip(&drive.fix_m);
         let piece = |range: &std::ops::Range<usize>| {
             let time = drive.time_s[range.clone()].to_vec();
@@ -172,7 +172,7 @@ fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
             let (fix_time, fix) = fixes().filter(|(t, _)| span.contains(t)).unzip();
             let yaw_rate = drive.yaw_rate_radps[range.clone()].to_vec();
             let speed = drive.speed_mps.get(range.clone()).unwrap_or_default().to_vec();
-            Piece { time, yaw_rate, speed, fix_time, fix }
+            SideslipPiece { time, yaw_rate, speed, fix_time, fix }
         };
         drive.segments.iter().map(piece).collect()
     };
@@ -182,7 +182,7 @@ fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
 /// The sideslip of the pieces, or why they do not determine it, for fixes of a latency with its standard
 /// error (0 where it is stated), s. `speed` is their mean, m/s.
 fn of_pieces(
-    pieces: &[Piece],
+    pieces: &[SideslipPiece],
     (gnss_latency_s, latency_error_s): (f64, f64),
     antenna_x_m: f64,
     speed: f64,
@@ -251,7 +251,7 @@ fn of_pieces(
 
 /// The segments of a length (s) of all pieces, by blocks.
 fn cut(
-    pieces: &[Piece],
+    pieces: &[SideslipPiece],
     length: f64,
     reference_speed: Option<f64>,
 ) -> Vec<Vec<DisplacementSegment>> {
@@ -262,7 +262,7 @@ fn cut(
 /// (m/s); `None` where only S is, or where b of a following S is not. Where S follows the speed, the slip of the rear
 /// tyres is known, and with it Q and C of usual ones.
 fn estimated(
-    pieces: &[Piece],
+    pieces: &[SideslipPiece],
     candidates: &[usize],
     reference_speed: Option<f64>,
 ) -> Option<Regression> {

@@ -12,7 +12,7 @@ use crate::Error;
 use crate::error::shortened;
 use crate::options::LogOptions;
 use columns::{Cells, Column};
-use parts::{Batches, Contents, MAGIC, MARK, Outcome, Part};
+use parts::{ArrowPart, Batches, Contents, MAGIC, MARK, Outcome};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
@@ -43,7 +43,7 @@ pub(super) fn open<'a>(
         columns::Columns::from_fields(contents.schema.fields());
     let of_texts = |column: &&mut Column| column.scale == Scale::Text(None);
     let places = places(columns.iter().filter(|column| column.scale == Scale::Text(None)));
-    let filled = |(part, _): &(&Part, _)| part.rows > Some(0);
+    let filled = |(part, _): &(&ArrowPart, _)| part.rows > Some(0);
     if !places.is_empty()
         && let Some((_, Ok(batch))) = Batches::new(&contents, &places).find(filled)
     {
@@ -94,7 +94,7 @@ impl Recording for Ipc {
         let places = places(own.iter());
         let mut batches = Batches::new(contents, &places);
         // The batch, its cells, and how many of its rows were read.
-        let mut current: Option<(&Part, Vec<Cells>, u64)> = None;
+        let mut current: Option<(&ArrowPart, Vec<Cells>, u64)> = None;
         let mut row = 0_u64;
         Ok(Box::new(std::iter::from_fn(move || {
             loop {
@@ -152,6 +152,6 @@ fn damaged<T>() -> Outcome<T> {
     Err("the bytes are damaged".into())
 }
 
-fn lost(name: &str, part: &Part, rows: u64, problem: &str) -> String {
+fn lost(name: &str, part: &ArrowPart, rows: u64, problem: &str) -> String {
     format!("{name}: {rows} rows of the batch at byte {} are not read: {problem}", part.byte())
 }

@@ -37,7 +37,7 @@ fn in_words(error: impl Display) -> String {
 
 /// A dictionary or a batch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct ArrowPart {
     block: Block,
     /// Bytes before its metadata.
     prefix: u64,
@@ -45,7 +45,7 @@ pub(super) struct Part {
     pub(super) rows: Option<u64>,
 }
 
-impl Part {
+impl ArrowPart {
     pub(super) fn byte(&self) -> u64 {
         self.block.offset().unsigned_abs()
     }
@@ -60,7 +60,7 @@ impl Part {
 pub(super) struct Contents {
     bytes: Arc<dyn ReadAt>,
     pub(super) schema: SchemaRef,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<ArrowPart>,
     /// What is damaged, and from which byte on.
     pub(super) damages: Vec<(u64, String)>,
 }
@@ -107,9 +107,9 @@ impl Contents {
         }
         // A list of fewer batches than there are.
         let mut parts = contents.parts.clone();
-        parts.sort_by_key(Part::byte);
-        let ends = parts.iter().map(Part::end);
-        let starts = parts.iter().skip(1).map(Part::byte).chain([start]);
+        parts.sort_by_key(ArrowPart::byte);
+        let ends = parts.iter().map(ArrowPart::end);
+        let starts = parts.iter().skip(1).map(ArrowPart::byte).chain([start]);
         let gaps = ends.zip(starts).filter(|(end, start)| end + 64 < *start);
         let is_unlisted = |(end, start)| (end, format!("{} bytes are in no batch", start - end));
         if contents.damages.is_empty() {
@@ -166,7 +166,7 @@ impl Contents {
                     (_, Some(dictionary)) if self.has(dictionary.id()) => None,
                     _ => return Err("neither a batch nor a dictionary of the schema".into()),
                 };
-            Ok(Part { block: own.block, prefix: own.prefix, rows })
+            Ok(ArrowPart { block: own.block, prefix: own.prefix, rows })
         });
         match part {
             Ok(part) => self.parts.push(part),
@@ -175,7 +175,7 @@ impl Contents {
     }
 
     /// The bytes of a part, with what the library takes for granted checked.
-    fn read(&self, part: &Part) -> Outcome<Buffer> {
+    fn read(&self, part: &ArrowPart) -> Outcome<Buffer> {
         let mut all = MutableBuffer::from_len_zeroed((part.end() - part.byte()) as usize);
         let mut reader = At::new(Arc::clone(&self.bytes));
         let read = reader.seek(SeekFrom::Start(part.byte()));
@@ -253,7 +253,7 @@ fn buffers_of(kind: &DataType, version: MetadataVersion) -> usize {
 /// The batches with columns at some places of the schema, one after the other.
 pub(super) struct Batches<'c> {
     contents: &'c Contents,
-    parts: std::slice::Iter<'c, Part>,
+    parts: std::slice::Iter<'c, ArrowPart>,
     decoder: FileDecoder,
     has_dictionaries: bool,
     /// A dictionary is damaged.
@@ -276,13 +276,13 @@ impl<'c> Batches<'c> {
         }
     }
 
-    fn add(&mut self, part: &Part) -> Outcome<()> {
+    fn add(&mut self, part: &ArrowPart) -> Outcome<()> {
         let buffer = self.contents.read(part)?;
         let read = super::contained(|| self.decoder.read_dictionary(&part.block, &buffer));
         read.ok_or("the bytes are damaged")?.map_err(in_words)
     }
 
-    fn read(&self, part: &Part) -> Outcome<Rows> {
+    fn read(&self, part: &ArrowPart) -> Outcome<Rows> {
         let buffer = self.contents.read(part)?;
         let read = super::contained(|| self.decoder.read_record_batch(&part.block, &buffer));
         read.ok_or("the bytes are damaged")?.map_err(in_words)?.ok_or_else(|| "no batch".into())
@@ -290,7 +290,7 @@ impl<'c> Batches<'c> {
 }
 
 impl<'c> Iterator for Batches<'c> {
-    type Item = (&'c Part, Outcome<Rows>);
+    type Item = (&'c ArrowPart, Outcome<Rows>);
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -324,7 +324,7 @@ impl Own {
     }
 
     fn end(&self) -> u64 {
-        Part { block: self.block, prefix: self.prefix, rows: None }.end()
+        ArrowPart { block: self.block, prefix: self.prefix, rows: None }.end()
     }
 }
 

@@ -39,13 +39,13 @@ impl Seen {
 pub(in crate::recording) struct Decoder {
     databases: Vec<Database>,
     /// Message (database and place in it) and signals of each group.
-    groups: Vec<Part>,
+    groups: Vec<DecodedGroup>,
     of_frames: BTreeMap<Identifier, Vec<usize>>,
 }
 
 /// The signals of a message that have the same conditions: these have one clock.
 #[derive(Debug)]
-struct Part {
+struct DecodedGroup {
     database: usize,
     message: usize,
     conditions: Vec<Condition>,
@@ -104,7 +104,12 @@ impl Decoder {
                         format!("{bus}{}{source}{}", message.name, in_words(message, &conditions));
                     all.push(group(file, &name, message, &signals, &conditions, *seen_here));
                     own.push(self.groups.len());
-                    self.groups.push(Part { database, message: place, conditions, signals });
+                    self.groups.push(DecodedGroup {
+                        database,
+                        message: place,
+                        conditions,
+                        signals,
+                    });
                 }
             }
             self.of_frames.insert(identifier.clone(), own);

@@ -19,10 +19,10 @@ pub(in crate::recording) use decode::{Decoder, Identifier, Seen};
 use frame::Frame;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use text::{Form, Frames};
+use text::{CanTextForm, Frames};
 
 pub(super) fn recognises(head: &Head<'_>) -> bool {
-    Form::recognise(head.start).is_some()
+    CanTextForm::recognise(head.start).is_some()
 }
 
 /// Opens a bus log; reads through it once for the kinds of frames.
@@ -30,13 +30,13 @@ pub(super) fn open<'a>(
     file: LogFile<'a>,
     options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
-    let mut form = Form::recognise(&file.head()?).unwrap_or(Form::Candump);
-    if form == Form::NoTime {
+    let mut form = CanTextForm::recognise(&file.head()?).unwrap_or(CanTextForm::Candump);
+    if form == CanTextForm::NoTime {
         return Err(Error::FramesWithoutTime { file: file.name });
     }
     let mut survey = Survey::new(&file, form)?;
-    if form == Form::Candump && survey.has_steps() {
-        form = Form::Steps;
+    if form == CanTextForm::Candump && survey.has_steps() {
+        form = CanTextForm::Steps;
         survey = Survey::new(&file, form)?;
         survey.losses.push(format!(
             "{}: the times count from the frame before (candump -t d): they are added up",
@@ -103,7 +103,7 @@ impl Trend {
 }
 
 impl Survey {
-    fn new(file: &LogFile<'_>, form: Form) -> Result<Self, Error> {
+    fn new(file: &LogFile<'_>, form: CanTextForm) -> Result<Self, Error> {
         let mut seen = BTreeMap::new();
         let mut of_requests = BTreeMap::new();
         let mut frames = Frames::new(file.reader()?, form);
@@ -183,7 +183,7 @@ fn identifier(frame: Frame) -> Identifier {
 
 struct Bus<'a> {
     file: LogFile<'a>,
-    form: Form,
+    form: CanTextForm,
     decoder: Decoder,
     groups: Vec<Group>,
     /// Kinds of frames whose requests are left out.

@@ -9,7 +9,7 @@ use super::trc::{self, Trc};
 use std::io::{BufRead, BufReader, Read};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum CanTextForm {
     Candump,
     /// candump whose times count from the frame before (`-t d`).
     Steps,
@@ -21,7 +21,7 @@ pub(super) enum Form {
     Table,
 }
 
-impl Form {
+impl CanTextForm {
     /// The form of a text that starts like this.
     pub(super) fn recognise(start: &[u8]) -> Option<Self> {
         let start = String::from_utf8_lossy(start);
@@ -66,7 +66,7 @@ impl Form {
 /// The frames of a text, line by line.
 pub(super) struct Frames<R> {
     reader: BufReader<R>,
-    form: Form,
+    form: CanTextForm,
     /// Number of lines read.
     pub(super) line: u64,
     /// Number of bytes read.
@@ -79,7 +79,7 @@ pub(super) struct Frames<R> {
     trc: Trc,
     busmaster: Busmaster,
     table: Option<Table>,
-    /// The instant of the last frame of [`Form::Steps`], s.
+    /// The instant of the last frame of [`CanTextForm::Steps`], s.
     time: f64,
 }
 
@@ -88,7 +88,7 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 const LONGEST: u64 = 4096;
 
 impl<R: Read> Frames<R> {
-    pub(super) fn new(reader: R, form: Form) -> Self {
+    pub(super) fn new(reader: R, form: CanTextForm) -> Self {
         Self {
             reader: BufReader::with_capacity(1 << 16, reader),
             form,
@@ -120,11 +120,11 @@ impl<R: Read> Frames<R> {
             let text = String::from_utf8_lossy(&self.text);
             let text = text.trim_start_matches(BYTE_ORDER_MARK);
             let read = match self.form {
-                Form::Candump | Form::Steps => candump(text.trim()),
-                Form::Asc => self.asc.line(text.trim()),
-                Form::Trc => self.trc.line(text.trim()),
-                Form::Busmaster => self.busmaster.line(text.trim()),
-                Form::Table => match &self.table {
+                CanTextForm::Candump | CanTextForm::Steps => candump(text.trim()),
+                CanTextForm::Asc => self.asc.line(text.trim()),
+                CanTextForm::Trc => self.trc.line(text.trim()),
+                CanTextForm::Busmaster => self.busmaster.line(text.trim()),
+                CanTextForm::Table => match &self.table {
                     Some(table) => table.line(text.trim(), !text.ends_with('\n')),
                     None => {
                         let rows = String::from_utf8_lossy(self.reader.fill_buf()?);
@@ -132,11 +132,11 @@ impl<R: Read> Frames<R> {
                         Line::Other
                     }
                 },
-                Form::NoTime => Line::Fault,
+                CanTextForm::NoTime => Line::Fault,
             };
             match read {
                 Line::Frame(mut frame) => {
-                    if self.form == Form::Steps {
+                    if self.form == CanTextForm::Steps {
                         self.time += frame.time;
                         frame.time = self.time;
                     }
@@ -167,7 +167,7 @@ mod tests {
     use super::*;
 
     fn all(text: &str) -> (Vec<Frame>, u64) {
-        let form = Form::recognise(text.as_bytes()).unwrap();
+        let form = CanTextForm::recognise(text.as_bytes()).unwrap();
         let mut frames = Frames::new(text.as_bytes(), form);
         let mut read = Vec::new();
         while let Some(frame) = frames.next().unwrap() {
@@ -212,11 +212,11 @@ mod tests {
         // `date -u -d '2024-02-01T10:00:00Z' +%s`
         let dated = frame(1_706_781_600.25, "can0", 0x25, false, &[1]);
         assert_eq!(first("(2024-02-01 10:00:00.250000)  can0  025   [1]  01"), dated);
-        let form = |text: &str| Form::recognise(text.as_bytes());
-        assert_eq!(form("  can0  025   [2]  41 20\n"), Some(Form::NoTime));
+        let form = |text: &str| CanTextForm::recognise(text.as_bytes());
+        assert_eq!(form("  can0  025   [2]  41 20\n"), Some(CanTextForm::NoTime));
         let comment = "; written by a tool\ndate Thu Feb 1\nbase hex\n0.5 1 25 Rx d 1 49\n";
         for text in [comment, "0.5 1 25 Rx d 1 49 Length = 1\n", "0,5 1 25 Rx d 1 49\r\n"] {
-            assert_eq!(form(text), Some(Form::Asc), "{text}");
+            assert_eq!(form(text), Some(CanTextForm::Asc), "{text}");
             assert_eq!(first(text), frame(0.5, "1", 0x25, false, &[0x49]), "{text}");
         }
         assert!(first("0.5 1 25 TxRq d 1 49\n").is_request);
@@ -231,7 +231,7 @@ mod tests {
         let extended = frame(0.5, "1", 0x18FE_CA34, true, &[0x49]);
         assert_eq!(first("0.5 1 Motion Rx d 1 49 Length = 1 ID = 419351092x\n"), extended);
         let mut frames =
-            Frames::new(&b"date Do\n// Pr\xfcfstand\n0.5 1 25 Rx d 1 49\n"[..], Form::Asc);
+            Frames::new(&b"date Do\n// Pr\xfcfstand\n0.5 1 25 Rx d 1 49\n"[..], CanTextForm::Asc);
         assert!(frames.next().unwrap().is_some());
         assert_eq!(frames.faults, 0);
         for text in ["t,x\n1,2\n", "1 2 3\n", "time [s] speed [2]\n", "a b [2] c d\n"] {
@@ -317,7 +317,7 @@ mod tests {
             assert_eq!(all(text), (expected.to_vec(), 1), "{text}");
         }
         for text in ["time,addr,speed\n1,2,3\n", "timestamp,id,speed\n", "Time Stamp,ID,D1\n"] {
-            assert_eq!(Form::recognise(text.as_bytes()), None, "{text}");
+            assert_eq!(CanTextForm::recognise(text.as_bytes()), None, "{text}");
         }
     }
 

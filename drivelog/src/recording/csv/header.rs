@@ -91,7 +91,7 @@ pub(super) fn find(
     let (mut names, mut skipped) = (None, 0);
     if let Some(at) = stated {
         let mut all = rows.iter().map(|(_, row)| *row).chain(comments);
-        let has_text = |row: &&ByteRecord| row.iter().any(|cell| kind(cell) == Kind::Text);
+        let has_text = |row: &&ByteRecord| row.iter().any(|cell| kind(cell) == CellKind::Text);
         names = Some(all.find(|row| line(row) == at).filter(has_text)?);
         skipped = rows.iter().filter(|(_, row)| line(row) < at).count();
         rows.retain(|(_, row)| line(row) > at);
@@ -148,17 +148,17 @@ pub(super) fn find(
 
 /// The kind of a cell.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum CellKind {
     Number,
     Missing,
     Text,
 }
 
-fn kind(cell: &[u8]) -> Kind {
+fn kind(cell: &[u8]) -> CellKind {
     match text_of(cell) {
-        cell if is_missing(&cell) => Kind::Missing,
-        cell if is_number(&cell) => Kind::Number,
-        _ => Kind::Text,
+        cell if is_missing(&cell) => CellKind::Missing,
+        cell if is_number(&cell) => CellKind::Number,
+        _ => CellKind::Text,
     }
 }
 
@@ -197,9 +197,9 @@ impl<'a> Table<'a> {
         let mut counts = [0; 2];
         for (cell, _) in row.iter().zip(&self.has_numbers).filter(|(_, has)| **has) {
             match kind(cell) {
-                Kind::Number => counts[0] += 1,
-                Kind::Text => counts[1] += 1,
-                Kind::Missing => {}
+                CellKind::Number => counts[0] += 1,
+                CellKind::Text => counts[1] += 1,
+                CellKind::Missing => {}
             }
         }
         counts
@@ -249,7 +249,8 @@ impl<'a> Table<'a> {
             let mut cells = row.iter().zip(&self.has_numbers).enumerate();
             // `1` is a unit, too.
             cells.any(|(i, (cell, has))| {
-                *has && kind(cell) == Kind::Number && (Some(i) == column || text_of(cell) != "1")
+                *has && kind(cell) == CellKind::Number
+                    && (Some(i) == column || text_of(cell) != "1")
             })
         };
         (names + units..first).find(|at| has_number(rows[*at])).unwrap_or(first)
@@ -268,7 +269,7 @@ impl<'a> Table<'a> {
         for at in (0..first).rev().take(MOST) {
             let row = self.rows[at];
             let own = filled(row);
-            let texts = row.iter().filter(|cell| kind(cell) == Kind::Text).count();
+            let texts = row.iter().filter(|cell| kind(cell) == CellKind::Text).count();
             let [numbers, texts_of_numbers] = self.count(row);
             let has_gap = self.rows.get(at + 1).is_some_and(|below| line(below) > end(row) + 1);
             let is_full = 2 * own >= self.filled && 2 * texts >= own;
@@ -320,9 +321,9 @@ fn columns_of_numbers(rows: &[&ByteRecord]) -> Vec<bool> {
         counts.resize(counts.len().max(row.len()), [0; 2]);
         for (cell, counts) in row.iter().zip(&mut counts) {
             match kind(cell) {
-                Kind::Number => counts[0] += 1,
-                Kind::Text => counts[1] += 1,
-                Kind::Missing => {}
+                CellKind::Number => counts[0] += 1,
+                CellKind::Text => counts[1] += 1,
+                CellKind::Missing => {}
             }
         }
     }

@@ -25,7 +25,7 @@ const ZONES: [(&str, f64); 11] = [
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::recording) struct Stamps {
-    form: Form,
+    form: StampForm,
     /// Seconds of the last time of day, with the midnights before it.
     last: f64,
     /// The first date with slashes, and which of its numbers is the day, where that is known.
@@ -54,7 +54,7 @@ enum Order {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum StampForm {
     Zoned,
     /// Date and time of an unstated zone.
     Local,
@@ -120,7 +120,7 @@ impl Dates {
 impl Stamps {
     pub(in crate::recording) fn like(text: &str) -> Option<Self> {
         let slashed = slashed(text);
-        let form = if slashed.is_some() { Form::Slashed } else { read(text)?.0 };
+        let form = if slashed.is_some() { StampForm::Slashed } else { read(text)?.0 };
         let first = slashed.unwrap_or_default();
         let order = first.order();
         let last = f64::NEG_INFINITY;
@@ -130,25 +130,25 @@ impl Stamps {
     /// Times of day without colons, such as `100059.99`, which are numbers elsewhere.
     pub(super) fn of_digits() -> Self {
         let first = Slashed::default();
-        let (form, last) = (Form::Digits, f64::NEG_INFINITY);
+        let (form, last) = (StampForm::Digits, f64::NEG_INFINITY);
         Self { form, last, first, order: None, shift: 0.0, first_iso: None }
     }
 
     pub(super) fn are_digits(&self) -> bool {
-        self.form == Form::Digits
+        self.form == StampForm::Digits
     }
 
     /// Its dates, as far as they were read.
     pub(super) fn dates(&self) -> Option<Dates> {
         match self.form {
-            Form::Slashed => Some(Dates(FirstDate::Slashed(self.first, self.order))),
+            StampForm::Slashed => Some(Dates(FirstDate::Slashed(self.first, self.order))),
             _ => Some(Dates(FirstDate::Iso((self.first_iso? / DAY_S).floor()))),
         }
     }
 
     /// Whether the order of day and month is open, which changes no time between two rows.
     pub(super) fn has_open_order(&self) -> bool {
-        self.form == Form::Slashed && self.order.is_none()
+        self.form == StampForm::Slashed && self.order.is_none()
     }
 
     /// Seconds since 1970 of a date with slashes; where day and month are open, the month is taken to be first until
@@ -174,31 +174,31 @@ impl Stamps {
     /// Seconds since 1970, or since the first midnight where there is no date; `None` where the text is
     /// no time of this form. A time of day half a day or more before the last is one of the next day.
     pub(in crate::recording) fn seconds(&mut self, text: &str) -> Option<f64> {
-        if self.form == Form::Slashed {
+        if self.form == StampForm::Slashed {
             return self.of_slashed(text);
         }
         let mut form_and_seconds = read(text);
-        if self.form == Form::Digits {
+        if self.form == StampForm::Digits {
             // Zeros that lead may be missing.
             let whole = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
             let text = format!("{}{text}", "0".repeat(6_usize.checked_sub(whole)?));
             let (hours, rest) = text.split_at_checked(2)?;
             let (minutes, seconds) = rest.split_at_checked(2)?;
             let of_day = time_of_day(&format!("{hours}:{minutes}:{seconds}"))?;
-            form_and_seconds = Some((Form::Digits, of_day));
+            form_and_seconds = Some((StampForm::Digits, of_day));
         }
         let (form, mut seconds) = form_and_seconds?;
         if form != self.form {
             return None;
         }
-        if matches!(form, Form::TimeOfDay | Form::Digits) {
+        if matches!(form, StampForm::TimeOfDay | StampForm::Digits) {
             if self.last.is_finite() {
                 let days = ((self.last - seconds) / DAY_S).round().max(0.0);
                 seconds += days * DAY_S;
             }
             self.last = seconds.max(self.last);
         }
-        if matches!(form, Form::Zoned | Form::Local) {
+        if matches!(form, StampForm::Zoned | StampForm::Local) {
             self.first_iso.get_or_insert(seconds);
         }
         Some(seconds)
@@ -306,28 +306,34 @@ fn time_of_day(text: &str) -> Option<f64> {
 
 /// The instant of a date and time, s since 1970.
 pub(in crate::recording) fn instant(text: &str) -> Option<f64> {
-    read(text).filter(|(form, _)| *form != Form::TimeOfDay).map(|(_, seconds)| seconds)
+    read(text).filter(|(form, _)| *form != StampForm::TimeOfDay).map(|(_, seconds)| seconds)
 }
 
-fn read(text: &str) -> Option<(Form, f64)> {
+fn read(text: &str) -> Option<(StampForm, f64)> {
     // Numbers are none, though 20240301 and 1000 are forms of ISO 8601.
     let bytes = text.as_bytes();
     let is_mark = |at: usize, mark: u8| bytes.get(at) == Some(&mark);
     if let Some((days, time)) = text.split_once(" days ") {
         let of_day = time_of_day(time.trim_start_matches('+'))?;
-        return Some((Form::Days, DAY_S * f64::from(days.parse::<i32>().ok()?) + of_day));
+        return Some((StampForm::Days, DAY_S * f64::from(days.parse::<i32>().ok()?) + of_day));
     }
     if let Some((minutes, seconds)) = text.split_once(':')
         && seconds.get(2..3) == Some(".")
     {
         let of_minute = seconds.parse::<f64>().ok().filter(|s| (0.0..60.0).contains(s))?;
-        return Some((Form::Minutes, 60.0 * f64::from(minutes.parse::<u16>().ok()?) + of_minute));
+        return Some((
+            StampForm::Minutes,
+            60.0 * f64::from(minutes.parse::<u16>().ok()?) + of_minute,
+        ));
     }
     if is_mark(2, b':') || is_mark(1, b':') {
-        return Some((Form::TimeOfDay, time_of_day(text)?));
+        return Some((StampForm::TimeOfDay, time_of_day(text)?));
     }
     if let Some(number) = text.strip_suffix(" sec") {
-        return Some((Form::Seconds, number.trim().parse().ok().filter(|x: &f64| x.is_finite())?));
+        return Some((
+            StampForm::Seconds,
+            number.trim().parse().ok().filter(|x: &f64| x.is_finite())?,
+        ));
     }
     for mark in ['/', '.'] {
         if is_mark(4, mark as u8) && is_mark(7, mark as u8) {
@@ -348,12 +354,12 @@ fn read(text: &str) -> Option<(Form, f64)> {
         && let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone)
     {
         return match read(rest)? {
-            (Form::Local, seconds) => Some((Form::Zoned, seconds - 3600.0 * hours)),
+            (StampForm::Local, seconds) => Some((StampForm::Zoned, seconds - 3600.0 * hours)),
             _ => None,
         };
     }
     if let Some(instant) = with_month_name(text) {
-        return Some((Form::Local, instant));
+        return Some((StampForm::Local, instant));
     }
     if !(is_mark(4, b'-') && is_mark(7, b'-')) {
         return None;
@@ -361,8 +367,8 @@ fn read(text: &str) -> Option<(Form, f64)> {
     let pieces = PARSER.parse_pieces(text).ok()?;
     let time = pieces.time()?;
     match pieces.to_numeric_offset() {
-        Some(zone) => Some((Form::Zoned, since_1970(pieces.date(), time, zone)?)),
-        None => Some((Form::Local, since_1970(pieces.date(), time, Offset::UTC)?)),
+        Some(zone) => Some((StampForm::Zoned, since_1970(pieces.date(), time, zone)?)),
+        None => Some((StampForm::Local, since_1970(pieces.date(), time, Offset::UTC)?)),
     }
 }
 

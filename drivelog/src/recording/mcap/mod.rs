@@ -19,7 +19,7 @@ use crate::options::LogOptions;
 use content::Content;
 use file::Mcap;
 use records::{MAGIC, View};
-use rows::Reading;
+use rows::McapReader;
 use std::io;
 use topic::{Messages, Topic};
 
@@ -67,7 +67,7 @@ impl Recording for Mcap {
     }
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
-        Ok(Box::new(Reading::new(self, &request)))
+        Ok(Box::new(McapReader::new(self, &request)))
     }
 
     fn losses(&self) -> Vec<String> {

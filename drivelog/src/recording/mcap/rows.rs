@@ -52,7 +52,7 @@ struct Extraction {
     rows: u64,
 }
 
-pub(super) struct Reading<'r> {
+pub(super) struct McapReader<'r> {
     mcap: &'r mut Mcap,
     of_channels: BTreeMap<u16, usize>,
     extractions: Vec<Extraction>,
@@ -66,7 +66,7 @@ pub(super) struct Reading<'r> {
     is_done: bool,
 }
 
-impl<'r> Reading<'r> {
+impl<'r> McapReader<'r> {
     pub(super) fn new(mcap: &'r mut Mcap, request: &Request<'_>) -> Self {
         let mut of_channels = BTreeMap::new();
         let mut extractions = Vec::new();
@@ -278,7 +278,7 @@ impl Extraction {
     }
 }
 
-impl Iterator for Reading<'_> {
+impl Iterator for McapReader<'_> {
     type Item = Result<Rows, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {

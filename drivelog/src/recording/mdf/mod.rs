@@ -60,7 +60,7 @@ pub(super) fn open<'a>(
             losses.extend(unread(&group, own, &channels));
             if channels.len() > usize::from(group.clock.is_some()) {
                 groups.push(group);
-                parts.push(Part::Plain { data: d, group: c, channels });
+                parts.push(MdfGroup::Plain { data: d, group: c, channels });
             }
         }
     }
@@ -79,7 +79,7 @@ pub(super) fn open<'a>(
             losses.extend(scan(&mdf, d, c, &mut seen).err().map(|e| format!("{}: {e}", file.name)));
         }
         let decoded = decoder.groups(&file.name, &seen);
-        parts.extend((0..decoded.len()).map(Part::Decoded));
+        parts.extend((0..decoded.len()).map(MdfGroup::Decoded));
         groups.extend(decoded);
         losses.extend(decoder.losses(&file.name));
     }
@@ -95,7 +95,7 @@ struct Mdf {
     mdf: Mf4File,
     groups: Vec<Group>,
     /// What each group is in the file.
-    parts: Vec<Part>,
+    parts: Vec<MdfGroup>,
     /// Data group and channel group of CAN frames.
     buses: Vec<(usize, usize)>,
     decoder: Decoder,
@@ -104,7 +104,7 @@ struct Mdf {
     cut: Arc<OnceLock<u64>>,
 }
 
-enum Part {
+enum MdfGroup {
     Plain {
         data: usize,
         group: usize,
@@ -170,7 +170,7 @@ impl Recording for Mdf {
         };
         let mut reads_buses = false;
         for (w, wanted) in request.wanted.iter().enumerate() {
-            let Part::Plain { data, group, channels } = &parts[wanted.group] else {
+            let MdfGroup::Plain { data, group, channels } = &parts[wanted.group] else {
                 reads_buses = true;
                 continue;
             };
@@ -179,13 +179,15 @@ impl Recording for Mdf {
                 wanted.channels.iter().map(|&c| &all[channels[c]]).collect();
             let as_read: Vec<falcon_mdf::Channel> = own.iter().map(|c| readable(c)).collect();
             match mdf.signals_chunks(&as_read, request.most) {
-                Ok(chunks) => sources.push(Reading::new(Kind::Plain(w, own), chunks)),
+                Ok(chunks) => sources.push(MdfSource::new(MdfSourceKind::Plain(w, own), chunks)),
                 Err(error) => lost(&error, "a channel group is not read"),
             }
         }
         for &(d, c) in buses.iter().filter(|_| reads_buses) {
             match bus(mdf, d, c, true, request.most) {
-                Ok((fields, chunks)) => sources.push(Reading::new(Kind::Bus(fields), chunks)),
+                Ok((fields, chunks)) => {
+                    sources.push(MdfSource::new(MdfSourceKind::Bus(fields), chunks))
+                }
                 Err(error) => lost(&error, "CAN frames are not read"),
             }
         }
@@ -194,8 +196,8 @@ impl Recording for Mdf {
             .iter()
             .enumerate()
             .filter_map(|(w, wanted)| match parts[wanted.group] {
-                Part::Decoded(group) => Some((group, w)),
-                Part::Plain { .. } => None,
+                MdfGroup::Decoded(group) => Some((group, w)),
+                MdfGroup::Plain { .. } => None,
             })
             .collect();
         let mut batches = Batches::new(&request);
@@ -229,7 +231,7 @@ impl Recording for Mdf {
                 };
                 let count = signals.first().map_or(0, Signal::len);
                 match &reading.kind {
-                    Kind::Plain(w, channels) => {
+                    MdfSourceKind::Plain(w, channels) => {
                         let all = channels.iter().zip(&signals);
                         let values: Vec<Vec<f64>> = all.map(|(c, s)| numbers(c, s)).collect();
                         if let Some(t) = values.first().and_then(|v| v.last()) {
@@ -239,7 +241,7 @@ impl Recording for Mdf {
                         let lines = Rc::new((from + 1..=from + count as u64).collect());
                         ready.push_back(Rows { wanted: *w, columns: Columns { values, lines } });
                     }
-                    Kind::Bus(fields) => {
+                    MdfSourceKind::Bus(fields) => {
                         let frames = fields.frames(&signals);
                         frames.each(count, |identifier, time, data| {
                             for group in decoder.of_frame(&identifier) {
@@ -271,22 +273,22 @@ impl Recording for Mdf {
     }
 }
 
-struct Reading<'m> {
-    kind: Kind<'m>,
+struct MdfSource<'m> {
+    kind: MdfSourceKind<'m>,
     chunks: SignalsChunks<'m>,
     rows: usize,
     /// Its last instant, s.
     time: f64,
 }
 
-enum Kind<'m> {
+enum MdfSourceKind<'m> {
     /// One of the wanted groups, and its channels.
     Plain(usize, Vec<&'m falcon_mdf::Channel>),
     Bus(Fields),
 }
 
-impl<'m> Reading<'m> {
-    fn new(kind: Kind<'m>, chunks: SignalsChunks<'m>) -> Self {
+impl<'m> MdfSource<'m> {
+    fn new(kind: MdfSourceKind<'m>, chunks: SignalsChunks<'m>) -> Self {
         Self { kind, chunks, rows: 0, time: f64::NEG_INFINITY }
     }
 }

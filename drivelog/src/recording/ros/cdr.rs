@@ -4,7 +4,7 @@
 //! most four. A text or sequence moves what follows it, so offsets are computed for each message. Source: OMG
 //! [DDS-XTypes 1.3](https://www.omg.org/spec/DDS-XTypes/1.3), sections 7.4 and 7.6.2.
 
-use super::schema::{Count, Field, Kind, Number, Schema};
+use super::schema::{Count, Field, FieldKind, Number, Schema};
 use super::seconds;
 
 /// Longest fixed array whose elements are channels.
@@ -170,7 +170,7 @@ impl Builder<'_> {
         self.counted(1)?;
         match (field.count, &field.kind) {
             (Count::One, kind) => self.item(kind, path, depth, steps)?,
-            (Count::Fixed(count), Kind::Number(number)) => {
+            (Count::Fixed(count), FieldKind::Number(number)) => {
                 let leaf = path.filter(|_| count <= MOST_ELEMENTS).map(|path| {
                     let first = self.leaves.len();
                     self.leaves.extend((0..count).map(|i| (format!("{path}[{i}]"), false)));
@@ -186,7 +186,7 @@ impl Builder<'_> {
                 }
             }
             (count, kind) => {
-                if !matches!(kind, Kind::Number(_)) {
+                if !matches!(kind, FieldKind::Number(_)) {
                     steps.push(Step::Length);
                 }
                 let mut of_item = Vec::new();
@@ -204,7 +204,7 @@ impl Builder<'_> {
 
     fn item(
         &mut self,
-        kind: &Kind,
+        kind: &FieldKind,
         path: Option<&str>,
         depth: usize,
         steps: &mut Vec<Step>,
@@ -216,13 +216,13 @@ impl Builder<'_> {
             })
         };
         match kind {
-            Kind::Number(number) => steps.push(Step::Numbers(*number, 1, leaf(false))),
-            Kind::Time => steps.push(Step::Time(leaf(true))),
-            Kind::Text => steps.push(Step::Text),
-            Kind::WideText => {
+            FieldKind::Number(number) => steps.push(Step::Numbers(*number, 1, leaf(false))),
+            FieldKind::Time => steps.push(Step::Time(leaf(true))),
+            FieldKind::Text => steps.push(Step::Text),
+            FieldKind::WideText => {
                 self.ends_at = Some("a wstring, and what follows it,".into());
             }
-            Kind::Message(name) => self.message(name, path, depth + 1, steps)?,
+            FieldKind::Message(name) => self.message(name, path, depth + 1, steps)?,
         }
         self.counted(1)
     }

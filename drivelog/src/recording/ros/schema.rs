@@ -50,7 +50,7 @@ impl Number {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum FieldKind {
     Number(Number),
     /// `builtin_interfaces/Time` or `Duration`.
     Time,
@@ -70,7 +70,7 @@ pub(super) enum Count {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Field {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: FieldKind,
     pub(super) count: Count,
 }
 
@@ -146,19 +146,19 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
     // A string may be bounded, as in `string<=10`.
     let item = item.split("<=").next().unwrap_or(item);
     let kind = match item {
-        "string" => Kind::Text,
-        "wstring" => Kind::WideText,
-        "time" | "duration" => Kind::Time,
-        "Header" => Kind::Message("std_msgs/Header".into()),
+        "string" => FieldKind::Text,
+        "wstring" => FieldKind::WideText,
+        "time" | "duration" => FieldKind::Time,
+        "Header" => FieldKind::Message("std_msgs/Header".into()),
         _ => match (Number::from_name(item), item.contains('/')) {
-            (Some(number), _) => Kind::Number(number),
-            (None, true) => Kind::Message(plain(item)),
-            (None, false) => Kind::Message(format!("{package}/{item}")),
+            (Some(number), _) => FieldKind::Number(number),
+            (None, true) => FieldKind::Message(plain(item)),
+            (None, false) => FieldKind::Message(format!("{package}/{item}")),
         },
     };
-    let is_time = matches!(&kind, Kind::Message(name)
+    let is_time = matches!(&kind, FieldKind::Message(name)
         if matches!(name.as_str(), "builtin_interfaces/Time" | "builtin_interfaces/Duration"));
-    let kind = if is_time { Kind::Time } else { kind };
+    let kind = if is_time { FieldKind::Time } else { kind };
     Ok(Some(Field { name: name.into(), kind, count }))
 }
 
@@ -176,23 +176,23 @@ mod tests {
             let fields = schema.fields(name).unwrap().iter();
             fields.map(|f| (f.name.as_str(), f.kind.clone(), f.count)).collect::<Vec<_>>()
         };
-        let message = |name: &str| Kind::Message(name.into());
+        let message = |name: &str| FieldKind::Message(name.into());
         assert_eq!(
             fields("p/Outer"),
             [
                 ("header", message("std_msgs/Header"), Count::One),
-                ("covariance", Kind::Number(Number::F64), Count::Fixed(9)),
-                ("few", Kind::Number(Number::I32), Count::Variable),
-                ("name", Kind::Text, Count::One),
+                ("covariance", FieldKind::Number(Number::F64), Count::Fixed(9)),
+                ("few", FieldKind::Number(Number::I32), Count::Variable),
+                ("name", FieldKind::Text, Count::One),
                 ("both", message("p/Inner"), Count::Fixed(2)),
             ]
         );
         assert_eq!(
             fields("p/Inner"),
             [
-                ("b", Kind::Number(Number::U8), Count::One),
-                ("at", Kind::Time, Count::One),
-                ("w", Kind::WideText, Count::One),
+                ("b", FieldKind::Number(Number::U8), Count::One),
+                ("at", FieldKind::Time, Count::One),
+                ("w", FieldKind::WideText, Count::One),
             ]
         );
         for wrong in ["float64[0] x", "float64[-1] x", "float64", "float64 [3]"] {

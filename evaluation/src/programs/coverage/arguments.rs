@@ -5,7 +5,7 @@ use steerwright_evaluation::Steering;
 use steerwright_sysid::Intersample;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Kind {
+pub(super) enum DriveKind {
     /// `LinearDrive::realistic`
     Realistic,
     /// `LinearDrive::ideal`
@@ -16,7 +16,7 @@ pub(super) enum Kind {
     HeldSteps,
 }
 
-impl Kind {
+impl DriveKind {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Realistic => "realistic",
@@ -64,18 +64,18 @@ impl From<Column> for Steering {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Stated {
+pub(super) enum StatedIntersample {
     /// It moves on: band-limited
     Bl,
     /// It is held
     Zoh,
 }
 
-impl From<Stated> for Intersample {
-    fn from(stated: Stated) -> Self {
+impl From<StatedIntersample> for Intersample {
+    fn from(stated: StatedIntersample) -> Self {
         match stated {
-            Stated::Bl => Self::Bl,
-            Stated::Zoh => Self::Zoh,
+            StatedIntersample::Bl => Self::Bl,
+            StatedIntersample::Zoh => Self::Zoh,
         }
     }
 }

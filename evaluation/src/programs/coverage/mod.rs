@@ -13,7 +13,7 @@ mod arguments;
 mod tally;
 
 use super::options;
-use arguments::{Column, Disturbance, Kind, Stated};
+use arguments::{Column, Disturbance, DriveKind, StatedIntersample};
 use clap::Parser;
 use std::error::Error;
 use steerwright_drivelog::{LogOptions, read_log};
@@ -52,13 +52,13 @@ struct Arguments {
     seconds: f64,
     /// What is driven; a table for each
     #[arg(long, value_enum, value_delimiter = ',', default_value = "realistic")]
-    kind: Vec<Kind>,
+    kind: Vec<DriveKind>,
     /// What the log has of the steering
     #[arg(long, value_enum, default_value_t = Column::Measured)]
     steering: Column,
     /// What is stated about the steering between its samples; without it, nothing is stated
     #[arg(long, value_enum)]
-    intersample: Option<Stated>,
+    intersample: Option<StatedIntersample>,
     /// Print a line for each drive
     #[arg(long)]
     list: bool,
@@ -83,7 +83,7 @@ pub(crate) fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn table(arguments: &Arguments, kind: Kind) {
+fn table(arguments: &Arguments, kind: DriveKind) {
     let drives: Vec<Result<Drive, String>> = on_all_cores("drives", arguments.drives, |k| {
         Drive::new(arguments, kind, k).map_err(|e| format!("drive {k}: {e}"))
     });
@@ -113,17 +113,17 @@ struct Drive {
 }
 
 impl Drive {
-    fn new(arguments: &Arguments, kind: Kind, k: usize) -> Result<Self, Box<dyn Error>> {
+    fn new(arguments: &Arguments, kind: DriveKind, k: usize) -> Result<Self, Box<dyn Error>> {
         let seed = arguments.seed.wrapping_mul(1_000_003).wrapping_add(7919 * k as u64);
         let mut random = Random(seed);
         let car = LinearCar::random(&mut random);
         let mut drive = match kind {
-            Kind::Realistic => LinearDrive::realistic(car, &mut random),
-            Kind::Ideal => LinearDrive::ideal(car, &mut random),
-            Kind::Sweep => LinearDrive::clean_sweep(car, &mut random),
-            Kind::HeldSteps => LinearDrive::held_steps(car, &mut random),
+            DriveKind::Realistic => LinearDrive::realistic(car, &mut random),
+            DriveKind::Ideal => LinearDrive::ideal(car, &mut random),
+            DriveKind::Sweep => LinearDrive::clean_sweep(car, &mut random),
+            DriveKind::HeldSteps => LinearDrive::held_steps(car, &mut random),
         };
-        drive.driver = k % 2 == 1 && matches!(kind, Kind::Realistic | Kind::Ideal);
+        drive.driver = k % 2 == 1 && matches!(kind, DriveKind::Realistic | DriveKind::Ideal);
         drive.rate_hz = arguments.rate;
         drive.seconds = arguments.seconds;
         drive.steering = arguments.steering.into();

@@ -47,13 +47,13 @@ pub(crate) enum Delay {
 
 /// What is fitted.
 pub(crate) struct Reference<'a> {
-    segments: Vec<Part<'a>>,
+    segments: Vec<ReferencePart<'a>>,
     sample_time_s: f64,
     /// Standard deviation of the steering, in whose unit it is changed.
     pub(crate) unit: f64,
 }
 
-struct Part<'a> {
+struct ReferencePart<'a> {
     steering: Vec<f64>,
     speed: Vec<f64>,
     yaw_rate: &'a [f64],
@@ -65,11 +65,11 @@ pub(crate) struct Fitted {
     estimate: Estimate,
     /// Place of the delay among the parameters that are fitted.
     delay_at: Option<usize>,
-    blocks: Vec<Sums>,
+    blocks: Vec<ReferenceSums>,
 }
 
 /// Of a block: sum of squares, its gradient over −2 and its curvature over 2 by the parameters.
-struct Sums {
+struct ReferenceSums {
     squares: f64,
     gradient: Mat<f64>,
     curvature: Mat<f64>,
@@ -149,7 +149,7 @@ impl<'a> Reference<'a> {
                 Some(speed) => speed[..count].iter().map(|v| rounded(*v)).collect(),
                 None => vec![ASSUMED_MPS; count],
             };
-            parts.push(Part {
+            parts.push(ReferencePart {
                 steering: segment.steering[..count].iter().map(|u| u / unit).collect(),
                 speed,
                 yaw_rate: &segment.yaw_rate[..count],
@@ -174,7 +174,8 @@ impl<'a> Reference<'a> {
 
     /// Sum of squares of the yaw rate about its mean, of the samples that are fitted.
     pub(crate) fn variation(&self) -> f64 {
-        let fitted = |p: &Part<'a>| p.yaw_rate[p.spare..p.yaw_rate.len() - p.spare].to_vec();
+        let fitted =
+            |p: &ReferencePart<'a>| p.yaw_rate[p.spare..p.yaw_rate.len() - p.spare].to_vec();
         let all: Vec<f64> = self.segments.iter().flat_map(fitted).collect();
         let level = mean(&all);
         all.iter().map(|y| (y - level).powi(2)).sum()
@@ -220,7 +221,7 @@ impl<'a> Reference<'a> {
     }
 
     fn problem<'b>(&'b self, steering: &'b [Vec<f64>], delay: Delay) -> Problem<'b> {
-        let segment = |(p, steering): (&'b Part<'a>, &'b Vec<f64>)| {
+        let segment = |(p, steering): (&'b ReferencePart<'a>, &'b Vec<f64>)| {
             let end = p.yaw_rate.len() - p.spare;
             SpeedSegment {
                 sample_time: self.sample_time_s,
@@ -249,8 +250,9 @@ fn rounded(speed: f64) -> f64 {
 /// The sums of each block at an estimate.
 fn fitted(problem: &Problem<'_>, estimate: Estimate) -> Result<Option<Fitted>, Error> {
     let (n, total) = (problem.free.len(), problem.samples());
-    let empty = || Sums { squares: 0.0, gradient: Mat::zeros(n, 1), curvature: Mat::zeros(n, n) };
-    let mut blocks: Vec<Sums> = (0..BLOCKS).map(|_| empty()).collect();
+    let empty =
+        || ReferenceSums { squares: 0.0, gradient: Mat::zeros(n, 1), curvature: Mat::zeros(n, n) };
+    let mut blocks: Vec<ReferenceSums> = (0..BLOCKS).map(|_| empty()).collect();
     let mut taken = 0;
     let starts: &[InitialState] = &estimate.initial_states;
     let p: &[f64; PARAMETERS] = &estimate.parameters;

@@ -55,10 +55,10 @@ fn run<S: Scalar>(
     by_delay: bool,
     each: impl FnMut(S),
 ) -> bool {
-    Arch::new().dispatch(Run { c, recording, start, by_delay, each })
+    Arch::new().dispatch(BicycleRun { c, recording, start, by_delay, each })
 }
 
-struct Run<'a, S, F> {
+struct BicycleRun<'a, S, F> {
     c: &'a Coefficients<S>,
     recording: &'a SpeedSegment<'a>,
     start: [S; 2],
@@ -66,7 +66,7 @@ struct Run<'a, S, F> {
     each: F,
 }
 
-impl<S: Scalar, F: FnMut(S)> WithSimd for Run<'_, S, F> {
+impl<S: Scalar, F: FnMut(S)> WithSimd for BicycleRun<'_, S, F> {
     type Output = bool;
 
     /// The same sums whatever the vectors are.

@@ -17,7 +17,7 @@ const MOST_USED: f64 = 0.9;
 
 /// What is known at an instant.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known {
+pub(super) struct DriveMotion {
     /// Speed, m/s.
     pub(super) speed: f64,
     /// Longitudinal acceleration that the load has followed, m/s².
@@ -121,8 +121,8 @@ impl<S: Scalar> Constants<S> {
     /// Of the slip angles `δ − atan((v_y + L_f·r)/v)` and `−atan((v_y − L_r·r)/v)`; below 1 m/s of those of 1 m/s
     /// with `v·δ` for δ, so that a vehicle at rest does not turn.
     #[inline(always)]
-    pub(super) fn forces(&self, vy: S, r: S, steering: S, known: Known) -> Forces<S> {
-        let Known { speed, acceleration } = known;
+    pub(super) fn forces(&self, vy: S, r: S, steering: S, known: DriveMotion) -> Forces<S> {
+        let DriveMotion { speed, acceleration } = known;
         let v = speed.max(LEAST_SPEED);
         let [a, b] = self.distance;
         let front = (vy + a * r).times(1.0 / v).atan();

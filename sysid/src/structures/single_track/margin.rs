@@ -6,7 +6,7 @@
 
 use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::problem::{Point, Problem};
-use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::simulate::SimulationRun;
 use crate::structures::single_track::uncertainty::Covariance;
 use steerwright_formats::SimulationFit;
 
@@ -17,7 +17,7 @@ const REDUCTIONS: [f64; 12] =
 const MOVES: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 1.959];
 
 /// The largest of the reductions with which no free simulation of the drives spins.
-fn spin_margin(drives: &[&Problem<'_>], point: &Point, run: &Run) -> f64 {
+fn spin_margin(drives: &[&Problem<'_>], point: &Point, run: &SimulationRun) -> f64 {
     let follows = |reduction: f64| {
         let mut point = *point;
         point[Parameter::FrictionBalance.index()] += (1.0 - reduction).ln();
@@ -44,7 +44,7 @@ pub(super) fn with_margin<E>(
     drives: &[&Problem<'_>],
     least: &Point,
     covariance: &Covariance,
-    run: &Run,
+    run: &SimulationRun,
     validate: impl Fn(&Point) -> Result<SimulationFit, E>,
 ) -> Result<Moved, E> {
     let mut found = Moved { point: *least, margin: spin_margin(drives, least, run) };

@@ -7,7 +7,7 @@ use crate::structures::single_track::parameters::{COUNT, Parameter, values};
 use crate::structures::single_track::prepared::prepare;
 use crate::structures::single_track::problem::Point;
 use crate::structures::single_track::search::result_run;
-use crate::structures::single_track::simulate::{Run, simulate};
+use crate::structures::single_track::simulate::{SimulationRun, simulate};
 
 /// The model, by the values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ impl SingleTrackModel {
     pub fn simulate(&self, drive: &Drive) -> Result<Vec<SimulatedSegment>, Error> {
         drive.check()?;
         let constants = Constants::new(&self.point());
-        let run = Run { stride: 1, ..result_run(drive.sample_time_s) };
+        let run = SimulationRun { stride: 1, ..result_run(drive.sample_time_s) };
         let of_segment =
             |segment: &crate::structures::single_track::prepared::PreparedSegment<'_>| {
                 let n = segment.len();

@@ -5,7 +5,7 @@
 //! the density of its errors at the frequencies of the vehicle's motion instead.
 
 use crate::structures::single_track::problem::{Densities, Point, Problem};
-use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::simulate::SimulationRun;
 use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 
@@ -31,7 +31,7 @@ pub(super) fn supposed(problem: &Problem<'_>) -> Densities {
 }
 
 /// Densities of the errors of a run; `None` where the model spins.
-pub(super) fn observed(problem: &Problem<'_>, p: &Point, run: &Run) -> Option<Densities> {
+pub(super) fn observed(problem: &Problem<'_>, p: &Point, run: &SimulationRun) -> Option<Densities> {
     let errors = problem.errors(p, run)?;
     let period = problem.period(run);
     Some(std::array::from_fn(|i| density(&errors[i], period).max(LEAST)))

@@ -1,7 +1,7 @@
 //! A segment made ready for simulation: road-wheel angle and speed as functions of time.
 
 use crate::structures::single_track::drive::{Drive, DriveSegment};
-use crate::structures::single_track::dynamics::{Known, ROLL_TIME_CONSTANT_S};
+use crate::structures::single_track::dynamics::{DriveMotion, ROLL_TIME_CONSTANT_S};
 
 /// Half the width of the average of yaw rate that an initial state is made of, s.
 const YAW_AVERAGE_S: f64 = 0.05;
@@ -80,10 +80,10 @@ impl<'a> PreparedSegment<'a> {
 
     /// Measured speed, and the acceleration that follows from it.
     #[inline]
-    pub(super) fn known(&self, time: f64) -> Known {
+    pub(super) fn known(&self, time: f64) -> DriveMotion {
         let (i, share) = self.place(time);
         let between = |x: &[f64]| x[i] + share * (x[i + 1] - x[i]);
-        Known { speed: between(self.speed), acceleration: between(&self.acceleration) }
+        DriveMotion { speed: between(self.speed), acceleration: between(&self.acceleration) }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::linalg::dual::Dual;
 use crate::structures::single_track::dynamics::Constants;
 use crate::structures::single_track::parameters::{COUNT, Parameter};
 use crate::structures::single_track::prepared::PreparedSegment;
-use crate::structures::single_track::simulate::{Output, Run, simulate};
+use crate::structures::single_track::simulate::{Output, SimulationRun, simulate};
 use steerwright_formats::Prior;
 
 /// Number of outputs: yaw rate, lateral acceleration, lateral velocity.
@@ -91,14 +91,18 @@ impl Problem<'_> {
 
     /// Whether the errors at a sample count.
     #[inline]
-    fn counts(index: usize, run: &Run, warm_up: usize) -> bool {
+    fn counts(index: usize, run: &SimulationRun, warm_up: usize) -> bool {
         let since = if run.restart > 0 { index % run.restart } else { index };
         since >= warm_up
     }
 
     /// Errors of each fitted output by segment; `None` where the model leaves all bounds or, in a free
     /// simulation, spins.
-    pub(super) fn errors(&self, p: &Point, run: &Run) -> Option<[Vec<Vec<f64>>; OUTPUTS]> {
+    pub(super) fn errors(
+        &self,
+        p: &Point,
+        run: &SimulationRun,
+    ) -> Option<[Vec<Vec<f64>>; OUTPUTS]> {
         let constants = Constants::new(p);
         let warm_up = self.warm_up();
         let mut all: [Vec<Vec<f64>>; OUTPUTS] = Default::default();
@@ -139,7 +143,12 @@ impl Problem<'_> {
     }
 
     /// `½·Σ` of squares; `None` as for [`Problem::errors`].
-    pub(super) fn cost(&self, p: &Point, run: &Run, densities: &Densities) -> Option<f64> {
+    pub(super) fn cost(
+        &self,
+        p: &Point,
+        run: &SimulationRun,
+        densities: &Densities,
+    ) -> Option<f64> {
         let errors = self.errors(p, run)?;
         let mut sum = 0.0;
         for (i, errors) in errors.iter().enumerate() {
@@ -153,7 +162,7 @@ impl Problem<'_> {
         if cost.is_finite() { Some(cost) } else { None }
     }
 
-    pub(super) fn period(&self, run: &Run) -> f64 {
+    pub(super) fn period(&self, run: &SimulationRun) -> f64 {
         run.stride as f64 * self.sample_time
     }
 
@@ -166,7 +175,7 @@ impl Problem<'_> {
     pub(super) fn sensitivities(
         &self,
         p: &Point,
-        run: &Run,
+        run: &SimulationRun,
         mut each: impl FnMut(usize, [Option<(f64, [f64; COUNT])>; OUTPUTS]),
     ) -> bool {
         let duals: [Dual<COUNT>; COUNT] = std::array::from_fn(|i| Dual::parameter(p[i], i));
@@ -192,7 +201,12 @@ impl Problem<'_> {
     }
 
     /// The normal equations at a point.
-    pub(super) fn normals(&self, p: &Point, run: &Run, densities: &Densities) -> Option<Normals> {
+    pub(super) fn normals(
+        &self,
+        p: &Point,
+        run: &SimulationRun,
+        densities: &Densities,
+    ) -> Option<Normals> {
         let mut normals = Normals { gradient: [0.0; COUNT], hessian: [[0.0; COUNT]; COUNT] };
         let period = self.period(run);
         let finite = self.sensitivities(p, run, |_, outputs| {

@@ -9,7 +9,7 @@ use crate::Error;
 use crate::structures::single_track::noise::{observed, supposed};
 use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::problem::{Densities, Point, Problem};
-use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::simulate::SimulationRun;
 use crate::structures::single_track::step::{Refined, Stop, refine};
 use steerwright_formats::interruption::Interruption;
 
@@ -44,29 +44,29 @@ const SAME_POINT: f64 = 0.25;
 
 /// What was found.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
+pub(super) struct FittedPoint {
     pub(super) point: Point,
     pub(super) densities: Densities,
     /// The run whose errors it is made of.
-    pub(super) run: Run,
+    pub(super) run: SimulationRun,
     /// Initial estimates that were refined to the end, those that followed the drive without a spin, and
     /// those that reached the minimum of the result.
     pub(super) initial_estimates: [usize; 3],
 }
 
 /// The free simulation in steps of about `step_s`.
-pub(super) fn free_run(sample_time_s: f64, step_s: f64) -> Run {
+pub(super) fn free_run(sample_time_s: f64, step_s: f64) -> SimulationRun {
     let stride = (step_s / sample_time_s).round().max(1.0) as usize;
-    Run { stride, longest_step_s: step_s, gain: 0.0, guard: 0.0, restart: 0 }
+    SimulationRun { stride, longest_step_s: step_s, gain: 0.0, guard: 0.0, restart: 0 }
 }
 
 /// The run of the result.
-pub(super) fn result_run(sample_time_s: f64) -> Run {
-    Run { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
+pub(super) fn result_run(sample_time_s: f64) -> SimulationRun {
+    SimulationRun { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
 }
 
 /// The estimate of least cost, from a point of another fit of the same drive where that leads to one.
-pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<Found, Error> {
+pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<FittedPoint, Error> {
     let free = free_run(problem.sample_time, COARSE_S);
     let at_first = supposed(problem);
     let nearby = near.filter(|point| problem.errors(point, &free).is_some());
@@ -80,7 +80,11 @@ pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<Found
 }
 
 /// The estimate of least cost from those that follow the drive, of so many that were tried.
-fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Result<Found, Error> {
+fn to_the_end(
+    problem: &Problem<'_>,
+    tried: usize,
+    followed: &[Refined],
+) -> Result<FittedPoint, Error> {
     let free = free_run(problem.sample_time, COARSE_S);
     // One weighting for all, that of the best so far.
     let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
@@ -92,9 +96,10 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
 
     // With feedback, unless what is found then spins in the free simulation.
     let fine = result_run(problem.sample_time);
-    let with_feedback = Run { gain: RESULT_GAIN, ..fine };
+    let with_feedback = SimulationRun { gain: RESULT_GAIN, ..fine };
     let mut found = [with_feedback, fine].into_iter().filter_map(|run| {
-        let mut found = Found { point: best.point, densities, run, initial_estimates: [0; 3] };
+        let mut found =
+            FittedPoint { point: best.point, densities, run, initial_estimates: [0; 3] };
         for _ in 0..2 {
             found.densities = observed(problem, &found.point, &run)?;
             found.point = refine(problem, &found.point, &found.densities, &run, RESULT)?.point;
@@ -102,14 +107,18 @@ fn to_the_end(problem: &Problem<'_>, tried: usize, followed: &[Refined]) -> Resu
         if problem.errors(&found.point, &fine).is_some() { Some(found) } else { None }
     });
     let initial_estimates = [tried, refined.len(), same];
-    Ok(Found { initial_estimates, ..found.next().ok_or_else(spins)? })
+    Ok(FittedPoint { initial_estimates, ..found.next().ok_or_else(spins)? })
 }
 
 /// From the priors: how many initial estimates were refined to the end, and those that followed the drive.
-fn from_all(problem: &Problem<'_>, at_first: &Densities, free: &Run) -> (usize, Vec<Refined>) {
+fn from_all(
+    problem: &Problem<'_>,
+    at_first: &Densities,
+    free: &SimulationRun,
+) -> (usize, Vec<Refined>) {
     let restart = (WINDOW_S / problem.sample_time).round() as usize;
     let step = free_run(problem.sample_time, WINDOW_STEP_S);
-    let windows = Run { gain: 2.0, guard: GUARD, restart, ..step };
+    let windows = SimulationRun { gain: 2.0, guard: GUARD, restart, ..step };
     let yaw_rate = Problem { fitted: [true, false, false], ..problem.clone() };
     let mut tried =
         each(&initial_estimates(problem), |p| refine(&yaw_rate, p, at_first, &windows, WINDOWS));
@@ -133,11 +142,11 @@ fn follow(
     problem: &Problem<'_>,
     from: &Point,
     densities: &Densities,
-    free: &Run,
+    free: &SimulationRun,
 ) -> Option<Refined> {
     let mut point = *from;
     for gain in GAINS {
-        let run = Run { gain, guard: GUARD, ..*free };
+        let run = SimulationRun { gain, guard: GUARD, ..*free };
         point = refine(problem, &point, densities, &run, ON_THE_WAY)?.point;
         if problem.cost(&point, free, densities).is_some() {
             break;

@@ -21,7 +21,7 @@ pub(super) struct Output<S> {
 
 /// How a simulation runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Run {
+pub(super) struct SimulationRun {
     /// Samples of the drive in a step of the output.
     pub(super) stride: usize,
     /// Longest step of integration, s.
@@ -49,7 +49,7 @@ const LARGEST_TANGENT: f64 = 20.0;
 pub(super) fn simulate<S: Scalar>(
     k: &Constants<S>,
     segment: &PreparedSegment<'_>,
-    run: &Run,
+    run: &SimulationRun,
     each: impl FnMut(usize, Output<S>),
 ) -> bool {
     Arch::new().dispatch(Simulation { k, segment, run, each })
@@ -58,7 +58,7 @@ pub(super) fn simulate<S: Scalar>(
 struct Simulation<'a, S, F> {
     k: &'a Constants<S>,
     segment: &'a PreparedSegment<'a>,
-    run: &'a Run,
+    run: &'a SimulationRun,
     each: F,
 }
 

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::linalg::bounded_step::bounded_step;
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, lower};
 use crate::structures::single_track::problem::{Densities, Point, Problem};
-use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::simulate::SimulationRun;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +28,7 @@ pub(super) fn refine(
     problem: &Problem<'_>,
     point: &Point,
     densities: &Densities,
-    run: &Run,
+    run: &SimulationRun,
     stop: Stop,
 ) -> Option<Refined> {
     let cost = problem.cost(point, run, densities)?;

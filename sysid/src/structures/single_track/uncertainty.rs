@@ -8,7 +8,7 @@ use crate::Error;
 use crate::linalg::sandwich::{ScoreBin, andrews_lags, sandwich};
 use crate::structures::single_track::parameters::COUNT;
 use crate::structures::single_track::problem::{Densities, OUTPUTS, Point, Problem};
-use crate::structures::single_track::simulate::Run;
+use crate::structures::single_track::simulate::SimulationRun;
 use faer::Mat;
 
 /// Covariance of the coordinates; zero for those that are fixed.
@@ -31,7 +31,7 @@ pub(super) fn covariance(
     problem: &Problem<'_>,
     p: &Point,
     densities: &Densities,
-    run: &Run,
+    run: &SimulationRun,
 ) -> Result<Covariance, Error> {
     let failed = || Error::Numerical { what: "the covariance of the single-track model" };
     let segments = bins(problem, p, densities, run).ok_or_else(failed)?;
@@ -63,7 +63,7 @@ fn bins(
     problem: &Problem<'_>,
     p: &Point,
     densities: &Densities,
-    run: &Run,
+    run: &SimulationRun,
 ) -> Option<Vec<Vec<Bin>>> {
     let period = problem.period(run);
     let per_bin = (BIN_S / period).round().max(1.0) as usize;
