@@ -293,6 +293,9 @@ def markdown(settings, conditions, roads, cars, seed, found):
         ratio = mean(scores[best]) / mean(scores[OWN])
         if ratio < 1.0:
             better.append(f"{condition.name}: {best}, {ratio:.2f} of the error of {OWN}")
+    drives = len(conditions) * len(roads) * len(cars)
+    gone = {who: sum(not math.isfinite(rms) for (_, _, by), s in found.items() for rms, _ in s if by == who) for who in everyone}
+    rows.append([f"lost of {drives} drives", *(str(gone[who]) for who in everyone)])
     parts.append(table(["condition", *everyone], rows))
     parts.append("## Where a rival is better")
     parts.append("\n".join(f"- {line}." for line in better) if better else "Nowhere in the means above.")

@@ -56,6 +56,9 @@ pub(crate) fn summary(pid: &Pid) -> String {
         (true, _) if !quality.allows_design() => {
             "every requirement is met on a model that failed validation, which does not represent the vehicle\n"
         }
+        (true, true) if quality.grade > Grade::Pass => {
+            "every requirement is met on the model, which has the reservations above\n"
+        }
         (true, true) => "every requirement is met\n",
         (true, false) => {
             "every requirement is met on the nominal plant, not on all plants of the ensemble\n"

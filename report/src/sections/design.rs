@@ -129,6 +129,10 @@ fn verdict(controller: &Controller<'_>) -> Block {
             "Every requirement is met on the nominal plant, not on all plants of the ensemble."
                 .into(),
         ),
+        _ if quality.grade > Grade::Pass => (
+            Tone::Neutral,
+            "Every requirement is met on the model, which has reservations.".into(),
+        ),
         _ => (Tone::Good, "Every requirement is met.".into()),
     };
     let text = if quality.grade > Grade::Pass {
