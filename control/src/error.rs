@@ -123,6 +123,28 @@ pub enum Error {
     )]
     #[diagnostic(help("check the units of the positions, or allow a larger curvature"))]
     Curvature { reached: f64, allowed: f64, smoothing_m: f64 },
+    #[error(
+        "the limit `{limit}` allows a speed of {speed_mps:.3} m/s at {distance_m:.2} m: the vehicle would have to stop there"
+    )]
+    #[diagnostic(help(
+        "smooth the path at this place (a clothoid instead of a jump of the curvature, a wider curve), or allow more of {limit}"
+    ))]
+    ProfileStandstill { limit: &'static str, speed_mps: f64, distance_m: f64 },
+    #[error(
+        "the {end} speed is {stated_mps} m/s: the limits along the path allow {reached_mps:.2} m/s there"
+    )]
+    #[diagnostic(help(
+        "state a {end} speed of at most {reached_mps:.1} m/s, or raise the limits of acceleration, deceleration and jerk"
+    ))]
+    ProfileEnd { end: &'static str, stated_mps: f64, reached_mps: f64 },
+    #[error(
+        "between the points of the profile, at {distance_m:.1} m, it needs {share:.3} of the limit `{limit}`"
+    )]
+    #[diagnostic(help("make the path with points that are closer together"))]
+    ProfileExcess { limit: &'static str, share: f64, distance_m: f64 },
+    #[error("no speed profile was found in {steps} steps")]
+    #[diagnostic(help("report this with the path's file and the options"))]
+    ProfileNotConverged { steps: usize },
     #[error("the optimiser stopped: {0}")]
     #[diagnostic(help("report this with the plant's file and the options"))]
     Optimiser(String),

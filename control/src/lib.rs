@@ -17,6 +17,7 @@
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`sideslip`], [`plant_sideslip`], [`with_sideslip`] | the path follower around the loop |
 //! | [`demands`], [`OtherSpeed`] | what a path needs of a controller, before it is driven |
+//! | [`speed_profile`], [`steering_limits`] | the time-optimal speed over a path within limits |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
@@ -32,6 +33,7 @@ mod guidance;
 mod model;
 pub mod paths;
 mod plants;
+mod profile;
 mod requirement;
 mod speed;
 
@@ -53,6 +55,7 @@ pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
 pub use model::{evidence_acceleration, model_behind, model_sideslip, plant_sideslip};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
+pub use profile::{lateral_acceleration_limit, speed_profile, steering_limits, unlimited_steering};
 pub use requirement::Requirement;
 pub use speed::design::design_speed;
 pub use speed::options::SpeedDesignOptions;

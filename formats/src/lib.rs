@@ -41,6 +41,7 @@ mod r_factor;
 mod schedule;
 mod sideslip;
 mod speed_controller;
+mod speed_profile;
 mod start;
 mod state_space;
 mod torque;
@@ -86,6 +87,9 @@ pub use sideslip::{Sideslip, SideslipTerm};
 pub use speed_controller::{
     SpeedController, SpeedEnsemble, SpeedEvidence, SpeedGains, SpeedLimits, SpeedResponses,
     SpeedSpecification, SpeedStep,
+};
+pub use speed_profile::{
+    BindingSegment, ProfileLimit, ProfileLimits, ProfilePoint, SpeedProfile, SteeringLimits,
 };
 pub use start::Start;
 pub use state_space::{Continuous, Discrete};

@@ -5,6 +5,7 @@ use crate::facts::{Described, Fact, Facts};
 use crate::is_zero;
 use crate::provenance::Provenance;
 use crate::schedule::{GuidanceEntry, check_speeds};
+use crate::speed_profile::SpeedProfile;
 use serde::{Deserialize, Serialize};
 
 /// A reference path: points in arc length, x and y in a local plane.
@@ -27,6 +28,9 @@ pub struct Path {
     pub speed_mps: f64,
     /// At least two, at increasing distance.
     pub points: Vec<PathPoint>,
+    /// The speed along it; absent if it is driven at `speed_mps`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<SpeedProfile>,
     /// The sources of the file.
     pub provenance: Provenance,
 }
@@ -151,6 +155,11 @@ impl Document for Path {
             });
             before = point.distance_m;
         }
+        if let Some(profile) = &self.profile
+            && let (Some(first), Some(last)) = (self.points.first(), self.points.last())
+        {
+            profile.check(c, [first.distance_m, last.distance_m], self.closed);
+        }
     }
 }
 
@@ -158,12 +167,15 @@ impl Described for Path {
     fn facts(self) -> Facts {
         let ends = self.points.first().zip(self.points.last());
         let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
-        let facts = vec![
+        let mut facts = vec![
             Fact::new("length", length, "m"),
             Fact::new("points", self.points.len(), ""),
             Fact::new("closed", self.closed, ""),
             Fact::new("speed", self.speed_mps, "m/s"),
         ];
+        if let Some(profile) = &self.profile {
+            facts.push(Fact::new("time_of_profile", profile.time_s, "s"));
+        }
         Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

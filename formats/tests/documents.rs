@@ -100,6 +100,7 @@ fn a_path_needs_two_points_at_increasing_distance() {
         schedule: vec![],
         speed_mps: 15.0,
         points: vec![point(0.0), point(1.0), point(2.0)],
+        profile: None,
         provenance: Provenance::default(),
     };
     assert_eq!(Path::from_json(&path.to_json(), "p").unwrap(), path);

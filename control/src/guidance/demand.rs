@@ -26,7 +26,7 @@ use steerwright_models::files::{guidance_parameters, path_geometry};
 use steerwright_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput};
 
 /// Largest share of a limit that a path may need: the rest is for errors and disturbances.
-const LARGEST_SHARE: f64 = 0.9;
+pub(crate) const LARGEST_SHARE: f64 = 0.9;
 /// Most places between the points of a path.
 const MOST_PLACES: f64 = 20_000.0;
 /// Values of a road within this share of the largest count as the same.
@@ -122,11 +122,10 @@ pub fn demands(
     acceleration_mps2: Option<f64>,
 ) -> Result<Vec<Demand>, Error> {
     let stated = pid.limits.lateral_acceleration.map(|bound| bound.max_mps2);
-    let by_increment = pid.limits.max_increment_rad / pid.sample_time_s;
     let limits = [
         (Quantity::LateralAcceleration, stated.or(acceleration_mps2)),
         (Quantity::SteeringAngle, Some(pid.limits.max_angle_rad)),
-        (Quantity::SteeringRate, Some(pid.limits.max_rate_radps.min(by_increment))),
+        (Quantity::SteeringRate, Some(largest_rate(pid))),
     ];
     let mut road = Road::new(path, pid)?;
     let mut all = Vec::new();
@@ -140,6 +139,11 @@ pub fn demands(
         all.push(demand);
     }
     Ok(all)
+}
+
+/// The largest rate of a controller's steering, also by its largest change in a sample, rad/s.
+pub(crate) fn largest_rate(pid: &Pid) -> f64 {
+    pid.limits.max_rate_radps.min(pid.limits.max_increment_rad / pid.sample_time_s)
 }
 
 /// A path, and the steering of a vehicle along it.
@@ -242,17 +246,17 @@ impl Road {
 
 /// The steering of a steady turn, in steering coordinates.
 #[derive(Debug, Clone, Copy)]
-struct SteadyTurn {
+pub(crate) struct SteadyTurn {
     /// L, rad·m.
-    slow: f64,
+    pub(crate) slow: f64,
     /// K, rad·s²/m.
-    understeer: f64,
+    pub(crate) understeer: f64,
 }
 
 impl SteadyTurn {
     /// That of the limits by speed; of a controller without them that of its gains at the speed of the design,
     /// since feedforward and previewed reference together make a steady turn (`closed_loop::feedforward`).
-    fn new(pid: &Pid) -> Self {
+    pub(crate) fn new(pid: &Pid) -> Self {
         if let Some(bound) = pid.limits.lateral_acceleration {
             return Self {
                 slow: bound.steering_per_curvature_radm,

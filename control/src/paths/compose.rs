@@ -168,6 +168,7 @@ pub(crate) fn document(
         schedule: vec![],
         speed_mps: speed,
         points,
+        profile: None,
         provenance,
     }
 }

@@ -9,6 +9,7 @@ mod demand;
 mod design;
 mod margins;
 mod over_speed;
+mod profile;
 mod recorded_fixes;
 mod recorded_paths;
 mod rejected_plants;

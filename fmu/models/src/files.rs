@@ -10,7 +10,7 @@ use crate::guidance::GuidanceParameters;
 use crate::identified::{Continuous, IdentifiedData, IdentifiedModel};
 use crate::longitudinal::LongitudinalParameters;
 use crate::nonlinear::NonlinearParameters;
-use crate::path::PathGeometry;
+use crate::path::{PathGeometry, SpeedReference};
 use crate::pid::PidParameters;
 use crate::pose::PoseParameters;
 use crate::quadrature::Pose;
@@ -183,6 +183,15 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
 /// Names the point that contradicts its neighbours.
 pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
     PathGeometry::new(&path.points, path.closed)
+}
+
+/// The speed along the path of `path.json`: that of its profile, otherwise the one that it was made for.
+#[must_use]
+pub fn speed_reference(path: &Path) -> SpeedReference {
+    match &path.profile {
+        Some(profile) => SpeedReference::new(profile, path.closed),
+        None => SpeedReference::constant(path.speed_mps),
+    }
 }
 
 /// The guidance law of `path.json`, whose sideslip is that at the speed of the path, m/s.

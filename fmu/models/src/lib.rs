@@ -62,7 +62,7 @@ pub use longitudinal::{
     LongitudinalInputs, LongitudinalParameters, LongitudinalPlant, SavedLongitudinalPlant,
 };
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
-pub use path::{PathGeometry, Projection};
+pub use path::{PathGeometry, Projection, SpeedReference};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};
 pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
 pub use schedule::{GuidanceSchedule, PidSchedule};

@@ -175,6 +175,7 @@ pub(crate) fn path() -> String {
         schedule: vec![],
         speed_mps: 10.0,
         points: (0..=120).map(point).collect(),
+        profile: None,
         provenance: provenance(),
     }
     .to_json()

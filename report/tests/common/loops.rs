@@ -119,6 +119,7 @@ pub fn path() -> Path {
         schedule: vec![],
         speed_mps: 10.0,
         points,
+        profile: None,
         provenance: provenance(),
     }
 }

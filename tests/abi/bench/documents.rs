@@ -137,6 +137,7 @@ pub(crate) fn path() -> Path {
         schedule: vec![],
         speed_mps: 15.0,
         points: (0..=60).map(point).collect(),
+        profile: None,
         provenance: steerwright_formats::Provenance::default(),
     }
 }

@@ -10,9 +10,11 @@
 //! [`WINDOW`] away: so progress never jumps to another branch of a path that crosses itself, and a step
 //! costs the same however long the path is.
 
+mod profile;
 mod projection;
 mod segment;
 
+pub use profile::SpeedReference;
 pub use projection::{Projection, WINDOW};
 
 use crate::Error;

@@ -236,6 +236,7 @@ fn the_path_and_its_guidance() {
         schedule: vec![],
         speed_mps: 10.0,
         points: vec![point(1.0), point(5.0)],
+        profile: None,
         provenance: steerwright_formats::Provenance::default(),
     };
     let geometry = path_geometry(&path).unwrap();

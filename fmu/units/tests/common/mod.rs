@@ -180,6 +180,7 @@ pub fn path_over_speed(
         closed,
         speed_mps: 10.0,
         points,
+        profile: None,
         guidance: steerwright_formats::Guidance {
             lookahead_time_s: 1.0,
             lookahead_min_m: 5.0,
