@@ -19,6 +19,7 @@ pub(crate) fn validate_model(
         Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation.fraction, vehicle)?,
         // Which `models` makes none of.
         Model::Torque(_) => return Err(steerwright_control::Error::SteeredByTorque.into()),
+        Model::Multivariable(_) => return Err(steerwright_control::Error::NamedChannels.into()),
         Model::Longitudinal(_) => return Err(steerwright_control::Error::NoSteering.into()),
     })
 }

@@ -55,6 +55,13 @@ pub enum Error {
         "identify a model from the steering angle: steerwright identify --structure auto; the speed of this one is controlled by: steerwright design longitudinal.json"
     ))]
     NoSteering,
+    #[error(
+        "a plant of named channels is of any system: no steering controller is designed for it"
+    )]
+    #[diagnostic(help(
+        "identify a plant from the steering angle to the yaw rate; this one is designed on with other tools, in Python: plant.to_control()"
+    ))]
+    NamedChannels,
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
     #[diagnostic(help(
         "design at a lower speed, or correct the vehicle data: an oversteering vehicle is unstable above its critical speed"

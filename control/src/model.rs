@@ -11,7 +11,8 @@ impl DesignPlant {
     /// The plant of a model as controllers are designed on it: a vehicle as it is in gentle driving.
     ///
     /// # Errors
-    /// Those of [`DesignPlant::from_plant`] and [`DesignPlant::from_bicycle`]; [`Error::SteeredByTorque`], [`Error::NoSteering`].
+    /// Those of [`DesignPlant::from_plant`] and [`DesignPlant::from_bicycle`]; [`Error::SteeredByTorque`], [`Error::NoSteering`],
+    /// [`Error::NamedChannels`].
     pub fn from_model(model: &Model) -> Result<Self, Error> {
         match model {
             Model::StateSpace(plant) => Self::from_plant(plant),
@@ -19,6 +20,7 @@ impl DesignPlant {
             Model::SingleTrack(vehicle) => Self::from_bicycle(&bicycle_of_vehicle(vehicle)?),
             Model::Torque(_) => Err(Error::SteeredByTorque),
             Model::Longitudinal(_) => Err(Error::NoSteering),
+            Model::Multivariable(_) => Err(Error::NamedChannels),
         }
     }
 }
@@ -37,7 +39,7 @@ pub fn model_behind(model: &Model, actuator: Option<StatedActuator>) -> Model {
             behind.actuator.delay_s += actuator.delay_s;
             Model::SingleTrack(behind)
         }
-        Model::Torque(_) | Model::Longitudinal(_) => model.clone(),
+        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => model.clone(),
     }
 }
 
@@ -51,7 +53,7 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
         Model::StateSpace(plant) => plant_sideslip(plant),
         Model::Bicycle(bicycle) => bicycle_sideslip(bicycle, speed),
         Model::SingleTrack(vehicle) => bicycle_sideslip(&bicycle_of_vehicle(vehicle)?, speed),
-        Model::Torque(_) | Model::Longitudinal(_) => None,
+        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => None,
     })
 }
 
@@ -64,9 +66,11 @@ pub fn evidence_acceleration(model: &Model) -> Option<f64> {
                 vehicle.evidence.as_ref().map(|evidence| evidence.lateral_acceleration_mps2);
             stated.filter(|largest| *largest > 0.0)
         }
-        Model::StateSpace(_) | Model::Bicycle(_) | Model::Torque(_) | Model::Longitudinal(_) => {
-            None
-        }
+        Model::StateSpace(_)
+        | Model::Bicycle(_)
+        | Model::Torque(_)
+        | Model::Longitudinal(_)
+        | Model::Multivariable(_) => None,
     }
 }
 

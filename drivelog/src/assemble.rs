@@ -92,7 +92,9 @@ impl DriveLog {
             for run in runs {
                 for (role, samples) in &mut self.others {
                     let own = drive.channel(*role).map(|channel| match role {
-                        Role::Brake | Role::SteeringCommand => channel.interpolate(&grid),
+                        Role::Brake | Role::SteeringCommand | Role::Input(_) => {
+                            channel.interpolate(&grid)
+                        }
                         _ => channel.samples_on(&grid),
                     });
                     samples.extend_from_slice(&own.unwrap_or_default()[run.clone()]);

@@ -256,6 +256,7 @@ pub(crate) fn read(
         for &i in &selected.sources {
             let (role, source) = &sources[i];
             let empty = Series::new(*role, &place, &source.name, source.unit);
+            let empty = Series { own_unit: source.own_unit.clone(), ..empty };
             let (time, line) = (Rc::clone(&time), Rc::clone(&columns.lines));
             let value = selected.take_values(source, &mut columns);
             let raw = Series { time, value, line, ..empty };

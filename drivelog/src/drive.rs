@@ -11,7 +11,7 @@ use crate::expression::terms;
 use crate::faults::{Freezes, Moving, Sampled};
 use crate::mapping::{self, Source};
 use crate::names::Wheel;
-use crate::options::LogOptions;
+use crate::options::{LogOptions, Response};
 use crate::recording::Group;
 use crate::role::Role;
 use crate::series::Series;
@@ -99,9 +99,11 @@ impl Drive {
         let name = names.join(" + ");
         let groups: Vec<Group> = files.iter().flat_map(Opened::groups).cloned().collect();
         let response = options.response;
-        let speed = [Role::Speed].into_iter().filter(|role| !response.roles().contains(role));
+        let of_channels = response == Response::Channels;
+        let is_speed = |role: &Role| !of_channels && !response.roles().contains(role);
+        let speed = [Role::Speed].into_iter().filter(is_speed);
         let roles = response.roles().into_iter().chain(speed);
-        let others = response.others().iter().copied();
+        let others = options.further_roles();
         let of_yaw = response.is_of_yaw_rate();
         let places = Role::PLACES.into_iter().filter(|_| of_yaw);
         let roles = roles.chain(others).chain(places);
@@ -115,7 +117,7 @@ impl Drive {
             |c: &Series| response.others().contains(&c.role) && !options.is_optional(c.role);
         for (place, channel) in channels.iter().enumerate() {
             if let Some(value) = channel.constant_value()
-                && (place < 2 || of_yaw && stated(channel))
+                && (place < 2 || of_channels || of_yaw && stated(channel))
             {
                 return Err(channel.constant(value));
             }

@@ -204,6 +204,14 @@ pub enum Error {
         "name the time column, with its unit in the name (time_s, t_ms, stamp_ns), or state the time between rows"
     ))]
     NoTime { file: String, available: String },
+    #[error("{inputs} inputs and {outputs} outputs are named; a model needs 1 to 64 of each")]
+    #[diagnostic(help(
+        "name the outputs and the inputs that drive them, each channel by its name in the log"
+    ))]
+    NamedChannels { inputs: usize, outputs: usize },
+    #[error("column `{}` is named as an input and as an output", shortened(.column))]
+    #[diagnostic(help("name each channel once"))]
+    NamedTwice { column: String },
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
     #[diagnostic(help(
         "sort the rows by time; where two recordings were joined, use one at a time"
@@ -261,7 +269,7 @@ pub enum Error {
         name = shortened(.column)
     )]
     #[diagnostic(help("{}", moving(role)))]
-    Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
+    Constant { file: String, column: String, role: &'static str, value: f64, unit: String },
     #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
     #[diagnostic(help("{alternatives}"))]
     Impossible {
@@ -441,6 +449,9 @@ fn state_unit(column: &str) -> String {
 fn moving(role: &str) -> &'static str {
     if role == "steering" {
         return "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom";
+    }
+    if role == "input" || role == "output" {
+        return "leave the channel out, or record it while it moves";
     }
     "check the mapping and the sensor"
 }

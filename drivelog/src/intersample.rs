@@ -30,6 +30,10 @@ pub(crate) fn of_input(series: &Series, options: &LogOptions) -> Intersample {
         // What is stated is the angle's.
         return Intersample::Zoh;
     }
+    if series.role.is_named_channel() {
+        // An input of any system is a command, as in the toolboxes of the field.
+        return options.intersample.unwrap_or(Intersample::Zoh);
+    }
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
         let is_command = COMMAND_NAMES.iter().any(|word| name.contains(word))
@@ -152,7 +156,9 @@ pub(crate) fn held_steps_warning(series: &Series, rows: f64) -> String {
 impl Series {
     /// Whether its samples are those of a sensor, whose repeated values are old.
     pub(super) fn is_sensor(&self) -> bool {
-        !self.role.is_held() || self.intersample != Intersample::Zoh
+        // A quantised output of any system rests between its changes.
+        !self.role.is_named_channel()
+            && (!self.role.is_held() || self.intersample != Intersample::Zoh)
     }
 }
 

@@ -72,3 +72,4 @@ pub use recording::{
 pub use role::Role;
 pub use steerwright_formats::Intersample;
 pub use stream::{Gate, Piece, Sink, StreamStart, Streamed, stream};
+pub use units::without_unit;

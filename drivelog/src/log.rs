@@ -178,6 +178,11 @@ impl DriveLog {
             .filter(|period| is_assumed && period.is_finite() && *period > 0.0)
     }
 
+    /// What was read from each column of a role by its word in files, such as `output`.
+    pub fn channels_of<'l>(&'l self, role: &'l str) -> impl Iterator<Item = &'l ChannelSummary> {
+        self.channels.iter().filter(move |channel| channel.role == role)
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

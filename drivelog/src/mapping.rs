@@ -1,7 +1,7 @@
 //! Finds the column for each role.
 
 use crate::Error;
-use crate::channel_units::{check_quantity, is_named, unit_of};
+use crate::channel_units::{check_quantity, is_named, named_unit, unit_of};
 use crate::error::shortened;
 use crate::expression::{Term, terms};
 use crate::options::LogOptions;
@@ -17,6 +17,8 @@ pub(crate) struct Source {
     /// As it is named in messages.
     pub(crate) name: String,
     pub(crate) unit: Unit,
+    /// Unit that the values keep; `None` of values that are brought to SI.
+    pub(crate) own_unit: Option<String>,
     /// Products of channels, to be added.
     pub(crate) terms: Vec<Term>,
 }
@@ -39,6 +41,13 @@ pub(crate) fn find(
     let first = terms.iter().flat_map(|term| &term.channels).next().copied().unwrap_or_default();
     let is_plain = matches!(&terms[..], [term] if term.channels.len() == 1);
     let own = &groups[group];
+    if role.is_named_channel() {
+        let unit = named_unit(own, first, options, warnings)?;
+        // A product or a sum has the unit that is stated of none of its channels.
+        let unit = if is_plain { unit } else { "1".into() };
+        let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
+        return Ok(Some(Source { group, name, unit: ONE, own_unit: Some(unit), terms }));
+    }
     let unit = match centripetal(own, &terms, role, options) {
         Some(unit) => unit,
         None => unit_for(own, first, role, options)?,
@@ -46,7 +55,7 @@ pub(crate) fn find(
     check_quantity(own, first, unit, role)?;
     let unit = at_full_scale(unit, options, role)?;
     let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
-    Ok(Some(Source { group, name, unit, terms }))
+    Ok(Some(Source { group, name, unit, own_unit: None, terms }))
 }
 
 /// The one channel of that name, as group and place in it.
@@ -170,7 +179,8 @@ fn by_name(
                 }
                 Ok(unit) => {
                     let terms = vec![Term { factor: 1.0, channels: vec![c] }];
-                    found.push(Source { group: g, name: channel.name.clone(), unit, terms });
+                    let name = channel.name.clone();
+                    found.push(Source { group: g, name, unit, own_unit: None, terms });
                 }
                 // A stated unit is an error where it is not recognised; one in a name where no other column fits.
                 Err(error @ Error::UnknownUnit { .. })

@@ -161,6 +161,7 @@ impl Mapping {
                 further.push((Role::Steering.key(), self.steering));
             }
             Response::Speed => fill(&mut options.input, self.longitudinal_command),
+            Response::Channels => {}
         }
         for (role, channel) in further {
             let is_of_response = options.response.others().iter().any(|own| own.key() == role);

@@ -59,6 +59,7 @@ impl Role {
             }
             // Where a command is the only steering there is, it is the input: beside an angle it has to be named.
             Self::SteeringCommand => false,
+            Self::Input(_) | Self::Output(_) => false,
             Self::YawRate => has_rate(name),
             Self::Speed => {
                 starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])

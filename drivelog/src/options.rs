@@ -27,6 +27,8 @@ pub enum Response {
     Speed,
     /// The yaw rate and, where they are logged, accelerations and lateral velocity or sideslip, to the steering angle.
     Motion,
+    /// The named outputs to the named inputs, of any system and in the units of the log.
+    Channels,
 }
 
 steerwright_formats::words!(Response {
@@ -34,6 +36,7 @@ steerwright_formats::words!(Response {
     LateralAcceleration = "lateral-acceleration",
     Speed = "speed",
     Motion = "motion",
+    Channels = "channels",
 });
 
 impl Response {
@@ -44,6 +47,7 @@ impl Response {
             Self::YawRate | Self::Motion => [Role::Steering, Role::YawRate],
             Self::LateralAcceleration => [Role::SteeringTorque, Role::LateralAcceleration],
             Self::Speed => [Role::LongitudinalCommand, Role::Speed],
+            Self::Channels => [Role::Input(0), Role::Output(0)],
         }
     }
 
@@ -61,6 +65,7 @@ impl Response {
                 &[Role::Steering, Role::Roll, Role::Engaged, Role::Override]
             }
             Self::Speed => &[Role::Brake, Role::Grade, Role::Pitch, Role::Altitude, Role::Gear],
+            Self::Channels => &[],
             Self::Motion => &[
                 Role::LateralAcceleration,
                 Role::LongitudinalAcceleration,
@@ -85,6 +90,11 @@ pub struct LogOptions {
     /// Yaw rate, or yaw, which is then differenced; or lateral acceleration, or speed. `None`: the one column with such a
     /// name.
     pub output: Option<String>,
+    /// Inputs of any system, by name: see [`LogOptions::outputs`].
+    pub inputs: Vec<String>,
+    /// Outputs of any system, by name. The log is read for [`Response::Channels`] where several inputs or outputs are
+    /// named, or where the one of each could not be a steering angle and a yaw rate by unit and name.
+    pub outputs: Vec<String>,
     /// Further channels of the response by role: `steering_command` beside the measured angle of yaw rate and motion, which
     /// is taken only where it is named; `steering`, `roll`, `engaged`, `override` of the lateral
     /// acceleration; `lateral_acceleration`, `longitudinal_acceleration`, `lateral_velocity`, `sideslip` of the
@@ -160,6 +170,8 @@ impl Default for LogOptions {
             response: Response::default(),
             input: None,
             output: None,
+            inputs: Vec::new(),
+            outputs: Vec::new(),
             channels: BTreeMap::new(),
             speed: None,
             time: None,
@@ -188,6 +200,8 @@ impl LogOptions {
     pub(crate) fn stated_channel(&self, role: Role) -> Option<&str> {
         let [input, output] = self.response.roles();
         match role {
+            Role::Input(place) => self.inputs.get(usize::from(place)).map(String::as_str),
+            Role::Output(place) => self.outputs.get(usize::from(place)).map(String::as_str),
             // The output of one response.
             Role::Speed => {
                 let stated = if output == Role::Speed { self.output.as_deref() } else { None };
@@ -200,13 +214,23 @@ impl LogOptions {
         }
     }
 
+    /// The roles of further channels, which are optional but for those of named inputs and outputs.
+    pub(crate) fn further_roles(&self) -> Vec<Role> {
+        if self.response != Response::Channels {
+            return self.response.others().to_vec();
+        }
+        let places = |names: &[String]| 1..u8::try_from(names.len()).unwrap_or(u8::MAX);
+        let inputs = places(&self.inputs).map(Role::Input);
+        inputs.chain(places(&self.outputs).map(Role::Output)).collect()
+    }
+
     /// Whether a channel of that role is used only where nothing is lost by it: one of the motion, or of the speed but for
     /// the brake, that is not stated.
     pub(crate) fn is_optional(&self, role: Role) -> bool {
         let is_further = match self.response {
             Response::Motion => self.response.others().contains(&role),
             Response::Speed => self.response.others().contains(&role) && role != Role::Brake,
-            Response::YawRate | Response::LateralAcceleration => false,
+            Response::YawRate | Response::LateralAcceleration | Response::Channels => false,
         };
         is_further && self.stated_channel(role).is_none()
     }
@@ -216,9 +240,13 @@ impl LogOptions {
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let text = |s: &Option<String>| s.clone().unwrap_or_else(|| "auto".into());
         let number = |x: Option<f64>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        let of_channels = |names: &[String], one: &Option<String>| match self.response {
+            Response::Channels => names.join("; "),
+            _ => text(one),
+        };
         let mut map = BTreeMap::from([
-            ("input".into(), text(&self.input)),
-            ("output".into(), text(&self.output)),
+            ("input".into(), of_channels(&self.inputs, &self.input)),
+            ("output".into(), of_channels(&self.outputs, &self.output)),
             ("speed".into(), text(&self.speed)),
             ("time".into(), text(&self.time)),
             ("steering_ratio".into(), number(self.steering_ratio)),

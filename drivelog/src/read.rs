@@ -1,16 +1,20 @@
 //! Reading files as drives, and drives as one recording.
 
+use crate::channel_units::unit_of;
 use crate::channels::Opened;
 use crate::drive::{Drive, grouped};
 use crate::error::{last_part, stem};
 use crate::gnss::Gnss;
 use crate::log::DriveLog;
 use crate::options::{LogOptions, Response};
+use crate::recording::Group;
 use crate::recording::{self, LogFile, Recording};
 use crate::role::Role;
 use crate::series::Series;
+use crate::units::Quantity;
 use crate::{Error, channel_units, segments};
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use steerwright_formats::ChannelSummary;
 
 /// Reads log files that are in memory, of any format, each with a clock of its own.
@@ -44,11 +48,15 @@ pub fn read_drives(
     options: &LogOptions,
 ) -> Result<DriveLog, Error> {
     check_options(options)?;
-    let mut all = grouped(open(files, options)?, options)?;
-    for files in drives.into_iter().filter(|files| !files.is_empty()) {
-        all.push(open(files, options)?);
-    }
-    merged(all, options)
+    let files = open(files, options)?;
+    let drives = drives.into_iter().filter(|files| !files.is_empty());
+    let drives = drives.map(|files| open(files, options)).collect::<Result<Vec<_>, Error>>()?;
+    let groups: Vec<&Group> =
+        files.iter().chain(drives.iter().flatten()).flat_map(Opened::groups).collect();
+    let options = for_channels(options, &groups)?;
+    let mut all = grouped(files, &options)?;
+    all.extend(drives);
+    merged(all, &options)
 }
 
 /// Reads recordings of one drive, such as columns [in memory](crate::in_memory), as [`read_drives`] reads
@@ -62,7 +70,67 @@ pub fn read_recordings(
 ) -> Result<DriveLog, Error> {
     check_options(options)?;
     let files = recordings.into_iter().map(|recording| opened(recording, options));
-    merged(grouped(files.collect::<Result<_, _>>()?, options)?, options)
+    let files = files.collect::<Result<Vec<_>, Error>>()?;
+    let groups: Vec<&Group> = files.iter().flat_map(Opened::groups).collect();
+    let options = for_channels(options, &groups)?;
+    merged(grouped(files, &options)?, &options)
+}
+
+/// The options for [`Response::Channels`] where several inputs or outputs are named, or one of each that is no steering
+/// and no yaw rate; otherwise those that are there.
+fn for_channels<'o>(
+    options: &'o LogOptions,
+    groups: &[&Group],
+) -> Result<Cow<'o, LogOptions>, Error> {
+    /// Of either.
+    const MOST: usize = 64;
+    let (inputs, outputs) = (&options.inputs, &options.outputs);
+    let is_stated = options.response == Response::Channels;
+    let of_motion = matches!(options.response, Response::YawRate | Response::Motion);
+    let is_open = of_motion && inputs.len() == 1 && outputs.len() == 1;
+    let is_several = of_motion && inputs.len().max(outputs.len()) > 1;
+    if !(is_stated || is_several || is_open && !are_of_a_vehicle(options, groups)) {
+        return Ok(Cow::Borrowed(options));
+    }
+    let count = 1..=MOST;
+    if !(count.contains(&inputs.len()) && count.contains(&outputs.len())) {
+        return Err(Error::NamedChannels { inputs: inputs.len(), outputs: outputs.len() });
+    }
+    let mut seen = BTreeSet::new();
+    for name in inputs.iter().chain(outputs) {
+        let name = name.strip_prefix('-').unwrap_or(name);
+        if !seen.insert(name) {
+            return Err(Error::NamedTwice { column: name.into() });
+        }
+    }
+    let mut options = options.clone();
+    options.response = Response::Channels;
+    // Rows without a clock are as far apart as the samples that are wanted.
+    options.row_period_s = options.row_period_s.or(options.sample_time_s);
+    check_options(&options)?;
+    Ok(Cow::Owned(options))
+}
+
+/// Whether one input and one output are the steering and the yaw rate of a vehicle, by their units and names.
+fn are_of_a_vehicle(options: &LogOptions, groups: &[&Group]) -> bool {
+    let unit = |names: &[String], role: Role| {
+        let name = names[0].strip_prefix('-').unwrap_or(&names[0]);
+        let name = name.rsplit_once(':').map_or(name, |(_, name)| name);
+        let (group, channel) = groups.iter().find_map(|g| Some((g, g.find(name)?)))?;
+        let is_named_like = group.channels[channel].is_named_like(role);
+        Some((is_named_like, unit_of(group, channel, options).ok().map(|unit| unit.quantity)))
+    };
+    let input = unit(&options.inputs, Role::Steering);
+    let output = unit(&options.outputs, Role::YawRate);
+    // What is no column of that name is left to the reader, which names the columns that there are.
+    let (Some((is_steering, input)), Some((is_yaw_rate, output))) = (input, output) else {
+        return true;
+    };
+    let is_angle = is_steering || input == Some(Quantity::Angle);
+    let is_angular = matches!(output, Some(Quantity::AngularRate | Quantity::Angle));
+    let is_rate =
+        is_yaw_rate || is_angular || (output == Some(Quantity::Dimensionless) && is_angle);
+    (is_angle || input == Some(Quantity::Dimensionless)) && is_rate
 }
 
 fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog, Error> {
@@ -222,9 +290,9 @@ fn others(
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> BTreeMap<Role, Vec<f64>> {
-    let roles = options.response.others().iter().filter(|role| !role.is_switch());
+    let roles = options.further_roles().into_iter().filter(|role| !role.is_switch());
     let of_all = roles.filter(|role| {
-        let without = drives.iter().filter(|d| d.channel(**role).is_none());
+        let without = drives.iter().filter(|d| d.channel(*role).is_none());
         let without: Vec<&str> = without.map(|d| d.name.as_str()).collect();
         if !without.is_empty() && without.len() < drives.len() {
             let (name, without) = (role.name(), without.join(", "));
@@ -234,7 +302,7 @@ fn others(
         }
         without.is_empty()
     });
-    let mut others: BTreeMap<Role, Vec<f64>> = of_all.map(|role| (*role, Vec::new())).collect();
+    let mut others: BTreeMap<Role, Vec<f64>> = of_all.map(|role| (role, Vec::new())).collect();
     if options.response == Response::Motion || others.contains_key(&Role::SteeringCommand) {
         others.insert(Role::Steering, Vec::new());
     }

@@ -41,6 +41,10 @@ pub enum Role {
     Engaged,
     /// Whether the driver steers against the controller.
     Override,
+    /// Input of any system, by its place among those that are named.
+    Input(u8),
+    /// Output of any system, by its place among those that are named.
+    Output(u8),
     /// Time.
     Time,
     /// East coordinate of a receiver's fix.
@@ -104,6 +108,8 @@ impl Role {
             Self::Gear => ["gear", "1", "1", "1"],
             Self::Engaged => ["engagement", "1", "1", "1"],
             Self::Override => ["driver override", "1", "1", "1"],
+            Self::Input(_) => ["input", "", "V", "any unit"],
+            Self::Output(_) => ["output", "", "V", "any unit"],
             Self::Time => ["time", "s", "s", "s, ms, us or ns"],
             Self::East => ["x of the position", "m", "m", "m"],
             Self::North => ["y of the position", "m", "m", "m"],
@@ -186,8 +192,17 @@ impl Role {
     pub(crate) fn is_held(self) -> bool {
         matches!(
             self,
-            Self::Steering | Self::SteeringCommand | Self::LongitudinalCommand | Self::Brake
+            Self::Steering
+                | Self::SteeringCommand
+                | Self::LongitudinalCommand
+                | Self::Brake
+                | Self::Input(_)
         )
+    }
+
+    /// Whether it is a channel of any system, which keeps the unit of the log.
+    pub(crate) fn is_named_channel(self) -> bool {
+        matches!(self, Self::Input(_) | Self::Output(_))
     }
 
     pub(crate) fn takes(self, quantity: Quantity) -> bool {
@@ -211,6 +226,7 @@ impl Role {
             Self::LateralAcceleration | Self::LongitudinalAcceleration => {
                 quantity == Quantity::Acceleration
             }
+            Self::Input(_) | Self::Output(_) => true,
             Self::Time => quantity == Quantity::Time,
             Self::East | Self::North | Self::Altitude => quantity == Quantity::Length,
             Self::SteeringCommand

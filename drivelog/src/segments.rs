@@ -269,6 +269,9 @@ pub(crate) struct Clock {
 
 impl Clock {
     pub(crate) fn from_drive(drive: &Drive) -> Self {
+        if drive.channels[0].role.is_named_channel() {
+            return Self::of_channels(&drive.channels);
+        }
         let [steering, yaw_rate] = [&drive.channels[0], &drive.channels[1]];
         let (a, b) = (steering.period, yaw_rate.period);
         let fast = a.min(b);
@@ -286,6 +289,21 @@ impl Clock {
         };
         let held = steering.intersample == Intersample::Zoh;
         Self { fast, preferred, shared, held }
+    }
+
+    /// The clock of named channels: the log's own rate, of several rates the slowest.
+    fn of_channels(channels: &[Series]) -> Self {
+        let periods = || channels.iter().map(|c| c.period);
+        let fast = periods().fold(f64::INFINITY, f64::min);
+        let first = &channels[0];
+        let shared = is_uniform(first) && channels.iter().all(|c| same_clock(first, c));
+        let mut inputs = channels.iter().filter(|c| c.role.is_held());
+        Self {
+            fast,
+            preferred: if shared { fast } else { periods().fold(0.0, f64::max) },
+            shared,
+            held: inputs.all(|c| c.intersample == Intersample::Zoh),
+        }
     }
 
     /// Fine steps in a sample.

@@ -22,6 +22,8 @@ pub(crate) struct Series {
     pub(crate) file: String,
     pub(crate) column: String,
     pub(crate) unit: Unit,
+    /// Unit that the values keep; `None` of values that are brought to SI.
+    pub(crate) own_unit: Option<String>,
     /// Instants, s; shared by the channels of a file where none of its cells is blank.
     pub(crate) time: Rc<Vec<f64>>,
     /// SI values.
@@ -44,6 +46,7 @@ impl Series {
             file: file.into(),
             column: column.into(),
             unit,
+            own_unit: None,
             time: Rc::default(),
             value: Vec::new(),
             line: Rc::default(),
@@ -56,7 +59,13 @@ impl Series {
 
     pub(super) fn without_rows(&self) -> Self {
         let (period, intersample) = (self.period, self.intersample);
-        Self { period, intersample, ..Self::new(self.role, &self.file, &self.column, self.unit) }
+        let own_unit = self.own_unit.clone();
+        Self {
+            period,
+            intersample,
+            own_unit,
+            ..Self::new(self.role, &self.file, &self.column, self.unit)
+        }
     }
 
     pub(crate) fn is_yaw(&self) -> bool {
@@ -70,8 +79,13 @@ impl Series {
             column: self.column.clone(),
             role: self.role.name(),
             value: value / self.unit.to_si,
-            unit: self.unit.name,
+            unit: self.unit_name().into(),
         }
+    }
+
+    /// The name of the unit in which it is logged.
+    pub(super) fn unit_name(&self) -> &str {
+        self.own_unit.as_deref().unwrap_or(self.unit.name)
     }
 
     /// The value, SI, that it has throughout; `None` if it changes.
@@ -309,7 +323,7 @@ impl Series {
         ChannelSummary {
             role: self.role.key().into(),
             column: self.column.clone(),
-            unit: self.unit.name.into(),
+            unit: self.unit_name().into(),
             rows: self.value.len(),
             // The clock's digits are coarser than 1e-3 Hz.
             rate_hz: (1e3 / self.period).round() / 1e3,

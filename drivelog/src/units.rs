@@ -174,6 +174,12 @@ pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
     (header, None)
 }
 
+/// The name of a channel without the unit that its header states in brackets.
+#[must_use]
+pub fn without_unit(header: &str) -> &str {
+    split_brackets(header).0
+}
+
 /// The unit a header states, in brackets or as a suffix: after an underscore, after a space where it
 /// has more than one letter, or of an angle after a small letter (`roadWheelAngleDeg`).
 pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {

@@ -31,6 +31,7 @@ mod longitudinal;
 mod loop_metrics;
 mod matrix;
 mod model;
+mod multivariable;
 mod over_speed;
 mod path;
 mod pid;
@@ -46,6 +47,7 @@ mod start;
 mod state_space;
 mod torque;
 mod uncertainty;
+mod unit;
 mod vehicle;
 mod vehicle_evidence;
 mod words;
@@ -75,6 +77,10 @@ pub use longitudinal::{
 pub use loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 pub use matrix::Matrix;
 pub use model::{Model, Structure};
+pub use multivariable::{
+    MeasuredPoint, MultivariableEvidence, MultivariablePlant, MultivariableUncertainty,
+    OutputEvidence, PairDelay, PairEvidence, PlantInput, PlantOutput, variable_name,
+};
 pub use over_speed::{FrozenSpeed, OverSpeed, SpeedRamp, SpeedRampKind};
 pub use path::{Guidance, Path, PathPoint};
 pub use pid::{DesignedFor, LargeErrors, LateralAcceleration, Limits, Pid, StatedActuator};
@@ -97,6 +103,7 @@ pub use torque::{Torque, TorqueEvidence};
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
 };
+pub use unit::PhysicalUnit;
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 pub use vehicle_evidence::{Prior, SimulationFit, VehicleEvidence, VehicleParameter, correlated};
 pub use words::UnknownWord;

@@ -8,6 +8,7 @@ use crate::bicycle::Bicycle;
 use crate::document::{Document, schema_of};
 use crate::evidence::{ChannelSummary, IdentifiedActuator};
 use crate::longitudinal::Longitudinal;
+use crate::multivariable::MultivariablePlant;
 use crate::plant::Plant;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
@@ -75,6 +76,8 @@ pub enum Model {
     Torque(Box<Torque>),
     /// `longitudinal.json`.
     Longitudinal(Box<Longitudinal>),
+    /// `plant.json` of version 2: of any system.
+    Multivariable(Box<MultivariablePlant>),
 }
 
 impl Model {
@@ -99,6 +102,9 @@ impl Model {
             Some("longitudinal") => {
                 Self::Longitudinal(Box::new(Longitudinal::from_json(text, file)?))
             }
+            Some("plant") if schema == MultivariablePlant::SCHEMA => {
+                Self::Multivariable(Box::new(MultivariablePlant::from_json(text, file)?))
+            }
             // Without a schema, it may be no JSON.
             Some("plant") | None => Self::StateSpace(Box::new(Plant::from_json(text, file)?)),
             Some(_) => return Err(Error::NoModel { file: file.into(), schema }),
@@ -114,6 +120,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.to_json(),
             Self::Torque(torque) => torque.to_json(),
             Self::Longitudinal(model) => model.to_json(),
+            Self::Multivariable(plant) => plant.to_json(),
         }
     }
 
@@ -124,7 +131,7 @@ impl Model {
             Self::StateSpace(plant) => plant.evidence.actuator,
             Self::Bicycle(bicycle) => bicycle.evidence.as_ref()?.actuator,
             Self::SingleTrack(vehicle) => vehicle.evidence.as_ref()?.actuator,
-            Self::Torque(_) | Self::Longitudinal(_) => None,
+            Self::Torque(_) | Self::Longitudinal(_) | Self::Multivariable(_) => None,
         }
     }
 
@@ -139,6 +146,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.checked(file),
             Self::Torque(torque) => torque.checked(file),
             Self::Longitudinal(model) => model.checked(file),
+            Self::Multivariable(plant) => plant.checked(file),
         }
     }
 
@@ -146,7 +154,7 @@ impl Model {
     #[must_use]
     pub fn structure(&self) -> Structure {
         match self {
-            Self::StateSpace(_) => Structure::StateSpace,
+            Self::StateSpace(_) | Self::Multivariable(_) => Structure::StateSpace,
             Self::Bicycle(_) => Structure::Bicycle,
             Self::SingleTrack(_) => Structure::SingleTrack,
             Self::Torque(_) => Structure::Torque,
@@ -154,14 +162,29 @@ impl Model {
         }
     }
 
-    /// The plant in state space; `None` of another structure.
+    /// The plant of a vehicle in state space; `None` of another structure and of any other system.
     #[must_use]
     pub fn plant(&self) -> Option<&Plant> {
         match self {
             Self::StateSpace(plant) => Some(plant),
-            Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) | Self::Longitudinal(_) => {
-                None
-            }
+            Self::Bicycle(_)
+            | Self::SingleTrack(_)
+            | Self::Torque(_)
+            | Self::Longitudinal(_)
+            | Self::Multivariable(_) => None,
+        }
+    }
+
+    /// The plant of any system, from named inputs to named outputs; `None` of a vehicle's model.
+    #[must_use]
+    pub fn multivariable(&self) -> Option<&MultivariablePlant> {
+        match self {
+            Self::Multivariable(plant) => Some(plant),
+            Self::StateSpace(_)
+            | Self::Bicycle(_)
+            | Self::SingleTrack(_)
+            | Self::Torque(_)
+            | Self::Longitudinal(_) => None,
         }
     }
 
@@ -170,7 +193,11 @@ impl Model {
     pub fn longitudinal(&self) -> Option<&Longitudinal> {
         match self {
             Self::Longitudinal(model) => Some(model),
-            Self::StateSpace(_) | Self::Bicycle(_) | Self::SingleTrack(_) | Self::Torque(_) => None,
+            Self::StateSpace(_)
+            | Self::Bicycle(_)
+            | Self::SingleTrack(_)
+            | Self::Torque(_)
+            | Self::Multivariable(_) => None,
         }
     }
 
@@ -183,6 +210,7 @@ impl Model {
             Self::SingleTrack(vehicle) => &vehicle.name,
             Self::Torque(torque) => &torque.name,
             Self::Longitudinal(model) => &model.name,
+            Self::Multivariable(plant) => &plant.name,
         }
     }
 
@@ -195,6 +223,7 @@ impl Model {
             Self::SingleTrack(vehicle) => &vehicle.quality,
             Self::Torque(torque) => &torque.quality,
             Self::Longitudinal(model) => &model.quality,
+            Self::Multivariable(plant) => &plant.quality,
         }
     }
 
@@ -207,6 +236,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.provenance.as_ref(),
             Self::Torque(torque) => Some(&torque.provenance),
             Self::Longitudinal(model) => Some(&model.provenance),
+            Self::Multivariable(plant) => Some(&plant.provenance),
         }
     }
 
@@ -219,6 +249,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.speed_mps,
             Self::Torque(torque) => torque.evidence.mean_speed_mps,
             Self::Longitudinal(model) => model.evidence.speed_mps[1],
+            Self::Multivariable(_) => return None,
         };
         Some(speed).filter(|speed| *speed > 0.0)
     }
@@ -250,6 +281,10 @@ impl Model {
                 let e = &model.evidence;
                 [Some(e.estimation_fit), validated(e.validation_fit, e.validation_samples)]
             }
+            Self::Multivariable(plant) => {
+                let e = &plant.evidence;
+                [Some(e.fit.estimation), validated(e.fit.validation, e.validation_samples)]
+            }
         }
     }
 
@@ -262,6 +297,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.channels),
             Self::Torque(torque) => &torque.evidence.channels,
             Self::Longitudinal(model) => &model.evidence.channels,
+            Self::Multivariable(plant) => &plant.evidence.channels,
         }
     }
 
@@ -274,6 +310,7 @@ impl Model {
             Self::SingleTrack(vehicle) => vehicle.evidence.as_ref().map_or(&[], |e| &e.warnings),
             Self::Torque(torque) => &torque.evidence.warnings,
             Self::Longitudinal(model) => &model.evidence.warnings,
+            Self::Multivariable(plant) => &plant.evidence.warnings,
         }
     }
 }

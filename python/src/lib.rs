@@ -8,12 +8,14 @@ mod work;
 
 use accumulated::Drives;
 use arrays::{Log, Traces, source};
+use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use steerwright::stages;
+use steerwright_sysid::multivariable::ChannelTraces;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -105,18 +107,36 @@ fn read(
     Ok(Log::new(work::done(py, progress, move || stages::read(source, &options))?))
 }
 
-/// Identifies a model: its document, and the signals.
+/// Signals of named channels: time, inputs, outputs and simulated outputs by name, and which samples validate.
+type Channels = (Py<PyAny>, Py<PyDict>, Py<PyDict>, Py<PyDict>, Py<PyAny>);
+
+fn channels(py: Python<'_>, traces: ChannelTraces) -> PyResult<Channels> {
+    let (inputs, outputs, simulated) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
+    for (name, values) in traces.inputs {
+        inputs.set_item(name, arrays::owned(py, values)?)?;
+    }
+    for (name, measured, of_model) in traces.outputs {
+        outputs.set_item(&name, arrays::owned(py, measured)?)?;
+        simulated.set_item(&name, arrays::owned(py, of_model)?)?;
+    }
+    let is_validation = traces.is_validation.into_pyarray(py).into_any().unbind();
+    let time = arrays::owned(py, traces.time_s)?;
+    Ok((time, inputs.unbind(), outputs.unbind(), simulated.unbind(), is_validation))
+}
+
+/// Identifies a model: its document, and the signals of a vehicle's log or of named channels.
 #[pyfunction]
 fn identify(
     py: Python<'_>,
     log: &Bound<'_, Log>,
     keywords: &Bound<'_, PyDict>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<(String, Option<Traces>)> {
+) -> PyResult<(String, Option<Traces>, Option<Channels>)> {
     let options = options::of_keywords("identify", keywords)?;
     let log = log.get().shared();
     let found = work::done(py, progress, move || stages::identify(&log, &options))?;
-    Ok((found.model.to_json(), found.traces.map(Traces::new)))
+    let signals = found.channels.map(|signals| channels(py, signals)).transpose()?;
+    Ok((found.model.to_json(), found.traces.map(Traces::new), signals))
 }
 
 /// Designs a controller: its document.

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .controller import Controller, design
 
     from .identification import identify, identify_bicycle
-    from .plant import Bicycle, Longitudinal, Plant, Torque, Vehicle
+    from .plant import Bicycle, Longitudinal, MultivariablePlant, Plant, Torque, Vehicle
     from .reading import read
     from .simulation import Simulation, simulate
 
@@ -70,6 +70,7 @@ _MODULES = {
     "identify_bicycle": "identification",
     "Bicycle": "plant",
     "Longitudinal": "plant",
+    "MultivariablePlant": "plant",
     "Torque": "plant",
     "Vehicle": "plant",
     "Plant": "plant",
@@ -87,6 +88,7 @@ __all__ = [
     "Path",
     "Plant",
     "Longitudinal",
+    "MultivariablePlant",
     "Simulation",
     "Sweep",
     "Torque",

@@ -12,7 +12,17 @@ from ._errors import ArgumentError, Error
 from ._libraries import library
 from ._options import documented, lines
 from .controller import Controller
-from .plant import Bicycle, Document, LateralModel, Longitudinal, Plant, Torque, Vehicle, load_document
+from .plant import (
+    Bicycle,
+    Document,
+    LateralModel,
+    Longitudinal,
+    MultivariablePlant,
+    Plant,
+    Torque,
+    Vehicle,
+    load_document,
+)
 from .reading import Source, one_file
 
 if TYPE_CHECKING:
@@ -237,4 +247,4 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 def load(file: File) -> Any:
     """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller, path."""
-    return load_document(file, (Plant, Bicycle, Vehicle, Torque, Longitudinal, Controller, Path))
+    return load_document(file, (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal, Controller, Path))

@@ -13,7 +13,17 @@ from ._errors import ArgumentError, Error, warn
 from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
-from .plant import Bicycle, LateralModel, Longitudinal, Plant, Torque, Vehicle, kind_of
+from .plant import (
+    Bicycle,
+    LateralModel,
+    Longitudinal,
+    MultivariablePlant,
+    Plant,
+    Signals,
+    Torque,
+    Vehicle,
+    kind_of,
+)
 from .reading import Source, read
 
 if TYPE_CHECKING:
@@ -58,6 +68,14 @@ def identify(
     **options: Unpack[ModelOptions],
 ) -> Vehicle: ...
 @overload
+def identify(
+    log: AnyLog,
+    *,
+    input_channel: Sequence[str],
+    output_channel: Sequence[str],
+    **options: Unpack[ModelOptions],
+) -> MultivariablePlant: ...
+@overload
 def identify(log: AnyLog, *, structure: Literal["torque"], **options: Unpack[ModelOptions]) -> Torque: ...
 @overload
 def identify(log: AnyLog, *, structure: Literal["longitudinal"], **options: Unpack[ModelOptions]) -> Longitudinal: ...
@@ -79,7 +97,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque | Longitudinal: ...
+) -> LateralModel | Torque | Longitudinal | MultivariablePlant: ...
 @documented("identify")
 def identify(
     log: AnyLog,
@@ -88,7 +106,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque | Longitudinal:
+) -> LateralModel | Torque | Longitudinal | MultivariablePlant:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options; or three
@@ -98,7 +116,8 @@ def identify(
     the smallest error on the validation data; ``structure="state-space"``, ``"bicycle"`` and ``"single-track"`` name one
     of them, ``"torque"`` a :class:`Torque`, and ``"longitudinal"`` a :class:`Longitudinal`. A :class:`Log` is read with
     ``response="motion"`` for the single track, with ``response="lateral-acceleration"`` for the torque, and with
-    ``response="speed"`` for the longitudinal model. The document is that which ``steerwright identify`` writes, byte
+    ``response="speed"`` for the longitudinal model. Several channels in ``input_channel`` and ``output_channel``, or
+    channels that are no steering angle and no yaw rate, make a :class:`MultivariablePlant` of any system. The document is that which ``steerwright identify`` writes, byte
     for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.
@@ -125,7 +144,9 @@ def identify(
         if wrong:
             raise Error(f"{wrong[0]}: the log is read already", "pass it to steerwright.read")
     with _progress.shown() as progress:
-        text, traces = _native.identify(log, keywords, progress)
+        text, traces, channels = _native.identify(log, keywords, progress)
+    if channels is not None:
+        return _warned(MultivariablePlant(text, signals=Signals(*channels)), log.warnings)
     if traces is None:
         other: Torque | Longitudinal = kind_of(text, (Torque, Longitudinal))(text)
         return _warned(other, log.warnings)
@@ -162,7 +183,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, "Torque | Longitudinal", "LateralModel")
+M = TypeVar("M", Plant, MultivariablePlant, "Torque | Longitudinal", "LateralModel")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

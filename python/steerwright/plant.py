@@ -28,6 +28,8 @@ class Document:
     """A JSON document, kept as it was written."""
 
     FILE: ClassVar[str]
+    VERSION: ClassVar[str] = ""
+    """Of the schema, where several are read by different classes."""
     _text: str
     _file: str
     _values: dict[str, Any]
@@ -41,16 +43,21 @@ class Document:
                 f"{file or 'the text'}: no JSON document: {error}", f"pass a document such as {self.FILE}"
             ) from error
         schema = values.get("schema") if isinstance(values, dict) else None
-        kind = self.FILE.removesuffix(".json")
-        if not isinstance(schema, str) or not schema.startswith(f"steerwright/{kind}/"):
+        if not isinstance(schema, str) or not schema.startswith(self._schema()):
+            kind = self.FILE.removesuffix(".json")
             raise Error(
                 f"{file or 'the text'}: the schema is {schema!r}, not that of a {kind}",
-                f"pass a document such as {self.FILE}",
+                f"pass a document such as {self.FILE}, or read it with steerwright.load",
             )
         self._values = values
         self._read = {}
         self._text = text
         self._file = file or self.FILE
+
+    @classmethod
+    def _schema(cls) -> str:
+        """The start of the schema."""
+        return f"steerwright/{cls.FILE.removesuffix('.json')}/{cls.VERSION}"
 
     def to_json(self) -> str:
         """The document, byte for byte as the command line writes it."""
@@ -147,6 +154,7 @@ class Plant(SimulatedModel, documents.Plant):
     """
 
     FILE = "plant.json"
+    VERSION = "1"
     quality: documents.Quality
 
     @property
@@ -524,13 +532,259 @@ class Longitudinal(Document, documents.Longitudinal):
         return f"<Longitudinal {self.name!r}: fit {self.fit:.2f} % on validation data>"
 
 
+class Signals(NamedTuple):
+    """Signals of a log, in the units of the channels, by name."""
+
+    time: Array
+    """s."""
+    inputs: dict[str, Array]
+    outputs: dict[str, Array]
+    simulated: dict[str, Array]
+    """Outputs by simulation, from an initial state at the start of each part."""
+    is_validation: np.ndarray[Any, np.dtype[np.bool_]]
+
+
+class MultivariablePlant(Document, documents.MultivariablePlant):
+    """An identified plant of any system, from its named inputs to its named outputs, in the units of the channels.
+
+    The attributes are the keys of plant.json, version 2; matrices are also here: ``A``, ``B``, ``C``, ``D``, ``K``, ``x0``.
+    They are about the ``offset`` of each channel, and without the delays of the inputs.
+    """
+
+    FILE = "plant.json"
+    VERSION = "2"
+    quality: documents.Quality
+
+    def __init__(self, text: str, *, file: str | None = None, signals: Signals | None = None) -> None:
+        super().__init__(text, file=file)
+        self._signals = signals
+
+    @property
+    def signals(self) -> Signals | None:
+        """Measured and simulated signals, where the model was identified here from a log."""
+        return self._signals
+
+    @property
+    def A(self) -> Array:
+        """State matrix, shape (n, n)."""
+        return self.discrete.A
+
+    @property
+    def B(self) -> Array:
+        """Input matrix, shape (n, inputs)."""
+        return self.discrete.B
+
+    @property
+    def C(self) -> Array:
+        """Output matrix, shape (outputs, n)."""
+        return self.discrete.C
+
+    @property
+    def D(self) -> Array:
+        """Feedthrough, shape (outputs, inputs)."""
+        return self.discrete.D
+
+    @property
+    def K(self) -> Array:
+        """Kalman gain, shape (n, outputs)."""
+        return self.discrete.K
+
+    @property
+    def x0(self) -> Array:
+        """State at the log's first sample, shape (n,)."""
+        return self.discrete.x0
+
+    @property
+    def sample_time(self) -> float:
+        """Sample time, s."""
+        return self.discrete.sample_time_s
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.A)
+
+    @property
+    def input_names(self) -> list[str]:
+        """Names of the inputs, in the order of the columns of ``B``."""
+        return [channel.name for channel in self.inputs]
+
+    @property
+    def output_names(self) -> list[str]:
+        """Names of the outputs, in the order of the rows of ``C``."""
+        return [channel.name for channel in self.outputs]
+
+    @property
+    def delays(self) -> Array:
+        """Pure delay of each input, s, shape (inputs,)."""
+        return np.array([channel.delay_s for channel in self.inputs])
+
+    @property
+    def fits(self) -> dict[str, float]:
+        """Fit of the simulation of each output on validation data, %."""
+        return {output.output: output.fit.validation for output in self.evidence.outputs}
+
+    @property
+    def fit(self) -> float:
+        """The same of all outputs together, each in units of its standard deviation, %."""
+        return self.evidence.fit.validation
+
+    def with_delay(self) -> Model:
+        """The matrices with the delays of the inputs, whole samples, as states."""
+        samples = np.rint(self.delays / self.sample_time).astype(int)
+        n, extra = self.order, int(samples.sum())
+        a, b = np.zeros((n + extra, n + extra)), np.zeros((n + extra, len(samples)))
+        c, d = np.zeros((len(self.C), n + extra)), np.array(self.D)
+        a[:n, :n], b[:n], c[:, :n] = self.A, self.B, self.C
+        at = n
+        for j, count in enumerate(samples):
+            if count == 0:
+                continue
+            # A chain of states, the last of which is the delayed input.
+            for k in range(count - 1):
+                a[at + k + 1, at + k] = 1.0
+            last = at + count - 1
+            a[:n, last], c[:, last] = self.B[:, j], self.D[:, j]
+            b[:, j], d[:, j] = 0.0, 0.0
+            b[at, j] = 1.0
+            at += count
+        gain = np.vstack([self.K, np.zeros((extra, len(self.C)))])
+        return Model(a, b, c, d, gain)
+
+    def to_control(self, *, delay: bool = True, continuous: bool = False) -> Any:
+        """A python-control ``StateSpace`` with the names of the channels and ``dt``, or the continuous one, which is
+        without delays; ``delay=False`` leaves the delays out."""
+        control = library("control", "to_control() uses")
+        matrices, dt = self._system(delay, continuous), 0 if continuous else self.sample_time
+        name = self.name.replace(".", "_")
+        return control.ss(*matrices, dt, inputs=self.input_names, outputs=self.output_names, name=name)
+
+    def to_scipy(self, *, delay: bool = True, continuous: bool = False) -> Any:
+        """A ``scipy.signal.dlti`` in state space, or an ``lti`` of the continuous model; see :meth:`to_control`."""
+        signal = library("scipy.signal", "to_scipy() uses")
+        matrices = self._system(delay, continuous)
+        return signal.lti(*matrices) if continuous else signal.dlti(*matrices, dt=self.sample_time)
+
+    def _system(self, delay: bool, continuous: bool) -> tuple[Array, Array, Array, Array]:
+        if not continuous:
+            return self.with_delay()[:4] if delay else (self.A, self.B, self.C, self.D)
+        if self.continuous is None:
+            raise Error(
+                f"{self.name}: there is no continuous model, since A has no real logarithm",
+                "use the discrete one: continuous=False",
+            )
+        if delay and self.delays.any():
+            raise Error(
+                f"{self.name}: the continuous model has no states for the delays of its inputs",
+                "leave them out with delay=False, or use the discrete model",
+            )
+        return self.continuous.F, self.continuous.G, self.continuous.H, self.D
+
+    def frequency_response(self, omega: ArrayLike | None = None) -> FrequencyResponse:
+        """Responses of all pairs with the delays, at angular frequencies (rad/s), shape (m, outputs, inputs).
+
+        By default 200 frequencies from a hundredth of the Nyquist frequency to just below it.
+        """
+        nyquist = np.pi / self.sample_time
+        points = np.geomspace(0.01, 0.99, 200) * nyquist if omega is None else omega
+        w = np.atleast_1d(np.asarray(points, dtype=float))
+        response = _responses(self.A, self.B, self.C, self.D, w * self.sample_time)
+        return FrequencyResponse(w, response * np.exp(-1j * w[:, None, None] * self.delays))
+
+    def simulate(self, inputs: Any, *, outputs: Any = None, x0: ArrayLike | None = None) -> Array:
+        """Outputs at the samples of the inputs, shape (samples, outputs), in the units of the channels.
+
+        ``inputs`` is an array of shape (samples, inputs) or a table with a column of each name. The initial state is
+        ``x0``, by default the one that makes the simulation fit the measured ``outputs`` best, and without these rest at
+        the offsets.
+        """
+        u = self._table(inputs, self.inputs) - [channel.offset for channel in self.inputs]
+        about = np.array([channel.offset for channel in self.outputs])
+        for j, count in enumerate(np.rint(self.delays / self.sample_time).astype(int)):
+            u[:, j] = u[np.maximum(np.arange(len(u)) - count, 0), j]
+        if x0 is None and outputs is not None:
+            y = self._table(outputs, self.outputs) - about
+            if len(y) != len(u):
+                raise Error(f"{len(u)} samples of inputs and {len(y)} of outputs", "pass equally many of both")
+            free, row = np.empty((len(u), len(self.C), self.order)), np.array(self.C)
+            for k in range(len(u)):
+                free[k] = row
+                row = row @ self.A
+            left = y - self._run(u, np.zeros(self.order))
+            x0 = np.linalg.lstsq(free.reshape(-1, self.order), left.ravel(), rcond=None)[0]
+        return self._run(u, np.zeros(self.order) if x0 is None else np.asarray(x0, dtype=float)) + about
+
+    def _run(self, u: Array, x: Array) -> Array:
+        y = np.empty((len(u), len(self.C)))
+        for k, now in enumerate(u):
+            y[k] = self.C @ x + self.D @ now
+            x = self.A @ x + self.B @ now
+        return y
+
+    def _table(self, values: Any, channels: Any) -> Array:
+        """An array of shape (samples, channels) of an array, or of columns by the names of variables or of the log."""
+        if not hasattr(values, "keys"):
+            table = np.array(values, dtype=float)
+            if table.ndim == 1:
+                table = table[:, None]
+            if table.ndim == 2 and table.shape[1] == len(channels):
+                return table
+            names = ", ".join(channel.name for channel in channels)
+            raise Error(f"an array of the shape {table.shape}", f"pass columns in this order: {names}")
+        columns = []
+        for channel in channels:
+            name = channel.name if channel.name in values else channel.column
+            if name not in values:
+                raise Error(f"there is no column {channel.name!r}", f"the table has: {', '.join(map(str, values))}")
+            columns.append(np.asarray(values[name], dtype=float))
+        return np.column_stack(columns)
+
+    def sample(self, n: int, seed: int = 0) -> list[Model]:
+        """``n`` models drawn from the uncertainty of the estimate, in the basis of this one's states; unstable ones are
+        drawn again.
+
+        Raises :class:`Error` where the uncertainty was not estimated.
+        """
+        if self.uncertainty is None or self.uncertainty.directions.size == 0:
+            raise Error(f"{self.name}: the uncertainty was not estimated", "identify from a log with more excitation")
+        directions = self.uncertainty.directions
+        rng = np.random.default_rng(seed)
+        models: list[Model] = []
+        for _ in range(TRIES * n):
+            if len(models) == n:
+                return models
+            change = rng.standard_normal(len(directions)) @ directions
+            matrices, start = [], 0
+            for matrix in (self.A, self.B, self.C, self.D, self.K):
+                end = start + matrix.size
+                matrices.append(matrix + change[start:end].reshape(matrix.shape))
+                start = end
+            if np.abs(np.linalg.eigvals(matrices[0])).max() < 1.0:
+                models.append(Model(*matrices))
+        raise Error(
+            f"{self.name}: of {TRIES * n} models drawn, {len(models)} are stable, not {n}",
+            "identify from a log with more excitation, which determines the poles",
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [("order", str(self.order)), ("sample time", f"{self.sample_time} s")]
+        rows += [(f"fit of {name} on validation data", f"{fit:.2f} %") for name, fit in self.fits.items()]
+        rows.append(("quality", f"{self.quality.grade}: {self.quality.summary}"))
+        return html(self.name, rows, ())
+
+    def __repr__(self) -> str:
+        fits = ", ".join(f"{name} {fit:.2f} %" for name, fit in self.fits.items())
+        shape = f"{len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<MultivariablePlant {self.name}: {shape}, order {self.order}, fit {fits} on validation data>"
+
+
 LateralModel = Union[Plant, Bicycle, Vehicle]
 """A model that a controller is designed on."""
 
 
 def kind_of(text: str, kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:
     """The class of a document, of some; the first where it is of none."""
-    found = (kind for kind in kinds if f'"steerwright/{kind.FILE.removesuffix(".json")}/' in text[:200])
+    found = (kind for kind in kinds if f'"{kind._schema()}' in text[:200])
     return next(found, kinds[0])
 
 
@@ -558,11 +812,16 @@ def _pade(delay: float) -> tuple[Array, Array, Array, Array]:
     return a, np.eye(n)[:, -1:], c, np.array([[feedthrough]])
 
 
-def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
-    """C (z − A)⁻¹ B + D at z = exp(j·angle)."""
+def _responses(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
+    """C (z − A)⁻¹ B + D at z = exp(j·angle), shape (m, outputs, inputs)."""
     z = np.exp(1j * angle)[:, None, None]
     solved = np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(angle), *b.shape)))
-    return (c @ solved + d)[:, 0, 0]
+    return c @ solved + d
+
+
+def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
+    """The same of one input and one output."""
+    return _responses(a, b, c, d, angle)[:, 0, 0]
 
 
 def html(title: str, rows: list[tuple[str, str]], figures: Any) -> str:

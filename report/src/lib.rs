@@ -30,6 +30,7 @@ mod table;
 
 pub use error::Error;
 pub use figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
+pub use figures::ChannelSignals;
 pub use html::{Block, Section, Tone, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};

@@ -1,5 +1,6 @@
 //! The report: what is known, as one page.
 
+use crate::figures::ChannelSignals;
 use crate::read::{StepResponse, Traces, Track};
 use steerwright_formats::{Bicycle, Model, Path, Pid, SourceFile, StepMetrics};
 
@@ -11,6 +12,8 @@ pub struct Report<'a> {
     pub model: Option<&'a Model>,
     /// The drive and the model's simulation of it.
     pub traces: Option<&'a Traces>,
+    /// The log of a plant of named channels and the model's simulation of it.
+    pub channels: Option<&'a ChannelSignals>,
     pub bicycle: Option<&'a Bicycle>,
     /// Fit of the bicycle model on the drive, percent.
     pub bicycle_fit: Option<f64>,

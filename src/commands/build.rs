@@ -13,7 +13,7 @@ use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
 use crate::terminal::{console, design_summary, overview};
 use std::path::{Path, PathBuf};
-use steerwright_drivelog::LOG_FORMATS;
+use steerwright_drivelog::{LOG_FORMATS, Response};
 
 /// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
@@ -55,8 +55,15 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let folder = Outputs::new(global.force, inputs).folder(&arguments.out, "build")?;
     let named = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
     let wanted = arguments.structure.with(&arguments.identify)?;
+    let log = arguments.log.read(&arguments.logs, wanted.response())?;
+    if log.response == Response::Channels {
+        return Err(Failure::new(
+            "build designs the steering of a vehicle, from one steering angle to one yaw rate",
+            "identify a plant of named channels with: steerwright identify",
+        ));
+    }
     let built = pipeline::build(&Job {
-        log: arguments.log.read(&arguments.logs, wanted.response())?,
+        log,
         wanted,
         validation: arguments.identify.options(),
         design: arguments.specification.read()?.design,

@@ -77,6 +77,15 @@ fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
             Lateral::of_bicycle(&steerwright_control::bicycle_of_vehicle(vehicle)?)
         }
         Model::Torque(torque) => return of_torque(arguments, torque),
+        Model::Multivariable(_) => {
+            return Err(Failure::new(
+                format!(
+                    "{}: a plant of named channels has no parameters of a steering",
+                    arguments.model.display()
+                ),
+                "export a plant from steering to yaw rate, a bicycle, a vehicle or a torque",
+            ));
+        }
         Model::Longitudinal(_) => {
             return Err(Failure::new(
                 format!(

@@ -58,13 +58,15 @@ pub(crate) struct LogArguments {
     /// Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the accelerator
     /// or of the acceleration command; recognised by its name by default. For
     /// all channels: -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of
-    /// several topics or messages, "A + 0.1 * B" combines channels of one of these
-    #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
-    pub(crate) input_channel: Option<String>,
+    /// several topics or messages, "A + 0.1 * B" combines channels of one of these. May be repeated: with several inputs
+    /// or outputs, or with one of each that is no steering angle and no yaw rate, a plant of any system is identified,
+    /// whose channels keep their units
+    #[arg(long = "input-channel", value_name = "CHANNEL", allow_hyphen_values = true)]
+    pub(crate) input_channels: Vec<String>,
     /// Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque, of the lateral
-    /// acceleration, for longitudinal of the speed; recognised by its name by default
-    #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
-    pub(crate) output_channel: Option<String>,
+    /// acceleration, for longitudinal of the speed; recognised by its name by default. May be repeated, as inputs
+    #[arg(long = "output-channel", value_name = "CHANNEL", allow_hyphen_values = true)]
+    pub(crate) output_channels: Vec<String>,
     /// Channel of the speed; recognised by its name by default, and optional
     #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
     pub(crate) speed_channel: Option<String>,
@@ -229,10 +231,24 @@ impl LogArguments {
     }
 
     pub(crate) fn options(&self, response: Response) -> Result<LogOptions, Failure> {
+        let (inputs, outputs) = (&self.input_channels, &self.output_channels);
+        let of_motion =
+            matches!(response, Response::YawRate | Response::Motion | Response::Channels);
+        if !of_motion && inputs.len().max(outputs.len()) > 1 {
+            return Err(Failure::new(
+                format!(
+                    "the response of the {response} has one --input-channel and one --output-channel"
+                ),
+                "name one of each, or omit --structure for a plant of several inputs and outputs",
+            ));
+        }
+        let named = |names: &[String]| if of_motion { names.to_vec() } else { Vec::new() };
         self.source.complete(LogOptions {
             response,
-            input: self.input_channel.clone(),
-            output: self.output_channel.clone(),
+            input: inputs.first().cloned(),
+            output: outputs.first().cloned(),
+            inputs: named(inputs),
+            outputs: named(outputs),
             speed: self.speed_channel.clone(),
             channels: self.channels.iter().cloned().collect(),
             steering_full_scale_rad: self.steering_full_scale,

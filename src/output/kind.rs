@@ -96,7 +96,9 @@ impl OutputKind {
             Self::Traces => header(file).is_some_and(|cells| {
                 let first =
                     ["time_s", "steering_rad", "yaw_rate_radps", "simulated_yaw_rate_radps"];
-                cells.iter().take(first.len()).eq(first.iter())
+                let of_channels = cells.first().is_some_and(|cell| cell == "time_s")
+                    && cells.last().is_some_and(|cell| cell == "held_out");
+                of_channels || cells.iter().take(first.len()).eq(first.iter())
             }),
             Self::Recording => header(file).is_some_and(|cells| {
                 let mut cells = cells.iter();

@@ -42,6 +42,7 @@ pub(super) fn write(
         title: format!("{}: from drive to controller", model.name()),
         model: Some(model),
         traces: Some(traces),
+        channels: None,
         bicycle,
         bicycle_fit: built.bicycle_fit,
         controllers: built

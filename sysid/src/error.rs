@@ -51,6 +51,9 @@ pub enum Error {
     )]
     #[diagnostic(help("read the log for the response speed"))]
     SpeedLogNeeded { response: Response },
+    #[error("the log was read for the response {response}, and not for named inputs and outputs")]
+    #[diagnostic(help("read the log with its inputs and outputs named"))]
+    ChannelsNeeded { response: Response },
     #[error(
         "the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}"
     )]
@@ -98,7 +101,7 @@ pub enum Error {
 pub(crate) fn check_yaw_rate(log: &DriveLog) -> Result<(), Error> {
     match log.response {
         Response::YawRate | Response::Motion => Ok(()),
-        response @ (Response::LateralAcceleration | Response::Speed) => {
+        response @ (Response::LateralAcceleration | Response::Speed | Response::Channels) => {
             Err(Error::YawRateLogNeeded { response })
         }
     }

@@ -34,6 +34,7 @@ mod jacobi_loop;
 mod longitudinal;
 mod longitudinal_plant;
 mod model_matches;
+mod multivariable;
 mod nonlinear_vehicle;
 #[cfg(unix)]
 mod outputs;

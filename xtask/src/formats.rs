@@ -7,8 +7,9 @@ use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
 /// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 11] = [
+const DOCUMENTS: [(&str, &str); 12] = [
     ("Plant", "plant.json"),
+    ("MultivariablePlant", "plant.json, version 2"),
     ("Bicycle", "bicycle.json"),
     ("Torque", "torque.json"),
     ("Longitudinal", "longitudinal.json"),

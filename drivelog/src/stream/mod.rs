@@ -78,6 +78,9 @@ fn in_chunks<E: From<Error>>(
     if !options.windows.is_empty() {
         return Err(Error::InPieces { option: "window" }.into());
     }
+    if options.inputs.len().max(options.outputs.len()) > 1 {
+        return Err(Error::InPieces { option: "several inputs or outputs" }.into());
+    }
     let mut file = opened(recording, options)?;
     let groups: Vec<Group> = file.groups().cloned().collect();
     let name = groups[0].file.clone();

@@ -8,6 +8,7 @@ mod factor;
 mod focus;
 mod large;
 mod long_log;
+mod multivariable;
 mod orders;
 mod records;
 mod refinement;
@@ -29,6 +30,7 @@ pub(crate) fn run(name: &str) -> Result<(), Box<dyn Error>> {
         "focus" => focus::run()?,
         "large" => large::run()?,
         "long_log" => long_log::run()?,
+        "multivariable" => multivariable::run()?,
         "orders" => orders::run()?,
         "records" => records::run()?,
         "refinement" => refinement::run()?,

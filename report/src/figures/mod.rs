@@ -2,6 +2,7 @@
 //!
 //! Angles are shown in degrees; everything handed over is SI and radians.
 
+pub(crate) mod channels;
 mod compared;
 mod design;
 mod evidence;
@@ -9,6 +10,7 @@ mod identification;
 mod open_loop;
 mod tracking;
 
+pub use channels::{ChannelSignals, gains, outputs};
 pub use compared::{
     Driven, Simulated, YawStep, models_against_drive, road_and_curvature, tracking, yaw_steps,
 };

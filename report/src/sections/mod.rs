@@ -19,6 +19,9 @@ impl Report<'_> {
         let mut out = vec![outcome::summary(self)];
         if let Some(model) = self.model {
             out.extend(model::sections(model, self.traces, self.bicycle_fit));
+            if let Some(plant) = model.multivariable() {
+                out.push(model::figures_of_channels(plant, self.channels));
+            }
         }
         if let Some(bicycle) = self.bicycle {
             out.push(design::bicycle(bicycle, self.bicycle_fit));

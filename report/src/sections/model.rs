@@ -6,7 +6,8 @@ use crate::html::{Block, Section};
 use crate::read::Traces;
 use crate::table::Table;
 use steerwright_formats::{
-    BicycleEvidence, Longitudinal, Model, NORMAL_95, Torque, VehicleEvidence, VehicleParameter,
+    BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Torque, VehicleEvidence,
+    VehicleParameter,
 };
 
 /// What was recorded, the model and the evidence for it.
@@ -39,6 +40,28 @@ pub(crate) fn sections(
         blocks.push(Block::figure(figure, 720, caption));
     }
     vec![log, Section::new("The identified model", blocks)]
+}
+
+/// Outputs over time, where the signals are there, and gains over frequency.
+pub(crate) fn figures_of_channels(
+    plant: &MultivariablePlant,
+    signals: Option<&figures::ChannelSignals>,
+) -> Section {
+    /// Height of a row of panels, px.
+    const ROW: u32 = 240;
+    let rows = |panels: usize, columns: usize| ROW * panels.div_ceil(columns) as u32 + 60;
+    let mut blocks = Vec::new();
+    if let Some(signals) = signals {
+        let caption = "Simulation from the inputs alone, from an initial state at the start of each part: of the \
+                       shaded part the estimation saw nothing.";
+        let figure = figures::outputs(plant, signals);
+        blocks.push(Block::figure(figure, rows(plant.outputs.len(), 1), caption));
+    }
+    let figure = figures::gains(plant);
+    let height = rows(figure.panels.len(), figure.columns);
+    let caption = "The gain of each pair with the 95 % band of the model, and the one that the spectra of the log show.";
+    blocks.push(Block::figure(figure, height, caption));
+    Section::new("Outputs and responses", blocks)
 }
 
 /// The actuator between the steering command and the measured angle.
@@ -75,6 +98,11 @@ pub(crate) fn name(model: &Model) -> String {
         Model::SingleTrack(_) => "identified vehicle".into(),
         Model::Torque(_) => "identified response to the steering torque".into(),
         Model::Longitudinal(_) => "identified response of the speed".into(),
+        Model::Multivariable(plant) => format!(
+            "identified model of order {} with {} inputs",
+            plant.order(),
+            plant.inputs.len()
+        ),
     }
 }
 
@@ -84,6 +112,7 @@ fn output(model: &Model) -> &'static str {
         Model::StateSpace(_) | Model::Bicycle(_) | Model::SingleTrack(_) => "yaw rate",
         Model::Torque(_) => "lateral acceleration",
         Model::Longitudinal(_) => "change of the speed",
+        Model::Multivariable(_) => "outputs",
     }
 }
 
@@ -100,6 +129,7 @@ pub fn parameter_tables(model: &Model) -> Vec<Table> {
         Model::SingleTrack(vehicle) => vehicle.evidence.iter().map(parameters_of_vehicle).collect(),
         Model::Torque(torque) => vec![parameters_of_torque(torque)],
         Model::Longitudinal(model) => vec![parameters_of_longitudinal(model)],
+        Model::Multivariable(plant) => tables_of_channels(plant),
     }
 }
 
@@ -147,6 +177,36 @@ fn parameters_of_torque(torque: &Torque) -> Table {
         ]);
     }
     table
+}
+
+/// The channels, and the gains at rest and delays of all pairs.
+fn tables_of_channels(plant: &MultivariablePlant) -> Vec<Table> {
+    let mut channels = Table::new(["channel", "unit", "about", "deviation"]);
+    let inputs =
+        plant.inputs.iter().map(|i| ("input", &i.name, &i.unit, i.offset, i.standard_deviation));
+    let outputs =
+        plant.outputs.iter().map(|o| ("output", &o.name, &o.unit, o.offset, o.standard_deviation));
+    for (kind, name, unit, offset, deviation) in inputs.chain(outputs) {
+        channels = channels.row([
+            format!("{kind} {name}"),
+            unit.clone(),
+            format!("{offset:.5}"),
+            format!("{deviation:.5}"),
+        ]);
+    }
+    let mut pairs = Table::new(["from", "to", "gain at rest", "95 % band", "delay seen"]);
+    for pair in &plant.evidence.pairs {
+        let dash = || String::from("–");
+        let gain = pair.steady_state_gain;
+        pairs = pairs.row([
+            pair.input.clone(),
+            pair.output.clone(),
+            gain.map_or_else(dash, |g| format!("{:.5}", g.value)),
+            gain.map_or_else(dash, |g| band(g.value, NORMAL_95 * g.standard_error, false)),
+            pair.delay.map_or_else(dash, |d| format!("{} s", d.estimate_s)),
+        ]);
+    }
+    vec![channels, pairs]
 }
 
 fn parameters_of_longitudinal(model: &Longitudinal) -> Table {

@@ -12,7 +12,7 @@ use crate::options::log::{IdentifyArguments, LogArguments};
 use crate::output::{OutputKind, Outputs};
 use crate::terminal::progress::Progress;
 use std::path::PathBuf;
-use steerwright_drivelog::LOG_FORMATS;
+use steerwright_drivelog::{LOG_FORMATS, Response};
 use steerwright_formats::Structure;
 
 pub(crate) use present::evidence_text;
@@ -101,6 +101,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }
     let log = arguments.log.read(&arguments.logs, wanted.response())?;
+    if log.response == Response::Channels {
+        check_channels(structure, arguments.plots.is_some())?;
+    }
     let progress = Progress::start("identifying");
     let (identified, table) = wanted.identify(&log)?;
     drop(progress);
@@ -110,4 +113,21 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => outputs.file(structure.file_name(), OutputKind::of_model(structure))?,
     };
     present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)
+}
+
+/// Rejects what a plant of named channels has not.
+fn check_channels(structure: Option<Structure>, has_plots: bool) -> Result<(), Failure> {
+    if let Some(structure) = structure.filter(|structure| *structure != Structure::StateSpace) {
+        return Err(Failure::new(
+            format!(
+                "the structure {structure} is that of a vehicle, from one steering angle to one yaw rate"
+            ),
+            "name one --input-channel and one --output-channel of a vehicle, or omit --structure",
+        ));
+    }
+    if has_plots {
+        let message = "--plots is not available for a plant of named channels";
+        return Err(Failure::new(message, "write the figures into a page: --report FILE.html"));
+    }
+    Ok(())
 }

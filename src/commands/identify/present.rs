@@ -7,12 +7,14 @@ use crate::terminal::evidence::{
     actuator_in_words, channel_table, channels, conclusion, evidence, not_negative, plots,
     sideslip_in_words, traces_csv, validation_data, with_error,
 };
+use crate::terminal::multivariable;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{
     Bicycle, BicycleEvidence, Longitudinal, Model, SimulationFit, Torque, Vehicle, VehicleEvidence,
     correlated, too_few_blocks,
 };
+use steerwright_sysid::multivariable::ChannelTraces;
 use steerwright_sysid::structures::IdentifiedModel;
 
 /// Writes, draws and prints a model, with the table of the structures that it was chosen from.
@@ -35,6 +37,12 @@ pub(super) fn present(
             traces.write(csv.as_bytes())?;
         }
         drawn = shown.write(model, &csv)?;
+    }
+    if let Some(signals) = &identified.channels {
+        if let Some(traces) = traces {
+            traces.write(multivariable::traces_csv(signals).as_bytes())?;
+        }
+        drawn = shown.write_channels(model, signals)?;
     }
     let text = evidence_text(model);
     let text = match choice {
@@ -60,6 +68,7 @@ pub(crate) fn evidence_text(model: &Model) -> String {
         Model::SingleTrack(vehicle) => vehicle_text(vehicle, &tables),
         Model::Torque(torque) => torque_text(torque, &tables),
         Model::Longitudinal(model) => longitudinal_text(model, &tables),
+        Model::Multivariable(plant) => multivariable::evidence(plant, &tables),
     }
 }
 
@@ -86,6 +95,27 @@ impl<'a> Shown<'a> {
 
     fn is_wanted(&self) -> bool {
         self.plots.is_some() || self.report.is_some()
+    }
+
+    /// The same of a plant of named channels, which has a page of its own.
+    fn write_channels(&self, model: &Model, signals: &ChannelTraces) -> Result<String, Failure> {
+        let mut text = String::new();
+        if let Some(out) = &self.report {
+            let signals = steerwright_report::ChannelSignals {
+                time_s: signals.time_s.clone(),
+                outputs: signals.outputs.clone(),
+                is_validation: signals.is_validation.clone(),
+            };
+            let page = steerwright_report::Report {
+                title: format!("{}: the identified model", model.name()),
+                model: Some(model),
+                channels: Some(&signals),
+                ..steerwright_report::Report::default()
+            };
+            out.write(page.to_html().as_bytes())?;
+            let _ = write!(text, "\nreport in {out}");
+        }
+        Ok(text)
     }
 
     /// Draws the requested evidence; returns the places that it was written to, for people.

@@ -56,12 +56,19 @@ pub(crate) fn stable_fit(
     Some(at(high))
 }
 
+/// Length of a vehicle's record over the time constant of its slowest mode, at least: a slower one is no dynamics but a trend.
+pub(crate) const TIME_CONSTANTS: f64 = 10.0;
+
 /// The largest spectral radius of a model of so many samples: the time constant of its slowest mode
 /// is a tenth of the record, as a slower one is no dynamics but a trend.
 #[must_use]
 pub fn largest_radius(samples: usize) -> f64 {
-    const TIME_CONSTANTS: f64 = 10.0;
-    (-TIME_CONSTANTS / samples.max(100) as f64).exp()
+    radius_of_slowest(samples, TIME_CONSTANTS)
+}
+
+/// The spectral radius of a mode of which so many time constants are as long as a record of so many samples.
+pub(crate) fn radius_of_slowest(samples: usize, time_constants: f64) -> f64 {
+    (-time_constants / samples.max(100) as f64).exp()
 }
 
 #[cfg(test)]

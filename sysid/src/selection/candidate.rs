@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::data::DataSet;
 use crate::data::scaled::{Data, Part};
-use crate::model::stability::largest_radius;
+use crate::model::stability::{TIME_CONSTANTS, radius_of_slowest};
 use crate::model::{StateSpace, simulate};
 use crate::pem::{Stop, by_simulation};
 use crate::selection::initial_conditions::InitialConditions;
@@ -28,6 +28,8 @@ pub(crate) struct Candidate {
     /// Of the data that it was made with; of the estimation data in the end.
     pub(crate) initial_conditions: InitialConditions,
     pub(crate) feedthrough: bool,
+    /// As [`IdentifyOptions::time_constants`](crate::IdentifyOptions::time_constants).
+    pub(crate) time_constants: f64,
     /// Sum of squared simulation errors of the initial estimate, or of its least squares.
     pub(crate) cost: f64,
     /// What stability cost, where the subspace estimate was unstable.
@@ -86,6 +88,7 @@ impl Candidate {
             model,
             initial_conditions,
             feedthrough,
+            time_constants: TIME_CONSTANTS,
             cost,
             stabilised: None,
             estimation_fit: f64::NEG_INFINITY,
@@ -112,7 +115,8 @@ pub(crate) fn refine_within(
     stop: Stop,
 ) -> Result<(), Error> {
     let model = &candidate.model;
-    let radius = largest_radius(samples).max(model.spectral_radius());
+    let slowest = radius_of_slowest(samples, candidate.time_constants);
+    let radius = slowest.max(model.spectral_radius());
     let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
     let found = by_simulation(
         model,

@@ -82,7 +82,13 @@ pub(crate) fn choose_from(
     options: &IdentifyOptions,
     vehicle: bool,
 ) -> Result<Choice, Error> {
-    let feedback = feedback(data, MEMORY_S, AHEAD_S).ok();
+    // What is not of a vehicle answers within so many samples.
+    const SAMPLES: [f64; 2] = [40.0, 20.0];
+    let [memory_s, ahead_s] = match vehicle {
+        true => [MEMORY_S, AHEAD_S],
+        false => SAMPLES.map(|count| count * data.sample_time_s()),
+    };
+    let feedback = feedback(data, memory_s, ahead_s).ok();
     let closed = closed_loop_methods(options, feedback);
     let mut choice = if closed.is_empty() {
         open_loop(data, options, vehicle)?

@@ -115,7 +115,7 @@ fn omegas(sample_time: f64) -> Vec<f64> {
 }
 
 /// The chosen model refined on the data less one block of time each, where possible.
-fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
+pub(crate) fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
     const STOP: Stop = Stop { steps: 10, least_gain: 1e-6 };
     if fitted.samples() > MOST_REFINED {
         return Vec::new();
@@ -130,7 +130,7 @@ fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
 
 /// Models of other orders, weighted by `exp(−Δ/2)` over the sum of all, and the one of the same
 /// order that predicts best, by one half, since nothing determines which is nearer.
-fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
+pub(crate) fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
     /// Less than that counts for nothing.
     const LEAST_WEIGHT: f64 = 1e-3;
     let all = &choice.candidates;

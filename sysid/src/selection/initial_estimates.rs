@@ -7,7 +7,7 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::linalg::dense::dot;
 use crate::model::StateSpace;
-use crate::model::stability::{largest_radius, stable_shift};
+use crate::model::stability::{radius_of_slowest, stable_shift};
 use crate::selection::candidate::{Candidate, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::options::{IdentifyOptions, Method};
@@ -21,6 +21,9 @@ use steerwright_formats::interruption::check;
 
 /// Horizons that are tried where none is given.
 const HORIZONS: [usize; 4] = [10, 15, 20, 30];
+
+/// Block rows below which records of several channels make do with fewer columns.
+const LEAST_OF_SEVERAL: usize = 6;
 
 /// What initial estimates are fitted to.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +41,7 @@ pub(crate) struct InitialEstimates<'a> {
     fitted: Fitted<'a>,
     horizons: Vec<Horizon>,
     realizations: Vec<Realization>,
+    time_constants: f64,
 }
 
 struct Horizon {
@@ -77,11 +81,12 @@ impl<'a> InitialEstimates<'a> {
             fitted,
             horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
             realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
+            time_constants: options.time_constants,
         })
     }
 
     pub(crate) fn largest_order(&self) -> usize {
-        self.horizons.iter().map(|h| h.factor.horizon - 1).max().unwrap_or(0)
+        self.horizons.iter().map(|h| largest_order(&h.factor)).max().unwrap_or(0)
     }
 
     pub(crate) fn into_factor(self, horizon: usize) -> Option<Factor> {
@@ -90,7 +95,7 @@ impl<'a> InitialEstimates<'a> {
 
     pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let mut all = Vec::new();
-        for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
+        for horizon in self.horizons.iter().filter(|h| largest_order(&h.factor) >= order) {
             for (method, sub) in &horizon.subspaces {
                 let of = |r: &Realization| {
                     self.estimate(horizon, (*method, sub), *r, order, feedthrough)
@@ -159,7 +164,7 @@ impl<'a> InitialEstimates<'a> {
         let radius = crate::linalg::dense::spectral_radius(a.as_ref());
         let c = Mat::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / output_scale);
         let refit = |a: &Mat<f64>| refit_about(a, &c, data, feedthrough, offset);
-        let most = largest_radius(samples);
+        let most = radius_of_slowest(samples, self.time_constants);
         let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
         } else {
@@ -184,7 +189,7 @@ impl<'a> InitialEstimates<'a> {
         let found = (model, initial_conditions);
         let values = &sub.singular_values;
         let new = Candidate::new(method, factor.horizon, values, found, feedthrough, cost);
-        Ok(Candidate { realization, stabilised, ..new })
+        Ok(Candidate { realization, stabilised, time_constants: self.time_constants, ..new })
     }
 }
 
@@ -226,6 +231,11 @@ pub(crate) fn least_cost(
     at_least_one(all)?.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or(none)
 }
 
+/// The largest order that the shift of a factor's observability matrix shows.
+fn largest_order(factor: &Factor) -> usize {
+    (factor.horizon - 1) * factor.outputs
+}
+
 /// The horizons that are tried of a factor that is there.
 pub(crate) fn horizons_of(factor: &Factor, options: &IdentifyOptions) -> Vec<usize> {
     if let Some(horizon) = options.horizon {
@@ -243,8 +253,13 @@ fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Err
     }
     // At least twice as many columns as rows, N − 2s + 1 ≥ 4s(nu + ny), in all segments together.
     let (channels, n) = (data.inputs() + data.outputs(), data.samples());
-    let most = n / (4 * channels + 2);
-    let least = options.order.map_or(2, |order| order + 2);
+    let mut most = n / (4 * channels + 2);
+    // Each block row of p outputs shows p states.
+    let least = options.order.map_or(2, |order| order.div_ceil(data.outputs()) + 2);
+    if channels > 2 && most < LEAST_OF_SEVERAL.max(least) {
+        // Half as many columns more than rows are enough for a few block rows of many channels.
+        most = (n / (3 * channels + 2)).min(LEAST_OF_SEVERAL.max(least));
+    }
     let mut fitting: Vec<usize> =
         HORIZONS.into_iter().filter(|s| (least..=most).contains(s)).collect();
     if fitting.is_empty() {

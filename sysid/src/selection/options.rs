@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::data::scaled::{Detrend, Preparation};
 use crate::data::split::ValidationData;
+use crate::model::stability::TIME_CONSTANTS;
 use crate::subspace::closed_loop::ClosedLoopMethod;
 use crate::subspace::{Realization, Weighting};
 use std::collections::BTreeMap;
@@ -41,6 +42,8 @@ pub struct IdentifyOptions {
     pub delay_s: Option<f64>,
     /// Whether the subspace model is refined by its simulation error.
     pub refine: bool,
+    /// Length of the estimation data over the time constant of the slowest mode, at least.
+    pub time_constants: f64,
 }
 
 /// By default; 20 minutes at 20 ms.
@@ -62,12 +65,18 @@ impl Default for IdentifyOptions {
             detrend: Detrend::Mean,
             delay_s: None,
             refine: true,
+            time_constants: TIME_CONSTANTS,
         }
     }
 }
 
 impl IdentifyOptions {
     pub(crate) fn check(&self) -> Result<(), Error> {
+        self.check_for(1)
+    }
+
+    /// The same for so many outputs, of which each block row of the horizon has as many states.
+    pub(crate) fn check_for(&self, outputs: usize) -> Result<(), Error> {
         let out_of_range =
             |option, value: String, expected: &str| Err(Error::option(option, value, expected));
         self.validation.check()?;
@@ -95,7 +104,7 @@ impl IdentifyOptions {
                 return out_of_range("horizon", horizon.to_string(), "2 to 200, or auto");
             }
             let order = self.order.unwrap_or(1);
-            if horizon <= order {
+            if (horizon - 1) * outputs < order {
                 return Err(Error::OrderAboveHorizon { order, horizon });
             }
         }

@@ -4,7 +4,7 @@
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::model::stability::largest_radius;
+use crate::model::stability::radius_of_slowest;
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
 use crate::pem::{Focus, refine_prediction};
 use crate::selection::candidate::{Candidate, ROUGH, Stabilised};
@@ -31,6 +31,7 @@ pub(crate) struct Predicted {
     pub(crate) two_stage_input: DataSet,
     refined: bool,
     offset: bool,
+    time_constants: f64,
 }
 
 impl Predicted {
@@ -65,7 +66,8 @@ impl Predicted {
             .collect::<Result<_, Error>>()?;
         let two_stage_input = two_stage_input(data, &factor, past)?;
         let (refined, offset) = (options.refine, options.has_output_offset());
-        Ok(Self { past, factor, decompositions, two_stage_input, refined, offset })
+        let time_constants = options.time_constants;
+        Ok(Self { past, factor, decompositions, two_stage_input, refined, offset, time_constants })
     }
 
     pub(crate) fn largest_order(&self) -> usize {
@@ -86,7 +88,7 @@ impl Predicted {
         feedthrough: bool,
     ) -> Result<Candidate, Error> {
         let mut all = Vec::new();
-        let radius = largest_radius(data.samples());
+        let radius = radius_of_slowest(data.samples(), self.time_constants);
         for (method, decomposition) in &self.decompositions {
             let found = decomposition.stable_model(order, radius);
             let refined = found.clone().and_then(|found| predicting(&found, data, feedthrough));
@@ -123,7 +125,8 @@ impl Predicted {
             return Err(Error::no_model("the simulation overflows"));
         }
         let found = (model, initial_conditions);
-        Ok(Candidate::new(method, self.past, singular_values, found, feedthrough, cost))
+        let new = Candidate::new(method, self.past, singular_values, found, feedthrough, cost);
+        Ok(Candidate { time_constants: self.time_constants, ..new })
     }
 
     /// What stability took of the simulation fit, where the data's own A is unstable.

@@ -12,13 +12,14 @@ use crate::selection::options::IdentifyOptions;
 use crate::structures::bicycle::{self, BicycleOptions};
 use crate::structures::held::Steering;
 use crate::structures::model::IdentifiedModel;
+use crate::structures::multivariable::identify_channels;
 use crate::structures::single_track::{self, IdentifyVehicleOptions};
 use crate::structures::state_space;
 use crate::structures::state_space::plant::Traces;
 use crate::validation::residuals::fit::{FitWithError, fit_with_error};
 use std::borrow::Cow;
-use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{BLOCK_S, LEAST_SPREAD, Structure};
 
 /// Lateral acceleration to which tyres are linear, m/s²: its 99th percentile.
@@ -64,6 +65,10 @@ pub struct ChoiceOptions {
 /// # Errors
 /// That of the state space, where no structure gives a model.
 pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Choice, Error> {
+    if log.response == Response::Channels {
+        let identified = IdentifiedModel::from(identify_channels(log, &options.state_space)?);
+        return Ok(Choice { identified, rows: Vec::new() });
+    }
     options.bicycle.check()?;
     options.single_track.check()?;
     check_yaw_rate(log)?;
@@ -215,6 +220,7 @@ mod tests {
         IdentifiedModel {
             model: Model::SingleTrack(vehicle.into()),
             traces: Some(Traces::new(log, simulated, std::slice::from_ref(&validation))),
+            channels: None,
         }
     }
 

@@ -5,6 +5,7 @@ mod choice;
 pub(crate) mod held;
 pub mod longitudinal;
 mod model;
+pub mod multivariable;
 pub mod single_track;
 pub(crate) mod state_space;
 pub mod torque;

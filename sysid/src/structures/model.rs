@@ -1,6 +1,7 @@
 //! What all structures have in common.
 
 use crate::Error;
+use crate::structures::multivariable::traces::ChannelTraces;
 use crate::structures::single_track::quality::LEAST_SPIN_MARGIN;
 use crate::structures::state_space::plant::Traces;
 use steerwright_drivelog::{DriveLog, Response};
@@ -13,6 +14,8 @@ pub struct IdentifiedModel {
     pub model: Model,
     /// Measured and simulated signals, where the structure simulates them.
     pub traces: Option<Traces>,
+    /// The same of named channels.
+    pub channels: Option<ChannelTraces>,
 }
 
 impl IdentifiedModel {

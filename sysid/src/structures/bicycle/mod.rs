@@ -73,7 +73,11 @@ impl StructureOptions for BicycleOptions {
 
 impl From<IdentifiedBicycle> for IdentifiedModel {
     fn from(found: IdentifiedBicycle) -> Self {
-        Self { model: Model::Bicycle(Box::new(found.bicycle)), traces: Some(found.traces) }
+        Self {
+            model: Model::Bicycle(Box::new(found.bicycle)),
+            traces: Some(found.traces),
+            channels: None,
+        }
     }
 }
 

@@ -42,7 +42,11 @@ impl StructureOptions for LongitudinalOptions {
 
     fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
         let model = identify_longitudinal(log, self)?;
-        Ok(IdentifiedModel { model: Model::Longitudinal(Box::new(model)), traces: None })
+        Ok(IdentifiedModel {
+            model: Model::Longitudinal(Box::new(model)),
+            traces: None,
+            channels: None,
+        })
     }
 }
 

@@ -58,7 +58,11 @@ impl StructureOptions for IdentifyVehicleOptions {
 
 impl From<IdentifiedVehicle> for IdentifiedModel {
     fn from(found: IdentifiedVehicle) -> Self {
-        Self { model: Model::SingleTrack(Box::new(found.vehicle)), traces: Some(found.traces) }
+        Self {
+            model: Model::SingleTrack(Box::new(found.vehicle)),
+            traces: Some(found.traces),
+            channels: None,
+        }
     }
 }
 

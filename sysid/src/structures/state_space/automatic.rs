@@ -127,18 +127,21 @@ pub fn automatic(
     })
 }
 
-struct Units {
-    input: Unit,
-    output: Unit,
+/// Offsets and scales of all channels.
+pub(crate) struct Units {
+    pub(crate) input: Unit,
+    pub(crate) output: Unit,
 }
 
-struct Unit {
-    means: Vec<f64>,
-    scales: Vec<f64>,
+/// Offset and standard deviation of each channel of one kind.
+pub(crate) struct Unit {
+    pub(crate) means: Vec<f64>,
+    pub(crate) scales: Vec<f64>,
 }
 
 impl Units {
-    fn from_data(data: &DataSet, remove_means: bool) -> Result<Self, Error> {
+    /// Those of the estimation data; offsets are 0 where they are to stay.
+    pub(crate) fn from_data(data: &DataSet, remove_means: bool) -> Result<Self, Error> {
         let unit = |signal: fn(&Segment) -> &Signals, count: usize, what: &str| {
             let (mut means, mut scales) = (Vec::new(), Vec::new());
             for i in 0..count {
@@ -165,7 +168,8 @@ impl Units {
         })
     }
 
-    fn scaled(&self, data: &DataSet) -> Result<DataSet, Error> {
+    /// The data about the offsets, in units of the scales.
+    pub(crate) fn scaled(&self, data: &DataSet) -> Result<DataSet, Error> {
         let apply = |m: &Signals, by: &Unit| {
             Signals::from_fn(m.nrows(), m.ncols(), |i, t| (m[(i, t)] - by.means[i]) / by.scales[i])
         };

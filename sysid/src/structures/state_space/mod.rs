@@ -1,7 +1,7 @@
 //! From a recording to `plant.json`: prepare → select → refine → validate → model.
 
 pub(crate) mod accumulated;
-mod automatic;
+pub(crate) mod automatic;
 mod evidence;
 mod open_response;
 pub(crate) mod plant;
@@ -19,6 +19,7 @@ use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
 use crate::structures::held::{Read, Steering};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
+use crate::structures::multivariable::identify_channels;
 use crate::structures::state_space::evidence::Found;
 use crate::structures::state_space::open_response::{with_other_orders, with_uncertain_delay};
 use crate::structures::state_space::plant::{Identified, Outcome, traces};
@@ -40,13 +41,20 @@ impl StructureOptions for IdentifyOptions {
     }
 
     fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
+        if log.response == Response::Channels {
+            return Ok(identify_channels(log, self)?.into());
+        }
         Ok(identify(log, self)?.into())
     }
 }
 
 impl From<Identified> for IdentifiedModel {
     fn from(found: Identified) -> Self {
-        Self { model: Model::StateSpace(Box::new(found.plant)), traces: Some(found.traces) }
+        Self {
+            model: Model::StateSpace(Box::new(found.plant)),
+            traces: Some(found.traces),
+            channels: None,
+        }
     }
 }
 

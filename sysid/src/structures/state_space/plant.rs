@@ -249,7 +249,7 @@ impl Outcome<'_> {
     }
 }
 
-fn matrix(m: &Mat<f64>) -> Matrix {
+pub(crate) fn matrix(m: &Mat<f64>) -> Matrix {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 

@@ -38,7 +38,7 @@ impl StructureOptions for TorqueOptions {
 
     fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
         let torque = identify_torque(log, self)?;
-        Ok(IdentifiedModel { model: Model::Torque(Box::new(torque)), traces: None })
+        Ok(IdentifiedModel { model: Model::Torque(Box::new(torque)), traces: None, channels: None })
     }
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod bands;
 pub(crate) mod frequencies;
 pub(crate) mod measured;
 pub(crate) mod modelled;
+pub(crate) mod multiple;
 pub(crate) mod poles;
 pub(crate) mod spectra;
 pub(crate) mod spread;

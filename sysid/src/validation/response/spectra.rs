@@ -11,7 +11,7 @@ const WINDOW_S: f64 = 7.0;
 /// … but is shortened until there are that many windows.
 const LEAST_WINDOWS: usize = 7;
 /// Correlation of the spectra of two neighbouring windows: (Σ w(i) w(i + L/2) / Σ w(i)²)².
-const OVERLAP: f64 = 1.0 / 36.0;
+pub(crate) const OVERLAP: f64 = 1.0 / 36.0;
 
 /// One-sided spectral densities at frequencies above 0, averaged over windows.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,7 +107,8 @@ impl Spectra {
     }
 }
 
-fn count(samples: usize, length: usize) -> usize {
+/// Windows of one length, each half over the one before, in so many samples.
+pub(crate) fn count(samples: usize, length: usize) -> usize {
     if samples < length { 0 } else { (samples - length) / (length / 2) + 1 }
 }
 
@@ -229,14 +230,15 @@ impl Sums {
 
 /// Windowed discrete Fourier transform of one length, a power of two.
 #[derive(Debug, Clone)]
-struct Transform {
-    window: Vec<f64>,
+pub(crate) struct Transform {
+    pub(crate) window: Vec<f64>,
     /// e^{−2πjk/L} for k below L/2.
     twiddles: Vec<(f64, f64)>,
 }
 
 impl Transform {
-    fn new(length: usize) -> Self {
+    /// Of a power of two.
+    pub(crate) fn new(length: usize) -> Self {
         let angle = |k: usize| 2.0 * PI * k as f64 / length as f64;
         Self {
             window: (0..length).map(|i| 0.5 - 0.5 * angle(i).cos()).collect(),
@@ -256,7 +258,8 @@ impl Transform {
         }
     }
 
-    fn spectrum(&self, x: &[f64]) -> Vec<(f64, f64)> {
+    /// The transform of one window less its mean, windowed.
+    pub(crate) fn spectrum(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let m = mean(x);
         let mut z: Vec<(f64, f64)> =
             x.iter().zip(&self.window).map(|(x, w)| ((x - m) * w, 0.0)).collect();
