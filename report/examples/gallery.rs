@@ -53,6 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         title: "From a drive to a steering controller".into(),
         model: Some(&model),
         traces: Some(&traces),
+        channels: None,
         bicycle: Some(&bicycle),
         bicycle_fit: Some(61.0),
         controllers: vec![

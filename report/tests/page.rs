@@ -17,6 +17,7 @@ fn page_with_loop(met: bool, in_loop: bool) -> String {
         title: "A <drive> & more".into(),
         model: Some(&model),
         traces: Some(&traces),
+        channels: None,
         bicycle: Some(&bicycle),
         bicycle_fit: Some(61.0),
         controllers: vec![Controller {
