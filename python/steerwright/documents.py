@@ -132,6 +132,35 @@ class Plant(Record):
     """The sources of the file."""
 
 
+class MultivariablePlant(Record):
+    """The identified plant: model, operating point, noise, evidence and provenance. `x⁺ = A x + B (u −
+    offset of u) + K e`, `y − offset of y = C x + D (u − offset of u) + e` (eq 3–5), each input delayed
+    by its `delay_s`. All values are in the units of the channels."""
+
+    schema: str
+    """`steerwright/plant/2`."""
+    name: str
+    """A name, such as the log's."""
+    inputs: tuple[PlantInput, ...]
+    """The inputs u, in the order of the columns of B and D."""
+    outputs: tuple[PlantOutput, ...]
+    """The outputs y, in the order of the rows of C and D."""
+    discrete: Discrete
+    """The model in innovation form: A n by n, B n by nu, C ny by n, D ny by nu, K n by ny."""
+    continuous: Union[Continuous, None]
+    """The continuous model (eq 6–11): F n by n, G n by nu, H ny by n; absent if A has no real logarithm."""
+    innovation_covariance: Array
+    """Covariance of the innovation e, ny by ny, in the products of the outputs' units."""
+    uncertainty: Union[MultivariableUncertainty, None]
+    """The uncertainty of the model; absent if it was not estimated."""
+    evidence: MultivariableEvidence
+    """The evidence for the quality of the model."""
+    quality: Union[Quality, None]
+    """Whether the model may be used."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
 class Bicycle(Record):
     """The five-state model of eq 13 at constant speed, with the vehicle data."""
 
@@ -599,6 +628,82 @@ class Provenance(Record):
     """The files read, by name and content."""
     options: dict[str, Any]
     """The options in force, defaults included, by name."""
+
+
+class PlantInput(Record):
+    """An input of the plant."""
+
+    name: str
+    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
+    column: str
+    """The channel in the log."""
+    unit: str
+    """Unit, such as `V`; `1` without one."""
+    offset: float
+    """The value about which the model is linear."""
+    standard_deviation: float
+    """Standard deviation in the estimation data."""
+    delay_s: float
+    """Pure delay of the input, a whole number of samples, s."""
+
+
+class PlantOutput(Record):
+    """An output of the plant."""
+
+    name: str
+    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
+    column: str
+    """The channel in the log."""
+    unit: str
+    """Unit, such as `degC`; `1` without one."""
+    offset: float
+    """The value about which the model is linear."""
+    standard_deviation: float
+    """Standard deviation in the estimation data."""
+
+
+class MultivariableUncertainty(Record):
+    """The uncertainty of the model; standard errors are one standard deviation, to first order."""
+
+    focus: EstimationFocus
+    """The errors that the estimate minimises, which determines the covariance."""
+    poles: tuple[UncertainPole, ...]
+    """The eigenvalues of A."""
+    directions: Array
+    """The covariance factor, with one row for each independent standard normal number ξ: the change of the
+    entries of A, B, C, D, K, each row by row, for ξ = 1. Changes of the state's basis only are left out."""
+
+
+class MultivariableEvidence(Record):
+    """The evidence for the quality of the model."""
+
+    method: str
+    """`n4sid`, `moesp`, `cva`, `ssarx` or `pbsid`: the method of the initial estimate."""
+    horizon: int
+    """Block rows s of the Hankel matrices (past and future horizon)."""
+    estimation_samples: int
+    """Number of estimation samples."""
+    validation_samples: int
+    """Number of validation samples."""
+    fit: Fits
+    """Fits of all outputs together, each in units of its standard deviation, percent."""
+    outputs: tuple[OutputEvidence, ...]
+    """The evidence of each output."""
+    pairs: tuple[PairEvidence, ...]
+    """The evidence of each pair: of the first output all inputs, then of the second."""
+    order_table: tuple[OrderRow, ...]
+    """One row for each order tried."""
+    feedback: Union[ResidualTest, None]
+    """Test of the estimation data for feedback from outputs to inputs; it passes where none is seen. Absent
+    where the data are too few for it."""
+    stabilised_from: Union[float, None]
+    """Largest eigenvalue modulus of A before stability was enforced; absent if it was stable."""
+    conversion_round_trip: Union[float, None]
+    """Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10)."""
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader and of the identification."""
 
 
 class VehicleData(Record):
@@ -1593,6 +1698,46 @@ class SourceFile(Record):
     """Whether the hash is of the samples that were read: a large file is not read as a whole for it."""
 
 
+class OutputEvidence(Record):
+    """The evidence of one output, on validation data."""
+
+    output: str
+    """Name of the output."""
+    fit: Fits
+    """Fits, percent."""
+    fit_standard_error: Union[float, None]
+    """Standard error of the simulation fit on validation data, percentage points (block jackknife); absent
+    where the validation data are too short."""
+    one_step_error: float
+    """Standard deviation of the one-step prediction errors on validation data, in the unit of the output."""
+    whiteness: ResidualTest
+    """Autocorrelation of the one-step residuals."""
+    coherence: tuple[CoherencePoint, ...]
+    """Multiple coherence: the share of the output's power that all inputs together explain, by frequency."""
+    coherence_of_chance: float
+    """The multiple coherence of unrelated signals stays below with a probability of 95 %."""
+
+
+class PairEvidence(Record):
+    """The evidence of one pair of output and input."""
+
+    output: str
+    """Name of the output."""
+    input: str
+    """Name of the input."""
+    delay: Union[PairDelay, None]
+    """Pure delay that the impulse response shows; absent where it shows no response."""
+    independence: ResidualTest
+    """Correlation of the one-step residuals with the past input, on validation data."""
+    steady_state_gain: Union[Estimate, None]
+    """Gain at rest; absent without uncertainty, and for an integrator."""
+    frequency_response: tuple[FrequencyBand, ...]
+    """Response of the model with standard errors, with the delay of the input, in the output's unit over
+    the input's."""
+    measured: tuple[MeasuredPoint, ...]
+    """Measured response by spectra of the whole log."""
+
+
 class SpeedSummary(Record):
     """Speeds of a recording, m/s."""
 
@@ -2051,6 +2196,28 @@ class Spread(Record):
     """Variance of the imaginary part."""
     covariance: float
     """Covariance of the two."""
+
+
+class PairDelay(Record):
+    """The pure delay of a pair by the first lags of its impulse response."""
+
+    estimate_s: float
+    """Delay beyond that of a model without feedthrough, s: a whole number of samples."""
+    in_input_s: float
+    """The part of it that is the input's in the plant, s; the states of the model represent the rest."""
+
+
+class MeasuredPoint(Record):
+    """The measured response of a pair at one frequency."""
+
+    frequency_hz: float
+    """Frequency, Hz."""
+    gain: float
+    """Gain."""
+    phase_rad: float
+    """Phase, rad, within ±π."""
+    radius: float
+    """Radius of the confidence disk (95 %) about the response, in the unit of the gain."""
 
 
 class Prior(Record):

@@ -138,6 +138,14 @@ fn vehicle(
         return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }
     let model = Model::from_json(&text, &name)?;
+    if model.multivariable().is_some() {
+        let hint = "use a plant.json from steering to yaw rate, bicycle.json or vehicle.json";
+        return Err(Failure::in_file(
+            file,
+            "a plant of named channels follows no path",
+            hint.into(),
+        ));
+    }
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::from_bytes(file, text.as_bytes()));
     let sideslip = match (given, stated) {

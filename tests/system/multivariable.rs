@@ -254,6 +254,8 @@ fn what_is_not_of_any_system_rejects_named_channels() {
             "no column `power` (for the input)",
         ),
         ("design plant.json".into(), "a plant of named channels is of any system"),
+        ("package plant.json --out fmu".into(), "an FMU of a plant of named channels is not made"),
+        ("path --plant plant.json".into(), "follows no path"),
         ("export plant.json --for autoware".into(), "no parameters of a steering"),
         ("compare plant.json --log tanks.csv".into(), "named channels"),
     ] {

@@ -107,6 +107,12 @@ pub(crate) const PROGRAMS: &[Program] = &[
         "peak memory",
     ),
     program(
+        "multivariable",
+        "plants of several named channels compared with SLICOT, and the coverage of their bands",
+        &["--systems", "6", "--samples", "500"],
+        "coverage",
+    ),
+    program(
         "speed",
         "time, memory and accuracy of the subspace methods compared with SLICOT",
         &["--longest", "1000", "--draws", "3"],

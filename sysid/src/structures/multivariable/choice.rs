@@ -3,35 +3,35 @@
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::selection::candidate::{Candidate, Choice};
+use crate::selection::candidate::Choice;
 use crate::selection::choose::choose_from;
 use crate::selection::options::{IdentifyOptions, Method};
+use crate::selection::order::{bic, log_square, parameters};
 use crate::structures::multivariable::held_out::{self, Scored};
 
 /// Errors on data that were left out that are larger by this share are those of a worse model.
 const CLEARLY: f64 = 1.02;
 
-/// A choice, with its errors on data that were left out.
+/// A choice, with the BIC of its simulation errors on the estimation data.
 pub(crate) struct Chosen {
     pub(crate) choice: Choice,
-    /// `None` where no data were left out.
-    score: Option<f64>,
+    criterion: f64,
 }
 
 impl Chosen {
-    pub(super) fn candidate(&self) -> &Candidate {
-        &self.choice.candidates[self.choice.chosen]
+    fn new(choice: Choice, data: &DataSet) -> Result<Self, Error> {
+        let chosen = &choice.candidates[choice.chosen];
+        let log_square = log_square(&chosen.initial_conditions.errors_on(&chosen.model, data)?);
+        let (inputs, outputs) = (data.inputs(), data.outputs());
+        let count = parameters(chosen.model.order(), inputs, outputs, chosen.feedthrough);
+        let criterion = bic(log_square, outputs, count, data.samples() as f64);
+        Ok(Self { choice, criterion })
     }
 
-    /// Whether the model is smaller and simulates data that were left out no clearly worse, or is as large and no worse.
+    /// Whether the model, with delays in place of states, is no larger and the likelier one.
     pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
-        let order = |chosen: &Self| chosen.candidate().model.order();
-        match (self.score, other.score) {
-            (Some(own), Some(others)) if order(self) < order(other) => own <= CLEARLY * others,
-            (Some(own), Some(others)) => order(self) == order(other) && own <= others,
-            // In a loop the smaller model is taken, as a delay replaces states.
-            _ => order(self) < order(other),
-        }
+        let order = |of: &Self| of.choice.candidates[of.choice.chosen].model.order();
+        order(self) <= order(other) && self.criterion < other.criterion
     }
 }
 
@@ -44,11 +44,11 @@ pub(crate) fn choose(
     let choice = choose_from(data, validation, options, false)?;
     let chosen = &choice.candidates[choice.chosen];
     if matches!(chosen.method, Method::ClosedLoop(_)) {
-        return Ok(Chosen { choice, score: None });
+        return Chosen::new(choice, data);
     }
     let scores = held_out::scores(data, options)?;
     let Some(best) = held_out::least(&scores) else {
-        return Ok(Chosen { choice, score: None });
+        return Chosen::new(choice, data);
     };
     let is_same = |s: &Scored| {
         s.order == chosen.model.order()
@@ -57,10 +57,10 @@ pub(crate) fn choose(
     };
     // Blocks of short records are too short for the order that all of them determine.
     let Some(own) = scores.iter().find(|s| is_same(s)) else {
-        return Ok(Chosen { choice, score: Some(best.score) });
+        return Chosen::new(choice, data);
     };
     if own.score <= CLEARLY * best.score {
-        return Ok(Chosen { choice, score: Some(own.score) });
+        return Chosen::new(choice, data);
     }
     let stated = IdentifyOptions {
         order: Some(best.order),
@@ -77,5 +77,5 @@ pub(crate) fn choose(
     // The orders that were tried stay in the table and in the uncertainty.
     let tried = choice.candidates.into_iter().filter(|c| c.model.order() != order);
     found.candidates.extend(tried);
-    Ok(Chosen { choice: found, score: Some(best.score) })
+    Chosen::new(found, data)
 }

@@ -253,7 +253,7 @@ fn general(options: &IdentifyOptions, outputs: usize) -> IdentifyOptions {
 }
 
 /// The choice with the delay of each input, in samples: the one that is stated, or the one that the impulse responses show
-/// where the model with it is no larger and simulates data that were left out as well.
+/// where the model with it is no larger and likelier.
 fn with_delays(
     scaled: Scaled,
     pairs: &[Vec<Option<usize>>],
