@@ -111,6 +111,43 @@ fn a_path_needs_two_points_at_increasing_distance() {
     assert!(path.checked("p").is_err());
 }
 
+#[test]
+fn faults_of_a_speed_profile_have_their_place() {
+    // From 1 m to 5 m v² falls by 4·(2 + 0.6), and to standstill at constant jerk by 1.5·4·0.6.
+    let settled = r#"{"schema": "steerwright/path/1", "name": "straight", "closed": false, "guidance":
+        {"lookahead_time_s": 1, "lookahead_min_m": 5, "preview_time_s": 0, "feedforward_gain_radm": 0,
+        "sideslip_per_yaw_rate_s": 0}, "speed_mps": 15, "points": [[0, 0, 0, 0, 0], [9, 9, 0, 0, 0]],
+        "profile": {"limits": {"max_speed_mps": 15, "max_lateral_acceleration_mps2": 4, "max_acceleration_mps2": 2,
+        "max_deceleration_mps2": 3, "end_speeds_mps": [4, 0]}, "time_s": 4.5, "binding":
+        [{"limit": "lateral-acceleration", "from_m": 0, "to_m": 1, "time_s": 0.3}],
+        "points": [[0, 4, 0], [1, 3.7417, -2], [5, 1.8974, -0.6], [9, 0, 0]]},
+        "provenance": {"version": "", "sources": [], "options": {}}}"#;
+    let fault = |text: &str| match Path::from_json(text, "p") {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    };
+    assert_eq!(fault(settled), "");
+    for (from, to, expected) in [
+        ("[1, 3.7417, -2]", "[1, 4.7417, -2]", "at `profile.points[1]`: from 4 m/s to 4.7417 m/s"),
+        ("[5, 1.8974, -0.6]", "[5, 0, -0.6]", "at `profile.points[2][1]`: the speed is 0"),
+        ("[1, 3.7417, -2]", "[0, 3.7417, -2]", "at `profile.points[1][0]`: distance 0 does not"),
+        ("[9, 0, 0]]}", "[8, 0, 0]]}", "at `profile.points[3]`"),
+        ("\"end_speeds_mps\": [4, 0]", "\"friction\": 1", "at `profile.limits.end_speeds_mps`"),
+        ("\"closed\": false", "\"closed\": true", "a closed path has no ends"),
+        ("\"max_speed_mps\": 15", "\"max_speed_mps\": 0", "at `profile.limits.max_speed_mps`"),
+        ("lateral-acceleration", "lateral", "unknown variant `lateral`"),
+        ("\"time_s\": 4.5", "\"time_s\": -4.5", "at `profile.time_s`"),
+    ] {
+        assert!(settled.contains(from), "{from}");
+        let text = fault(&settled.replacen(from, to, 1));
+        assert!(text.contains(expected), "{from} -> {to}: {text}");
+    }
+    // A file without a profile is read as before.
+    let (before, rest) = settled.split_once("\"profile\"").unwrap();
+    let rest = &rest[rest.find("\"provenance\"").unwrap()..];
+    assert_eq!(fault(&format!("{before}{rest}")), "");
+}
+
 proptest! {
     #[test]
     fn no_text_makes_the_reader_panic(text in ".{0,200}") {

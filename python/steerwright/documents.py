@@ -83,6 +83,18 @@ LoopCoupling = Literal[
 ]
 """The order of exchange between the FMUs of a loop."""
 
+ProfileLimit = Literal[
+    "speed",
+    "lateral-acceleration",
+    "acceleration",
+    "deceleration",
+    "jerk",
+    "friction",
+    "steering-angle",
+    "steering-rate",
+]
+"""A limit of a speed profile."""
+
 Information = Literal[
     "good",
     "weak",
@@ -364,6 +376,8 @@ class Path(Record):
     """The speed for which the path was computed, m/s."""
     points: tuple[PathPoint, ...]
     """At least two, at increasing distance."""
+    profile: Union[SpeedProfile, None]
+    """The speed along it; absent if it is driven at `speed_mps`."""
     provenance: Provenance
     """The sources of the file."""
 
@@ -1327,6 +1341,22 @@ class PathPoint(Record):
     """Curvature, 1/m, positive to the left."""
 
 
+class SpeedProfile(Record):
+    """A speed profile over a path. Between two points the acceleration is linear in the distance, so the
+    square of the speed is quadratic. Between a point at standstill with acceleration 0 and its neighbour
+    the jerk is constant: the square of the speed is proportional to the distance to the power of 4/3."""
+
+    limits: ProfileLimits
+    """The limits that it keeps."""
+    time_s: float
+    """Time from the first point to the last, s; of a lap on a closed path."""
+    binding: tuple[BindingSegment, ...]
+    """Where which limit binds, in the order of the path. No limit binds between these segments."""
+    points: tuple[ProfilePoint, ...]
+    """At least two, at increasing distance from the first point of the path to its last, on a closed path
+    to where the second lap begins."""
+
+
 class Gnss(Record):
     """The receiver and its antenna."""
 
@@ -2066,6 +2096,53 @@ class SpeedEnsemble(Record):
     """Largest steady-state error of all, percent of the step."""
 
 
+class ProfileLimits(Record):
+    """The limits of a speed profile."""
+
+    max_speed_mps: float
+    """Largest speed, m/s."""
+    max_lateral_acceleration_mps2: float
+    """Largest lateral acceleration v²·κ, m/s²."""
+    max_acceleration_mps2: float
+    """Largest acceleration along the path, m/s²."""
+    max_deceleration_mps2: float
+    """Largest deceleration, m/s²."""
+    max_jerk_mps3: Union[float, None]
+    """Largest jerk along the path to either side, m/s³; absent if it is not limited."""
+    friction: Union[float, None]
+    """Friction coefficient μ: the vector sum of lateral and longitudinal acceleration is at most μ·g;
+    absent if it is not limited."""
+    steering: Union[SteeringLimits, None]
+    """The limits of the steering; absent if it is not limited."""
+    end_speeds_mps: Union[Array, None]
+    """Speed at the first and at the last point, m/s; absent on a closed path, where the lap ends as it
+    begins."""
+
+
+class BindingSegment(Record):
+    """A part of the path on which one limit binds."""
+
+    limit: ProfileLimit
+    """The limit."""
+    from_m: float
+    """Where it begins to bind, m."""
+    to_m: float
+    """Where it ceases to bind, m."""
+    time_s: float
+    """Time on this part, s."""
+
+
+class ProfilePoint(Record):
+    """One point, in the file an array `[distance_m, speed_mps, acceleration_mps2]`."""
+
+    distance_m: float
+    """Arc length, as in the points of the path, m."""
+    speed_mps: float
+    """Speed, m/s."""
+    acceleration_mps2: float
+    """Acceleration along the path, m/s²."""
+
+
 class CoherencePoint(Record):
     """Coherence at one frequency."""
 
@@ -2341,3 +2418,17 @@ class SpeedStep(Record):
     """Time after which the response stays within the band; absent if it never does."""
     steady_state_error_percent: float
     """Error at the steady-state time, percent of the step."""
+
+
+class SteeringLimits(Record):
+    """Limits of the steering angle δ = (L + K·v²)·κ of a steady turn and of its rate dδ/dt, in steering
+    coordinates."""
+
+    steering_per_curvature_radm: float
+    """L, steering angle per curvature in a slow turn, rad·m."""
+    understeer_gradient_rads2pm: float
+    """K, steering angle per lateral acceleration beyond that, rad·s²/m."""
+    max_angle_rad: Union[float, None]
+    """Largest angle to either side, rad; absent if it is not limited."""
+    max_rate_radps: Union[float, None]
+    """Largest rate, rad/s; absent if it is not limited."""

@@ -4,9 +4,10 @@ use crate::documents::feasibility::Feasibility;
 use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
+use crate::options::profile::ProfileArguments;
 use crate::options::quantity;
 use crate::output::{OutputKind, Outputs};
-use crate::terminal::console;
+use crate::terminal::{console, profile_summary};
 use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
 use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};
@@ -54,6 +55,8 @@ pub(crate) struct Arguments {
     /// Gain of the integral of the cross-track error, such as 0.05/s; none by default
     #[arg(long, value_name = "PER_SECOND", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
+    #[command(flatten)]
+    profile: ProfileArguments,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -65,7 +68,9 @@ enum PoorFixesName {
 }
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
-    let inputs = [&arguments.track, &arguments.pid, &arguments.plant].into_iter().flatten();
+    let speed_controller = &arguments.profile.speed_controller;
+    let inputs = [&arguments.track, &arguments.pid, &arguments.plant, speed_controller];
+    let inputs = inputs.into_iter().flatten();
     let out = Outputs::new(global.force, inputs)
         .file(&arguments.out, OutputKind::for_document::<PathFile>())?;
     let mut outcome = Outcome::Done;
@@ -106,6 +111,17 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let (model, sideslip) = vehicle(arguments, &mut path, &mut notes)?;
     path.guidance = steerwright_control::with_sideslip(path.guidance, &sideslip, arguments.speed);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
+    if arguments.profile.profile {
+        let limited = arguments.profile.limits(
+            arguments.speed,
+            path.closed,
+            controller.as_ref(),
+            model.as_ref(),
+        )?;
+        path.provenance.sources.extend(limited.sources);
+        notes.extend(limited.notes);
+        path.profile = Some(steerwright_control::speed_profile(&path, &limited.limits)?);
+    }
     path.checked("the path's guidance")?;
     if let Some(pid) = &controller {
         let feasibility = Feasibility::new(&path, pid, model.as_ref())?;
@@ -114,7 +130,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     out.document(&path)?;
     notes.iter().for_each(console::note);
-    console::result(&extent(&path), &path)?;
+    let profile = path.profile.as_ref().map(profile_summary::summary);
+    let text: Vec<String> = [Some(extent(&path)), profile].into_iter().flatten().collect();
+    console::result(&text.join("\n"), &path)?;
     console::note(format!("written to {out}"));
     Ok(outcome)
 }

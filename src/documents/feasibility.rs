@@ -2,10 +2,10 @@
 
 use crate::failure::Failure;
 use steerwright_control::{Demand, OtherSpeed, Quantity, demands, paths};
-use steerwright_formats::{Model, Path as PathFile, Pid};
+use steerwright_formats::{Model, Path as PathFile, Pid, SpeedProfile};
 
 /// Largest lateral acceleration of the standard road of a design, m/s²: that of `path` and `build`.
-const STANDARD_ACCELERATION: f64 = 4.0;
+pub(crate) const STANDARD_ACCELERATION: f64 = 4.0;
 
 /// What is reported of a controller on a path.
 #[derive(Default)]
@@ -22,6 +22,11 @@ impl Feasibility {
         if let Some(other) = OtherSpeed::find(pid, path.speed_mps) {
             warnings.push(of_speed(&other));
         }
+        if let Some(profile) = &path.profile {
+            // The profile keeps to the limits; no constant speed is driven.
+            warnings.extend(above_design(pid, profile));
+            return Ok(Self { warnings, note: None });
+        }
         let acceleration = model.and_then(steerwright_control::evidence_acceleration);
         let needed = demands(path, pid, acceleration)?;
         let excessive = needed.iter().filter(|demand| demand.is_excessive());
@@ -36,6 +41,20 @@ impl Feasibility {
         };
         Ok(Self { warnings, note })
     }
+}
+
+/// A profile that is faster than the controller was designed for.
+fn above_design(pid: &Pid, profile: &SpeedProfile) -> Option<String> {
+    let speeds = profile.points.iter().map(|point| point.speed_mps);
+    let other = OtherSpeed::find(pid, speeds.fold(0.0, f64::max))?;
+    let [_, highest] = other.design_mps;
+    (other.path_mps > highest).then(|| {
+        format!(
+            "the profile reaches {:.1} m/s, the controller is for {highest:.1} m/s: design it for a range (design \
+             --speeds), or limit the profile with --max-speed {highest:.2}m/s",
+            other.path_mps
+        )
+    })
 }
 
 fn of_speed(other: &OtherSpeed) -> String {

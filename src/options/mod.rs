@@ -1,6 +1,7 @@
 //! Options that several commands have, and how their values are read.
 
 pub(crate) mod log;
+pub(crate) mod profile;
 pub(crate) mod quantity;
 pub(crate) mod specification;
 

@@ -5,6 +5,7 @@ pub(crate) mod design_summary;
 pub(crate) mod evidence;
 pub(crate) mod multivariable;
 pub(crate) mod overview;
+pub(crate) mod profile_summary;
 pub(crate) mod progress;
 pub(crate) mod speed_controller_summary;
 pub(crate) mod speed_summary;

@@ -1,8 +1,10 @@
 //! `steerwright path` on everything that a road may come in.
 
-use crate::support::{run, text_of};
+use crate::support::{done, run, text_of};
 use serde_json::Value;
 use std::path::Path;
+use steerwright_host::{Archive, Instance};
+use steerwright_packaging::Fmu;
 
 fn path(folder: &Path, line: &str) -> (Value, String) {
     let output = run(folder, line);
@@ -173,4 +175,144 @@ fn a_build_reports_roads_beyond_its_controller() {
     let remarks = built["remarks"].as_array().unwrap();
     assert!(remarks.iter().any(|r| r.as_str().unwrap().starts_with(expected)), "{remarks:?}");
     assert!(said.contains(expected), "{said}");
+}
+
+/// Two bends on which several limits bind.
+const BENDS: &str = "name = \"bends\"\n[[segments]]\nlength_m = 80.0\n[[segments]]\nlength_m = 20.0\n\
+    end_curvature_per_m = 0.03\n[[segments]]\nlength_m = 30.0\ncurvature_per_m = 0.03\n[[segments]]\n\
+    length_m = 40.0\ncurvature_per_m = 0.03\nend_curvature_per_m = -0.03\n[[segments]]\nlength_m = 20.0\n\
+    curvature_per_m = -0.03\nend_curvature_per_m = 0.0\n[[segments]]\nlength_m = 90.0\n";
+
+#[test]
+fn a_profile_has_the_limits_of_its_options_and_of_the_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("bends.toml"), BENDS).unwrap();
+    let line = "path bends.toml --pid {chain}/pid.json --profile --max-jerk 3m/s3 --friction 0.7 \
+                --max-speed 20m/s --end-speed 5m/s";
+    let (written, _) = path(folder, &format!("{line} --json"));
+    let said = text_of(&run(folder, &format!("{line} --force")));
+    let pid = crate::support::read_json(&crate::support::chain().join("pid.json"));
+    let limits = &written["profile"]["limits"];
+    for (key, expected) in [
+        ("max_speed_mps", 20.0),
+        ("max_acceleration_mps2", 2.0),
+        ("max_deceleration_mps2", 3.5),
+        ("max_jerk_mps3", 3.0),
+        ("friction", 0.7),
+    ] {
+        assert_eq!(limits[key], expected, "{key}");
+    }
+    let stated = &pid["limits"];
+    for (got, of_pid) in [
+        (&limits["max_lateral_acceleration_mps2"], &stated["lateral_acceleration"]["max_mps2"]),
+        (&limits["steering"]["max_angle_rad"], &stated["max_angle_rad"]),
+        (&limits["steering"]["max_rate_radps"], &stated["max_rate_radps"]),
+    ] {
+        let share = got.as_f64().unwrap() / of_pid.as_f64().unwrap();
+        assert!((share - 0.9).abs() < 1e-9, "{got} {of_pid}");
+    }
+    assert_eq!(limits["end_speeds_mps"], serde_json::json!([0.0, 5.0]));
+    let points = written["profile"]["points"].as_array().unwrap();
+    let last = points.last().unwrap()[1].as_f64().unwrap();
+    assert!((last - 5.0).abs() < 0.01, "{last}");
+    let time = written["profile"]["time_s"].as_f64().unwrap();
+    assert!(said.contains(&format!("speed profile: {time:.2} s, largest speed ")), "{said}");
+    assert!(said.contains("lateral acceleration") && said.contains("% of the time"), "{said}");
+
+    // Without a controller the steering is not limited, which is reported; the jerk may be unlimited.
+    let (free, said) = path(folder, "path bends.toml --profile --max-jerk none --force --json");
+    assert!(free["profile"]["limits"].get("steering").is_none());
+    assert!(free["profile"]["limits"].get("max_jerk_mps3").is_none());
+    assert!(said.contains("does not limit the steering"), "{said}");
+    // Of a speed controller: its limits.
+    std::fs::write(folder.join("speed.json"), Fmu::SpeedController.example()).unwrap();
+    let line = "path bends.toml --profile --speed-controller speed.json --force --json";
+    let (driven, _) = path(folder, line);
+    let file = crate::support::read_json(&folder.join("speed.json"));
+    assert_eq!(driven["profile"]["limits"]["max_jerk_mps3"], file["limits"]["max_jerk_mps3"]);
+    assert_eq!(driven["provenance"]["sources"].as_array().unwrap().len(), 2);
+
+    for (line, expected) in [
+        ("--max-jerk 2m/s3", "--profile"),
+        ("--profile --max-rate 0.3rad/s", "state the controller with --pid or the vehicle"),
+        ("--profile --friction 0", "friction is 0: it must be greater than 0"),
+        ("--profile --start-speed 40m/s --max-speed 50m/s", "the start speed is 40 m/s"),
+        (
+            "--profile --max-rate 0.0002rad/s --plant {chain}/plant.json",
+            "the vehicle would have to stop",
+        ),
+    ] {
+        let output = run(folder, &format!("path bends.toml {line} --force"));
+        assert_eq!(output.status.code(), Some(2), "{line}: {}", text_of(&output));
+        assert!(text_of(&output).contains(expected), "{line}: {}", text_of(&output));
+    }
+}
+
+/// Speed and acceleration that a ReferencePath puts out for a vehicle on the path at distances.
+fn references(archive: &Archive, path: &Value, distances: &[f64]) -> Vec<[f64; 2]> {
+    let points: Vec<Vec<f64>> = serde_json::from_value(path["points"].clone()).unwrap();
+    let mut all = Vec::new();
+    for distance in distances {
+        let after = points.partition_point(|p| p[0] <= *distance).clamp(1, points.len() - 1);
+        let (a, b) = (&points[after - 1], &points[after]);
+        let share = (distance - a[0]) / (b[0] - a[0]);
+        let mut fmu = Instance::new(archive, "path").unwrap();
+        fmu.setup_experiment(0.0, None, None).unwrap();
+        fmu.enter_initialization_mode().unwrap();
+        for (name, k) in [("x", 1), ("y", 2), ("yaw", 3)] {
+            fmu.set(name, a[k] + share * (b[k] - a[k])).unwrap();
+        }
+        fmu.exit_initialization_mode().unwrap();
+        fmu.do_step(0.0, 0.01).unwrap();
+        let mut value = |name: &str| fmu.real(name).unwrap();
+        assert!((value("distance") - distance).abs() < 0.01);
+        all.push([value("speed_reference"), value("acceleration_reference")]);
+    }
+    all
+}
+
+#[test]
+fn the_packed_path_has_the_speed_of_its_profile_and_drives_a_speed_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("bends.toml"), BENDS).unwrap();
+    let (constant, _) = path(folder, "path bends.toml --pid {chain}/pid.json --speed 9m/s --json");
+    done(folder, "package path.json --out constant");
+    let archive = Archive::open(folder.join("constant/ReferencePath.fmu")).unwrap();
+    for reference in references(&archive, &constant, &[0.0, 100.0]) {
+        assert_eq!(reference, [9.0, 0.0]);
+    }
+
+    let line = "path bends.toml --pid {chain}/pid.json --profile --force --json";
+    let (profiled, _) = path(folder, line);
+    done(folder, "package path.json --out fmu");
+    done(folder, "check fmu/ReferencePath.fmu --run --strict");
+    let archive = Archive::open(folder.join("fmu/ReferencePath.fmu")).unwrap();
+    let points: Vec<[f64; 3]> =
+        serde_json::from_value(profiled["profile"]["points"].clone()).unwrap();
+    let chosen: Vec<[f64; 3]> = points.iter().skip(80).step_by(97).copied().collect();
+    let distances: Vec<f64> = chosen.iter().map(|point| point[0]).collect();
+    assert!(chosen.len() > 4, "{}", points.len());
+    for (reference, point) in references(&archive, &profiled, &distances).iter().zip(&chosen) {
+        let off = (reference[0] - point[1]).abs().max((reference[1] - point[2]).abs());
+        assert!(off < 0.02, "{reference:?} {point:?}");
+    }
+    // At the start there is a speed to start with, at the end there is none.
+    let ends = references(&archive, &profiled, &[0.0, points.last().unwrap()[0]]);
+    assert!(ends[0][0] > 0.3 && ends[0][1] > 1.0, "{ends:?}");
+    assert!(ends[1][0] < 0.1, "{ends:?}");
+
+    std::fs::write(folder.join("speed.json"), Fmu::SpeedController.example()).unwrap();
+    std::fs::write(folder.join("car.json"), Fmu::LongitudinalPlant.example()).unwrap();
+    let files = "{chain}/plant.json {chain}/pid.json path.json car.json speed.json";
+    let output = done(folder, &format!("package {files} --out all --ssp Drive.ssp --json"));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let package = printed.as_array().unwrap().last().unwrap();
+    let connections = package["connections"].to_string();
+    for name in ["speed_reference", "acceleration_reference"] {
+        let expected = format!("ReferencePath.{name}");
+        assert!(connections.contains(&expected), "{connections}");
+        assert!(connections.contains(&format!("SpeedController.{name}")), "{connections}");
+    }
 }

@@ -13,13 +13,13 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use steerwright_formats::{Path, PathPoint};
 use steerwright_models::{
-    GuidanceParameters, GuidanceSchedule, GuidanceState, PathFollower, PathOutput,
+    GuidanceParameters, GuidanceSchedule, GuidanceState, PathFollower, PathOutput, SpeedReference,
 };
 
 variables! {
     /// Variables of the path follower. Its outputs are evaluated in a step, from the inputs set
     /// before it, so at a communication point they depend on no input.
-    Variable of ReferencePath, "ReferencePath", "reference road and guidance along it: pose in, yaw reference and feedforward out";
+    Variable of ReferencePath, "ReferencePath", "reference road and guidance along it: pose in, yaw reference, feedforward and speed reference out";
     X = 0, real "x", Input, Continuous, at inputs.x,
         .unit("m").nominal(100.0).description("position of the vehicle");
     Y = 1, real "y", Input, Continuous, at inputs.y,
@@ -46,6 +46,10 @@ variables! {
         .depends_on(Nothing).description("whether the path's end is reached");
     SideslipCorrection = 17, real "sideslip_correction", Output, Continuous,
         .unit("s").nominal(0.1).depends_on(Nothing).description("what the cross-track error of turns has added to the sideslip angle per yaw rate");
+    SpeedReference = 18, real "speed_reference", Output, Continuous,
+        .unit("m/s").display_unit("km/h").nominal(10.0).depends_on(Nothing).description("speed of the profile at the vehicle; without a profile the speed that the path was made for");
+    AccelerationReference = 19, real "acceleration_reference", Output, Continuous,
+        .unit("m/s2").depends_on(Nothing).description("acceleration of the profile at the vehicle; without a profile 0");
     LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at parameters.guidance.lookahead_time_s,
         .unit("s").min(0.0).description("look-ahead distance over speed");
     LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at parameters.guidance.lookahead_min_m,
@@ -80,6 +84,8 @@ pub struct ReferencePath {
     parameters: GuidanceParameters,
     /// The guidance over speed, where the path states it.
     schedule: Option<GuidanceSchedule>,
+    /// The speed along the path.
+    speed: SpeedReference,
     inputs: Inputs,
     follower: PathFollower,
     phase: Phase,
@@ -147,6 +153,12 @@ impl ReferencePath {
             }
         }
     }
+
+    /// Speed and acceleration to drive.
+    fn reference(&mut self) -> [f64; 2] {
+        let distance = self.output().distance;
+        self.speed.reference(distance)
+    }
 }
 
 impl Definition for ReferencePath {
@@ -211,6 +223,7 @@ impl CoSimulationUnit for ReferencePath {
                 path.speed_mps,
             ),
             schedule: steerwright_models::files::guidance_schedule(&path),
+            speed: steerwright_models::files::speed_reference(&path),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },
@@ -228,6 +241,8 @@ impl CoSimulationUnit for ReferencePath {
             V::HeadingError => self.output().heading_error,
             V::Curvature => self.output().curvature,
             V::Distance => self.output().distance,
+            V::SpeedReference => self.reference()[0],
+            V::AccelerationReference => self.reference()[1],
             V::SideslipCorrection => self.follower.state().sideslip_correction,
             V::Finished => return Value::Boolean(self.output().finished),
             other => other.place(self).map_or(0.0, |value| *value),

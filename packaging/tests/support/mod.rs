@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use steerwright_formats::{
     Bicycle, Continuous, Discrete, Document, Evidence, Guidance, InputKind, Matrix, Noise,
-    OperatingPoint, Path, PathPoint, Pid, Plant, Provenance, SourceFile, VehicleData,
+    OperatingPoint, Path, PathPoint, Pid, Plant, ProfileLimits, ProfilePoint, Provenance,
+    SourceFile, SpeedProfile, VehicleData,
 };
 use steerwright_packaging::{Binary, Fmu, Packed};
 
@@ -154,6 +155,31 @@ pub(crate) fn pid() -> String {
     .to_json()
 }
 
+/// From 7 m/s with an acceleration that changes from 0.3 to -0.1 m/s² in 120 m.
+fn profile() -> SpeedProfile {
+    let end = (49.0 + 120.0 * (0.3 - 0.1_f64)).sqrt();
+    let point = |distance_m, speed_mps, acceleration_mps2| ProfilePoint {
+        distance_m,
+        speed_mps,
+        acceleration_mps2,
+    };
+    SpeedProfile {
+        limits: ProfileLimits {
+            max_speed_mps: 10.0,
+            max_lateral_acceleration_mps2: 1.0,
+            max_acceleration_mps2: 1.0,
+            max_deceleration_mps2: 1.0,
+            max_jerk_mps3: None,
+            friction: None,
+            steering: None,
+            end_speeds_mps: Some([7.0, end]),
+        },
+        time_s: 15.0,
+        binding: vec![],
+        points: vec![point(0.0, 7.0, 0.3), point(120.0, end, -0.1)],
+    }
+}
+
 /// A road that bends to the left with a radius of 100 m.
 pub(crate) fn path() -> String {
     let point = |k: u32| {
@@ -175,7 +201,7 @@ pub(crate) fn path() -> String {
         schedule: vec![],
         speed_mps: 10.0,
         points: (0..=120).map(point).collect(),
-        profile: None,
+        profile: Some(profile()),
         provenance: provenance(),
     }
     .to_json()
