@@ -68,14 +68,6 @@ def identify(
     **options: Unpack[ModelOptions],
 ) -> Vehicle: ...
 @overload
-def identify(
-    log: AnyLog,
-    *,
-    input_channel: Sequence[str],
-    output_channel: Sequence[str],
-    **options: Unpack[ModelOptions],
-) -> MultivariablePlant: ...
-@overload
 def identify(log: AnyLog, *, structure: Literal["torque"], **options: Unpack[ModelOptions]) -> Torque: ...
 @overload
 def identify(log: AnyLog, *, structure: Literal["longitudinal"], **options: Unpack[ModelOptions]) -> Longitudinal: ...
@@ -117,7 +109,8 @@ def identify(
     of them, ``"torque"`` a :class:`Torque`, and ``"longitudinal"`` a :class:`Longitudinal`. A :class:`Log` is read with
     ``response="motion"`` for the single track, with ``response="lateral-acceleration"`` for the torque, and with
     ``response="speed"`` for the longitudinal model. Several channels in ``input_channel`` and ``output_channel``, or
-    channels that are no steering angle and no yaw rate, make a :class:`MultivariablePlant` of any system. The document is that which ``steerwright identify`` writes, byte
+    channels that are no steering angle and no yaw rate, make a :class:`MultivariablePlant` of any system, also
+    where type checkers expect the model of a vehicle. The document is that which ``steerwright identify`` writes, byte
     for byte. Whether it can be trusted is in ``quality``.
 
     Raises :class:`Error` with a hint.

@@ -33,7 +33,7 @@ File = Union[str, "os.PathLike[str]"]
 class ReadOptions(TypedDict, total=False):
     """The options of `read`."""
 
-    response: Literal["yaw-rate", "lateral-acceleration", "speed", "motion"]
+    response: Literal["yaw-rate", "lateral-acceleration", "speed", "motion", "channels"]
     """What responds: the yaw rate to the steering angle; for the structure single-track also
     accelerations and sideslip (motion); for the structure torque, the lateral acceleration to a steering
     torque or its normalised command; or, for the structure longitudinal, the speed to accelerator and
@@ -58,14 +58,17 @@ class ReadOptions(TypedDict, total=False):
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
     """Time between rows of files without a clock."""
-    input_channel: str
+    input_channel: Union[str, Sequence[str]]
     """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
     accelerator or of the acceleration command; recognised by its name by default. For all channels:
     -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
-    topics or messages, "A + 0.1 * B" combines channels of one of these."""
-    output_channel: str
+    topics or messages, "A + 0.1 * B" combines channels of one of these. May be repeated: with several
+    inputs or outputs, or with one of each that is no steering angle and no yaw rate, a plant of any
+    system is identified, whose channels keep their units."""
+    output_channel: Union[str, Sequence[str]]
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default. May be
+    repeated, as inputs."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
@@ -129,14 +132,17 @@ class ModelOptions(TypedDict, total=False):
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
     """Time between rows of files without a clock."""
-    input_channel: str
+    input_channel: Union[str, Sequence[str]]
     """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
     accelerator or of the acceleration command; recognised by its name by default. For all channels:
     -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
-    topics or messages, "A + 0.1 * B" combines channels of one of these."""
-    output_channel: str
+    topics or messages, "A + 0.1 * B" combines channels of one of these. May be repeated: with several
+    inputs or outputs, or with one of each that is no steering angle and no yaw rate, a plant of any
+    system is identified, whose channels keep their units."""
+    output_channel: Union[str, Sequence[str]]
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default. May be
+    repeated, as inputs."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
@@ -268,14 +274,17 @@ class AccumulateOptions(TypedDict, total=False):
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
     """Time between rows of files without a clock."""
-    input_channel: str
+    input_channel: Union[str, Sequence[str]]
     """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
     accelerator or of the acceleration command; recognised by its name by default. For all channels:
     -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
-    topics or messages, "A + 0.1 * B" combines channels of one of these."""
-    output_channel: str
+    topics or messages, "A + 0.1 * B" combines channels of one of these. May be repeated: with several
+    inputs or outputs, or with one of each that is no steering angle and no yaw rate, a plant of any
+    system is identified, whose channels keep their units."""
+    output_channel: Union[str, Sequence[str]]
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default. May be
+    repeated, as inputs."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]
@@ -546,14 +555,17 @@ class CompareOptions(TypedDict, total=False):
     """Decimal mark of the numbers; by default the one that the first rows determine."""
     row_period: Quantity
     """Time between rows of files without a clock."""
-    input_channel: str
+    input_channel: Union[str, Sequence[str]]
     """Channel of the steering angle or, for the structure torque, of the torque, for longitudinal of the
     accelerator or of the acceleration command; recognised by its name by default. For all channels:
     -CHANNEL reverses the sign, FILE:CHANNEL selects one of several files, GROUP.CHANNEL one of several
-    topics or messages, "A + 0.1 * B" combines channels of one of these."""
-    output_channel: str
+    topics or messages, "A + 0.1 * B" combines channels of one of these. May be repeated: with several
+    inputs or outputs, or with one of each that is no steering angle and no yaw rate, a plant of any
+    system is identified, whose channels keep their units."""
+    output_channel: Union[str, Sequence[str]]
     """Channel of the yaw rate, or of the yaw, which is then differenced, or, for the structure torque,
-    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default."""
+    of the lateral acceleration, for longitudinal of the speed; recognised by its name by default. May be
+    repeated, as inputs."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
     channel: Union[Mapping[str, Any], Sequence[str], str]

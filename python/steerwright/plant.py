@@ -711,8 +711,12 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
                 free[k] = row
                 row = row @ self.A
             left = y - self._run(u, np.zeros(self.order))
-            x0 = np.linalg.lstsq(free.reshape(-1, self.order), left.ravel(), rcond=None)[0]
-        return self._run(u, np.zeros(self.order) if x0 is None else np.asarray(x0, dtype=float)) + about
+            # Each output counts in units of its standard deviation, as in the identification.
+            scale = np.array([channel.standard_deviation for channel in self.outputs])
+            free /= scale[:, None]
+            x0 = np.linalg.lstsq(free.reshape(-1, self.order), (left / scale).ravel(), rcond=None)[0]
+        simulated: Array = self._run(u, np.zeros(self.order) if x0 is None else np.asarray(x0, dtype=float)) + about
+        return simulated
 
     def _run(self, u: Array, x: Array) -> Array:
         y = np.empty((len(u), len(self.C)))

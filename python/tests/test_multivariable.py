@@ -35,9 +35,10 @@ def table() -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def plant(table: dict[str, np.ndarray]) -> steerwright.MultivariablePlant:
-    return steerwright.identify(
-        table, input_channel=INPUTS, output_channel=OUTPUTS, unit={"heater": "W", "T1": "degC", "T2": "degC"}
-    )
+    units = {"heater": "W", "T1": "degC", "T2": "degC"}
+    found: object = steerwright.identify(table, input_channel=INPUTS, output_channel=OUTPUTS, unit=units)
+    assert isinstance(found, steerwright.MultivariablePlant)
+    return found
 
 
 def test_names_units_and_evidence_are_those_of_the_channels(plant: steerwright.MultivariablePlant, tmp_path: Path) -> None:
@@ -64,9 +65,9 @@ def test_the_simulation_reproduces_the_stated_fits(
     for k, name in enumerate(OUTPUTS):
         y = part[name]
         fit = 100 * (1 - np.linalg.norm(y - simulated[:, k]) / np.linalg.norm(y - y.mean()))
-        assert fit == pytest.approx(plant.fits[name], abs=0.05)
+        assert fit == pytest.approx(plant.fits[name], abs=1e-6)
         own = plant.signals.simulated[name][half:]
-        assert np.allclose(own, simulated[:, k], atol=0.02 * y.std())
+        assert np.allclose(own, simulated[:, k], atol=1e-6 * y.std())
     assert plant.signals.is_validation[half:].all()
 
 

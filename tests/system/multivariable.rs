@@ -91,12 +91,10 @@ fn least_squares(rows: &[(Vec<f64>, f64)]) -> Vec<f64> {
     for i in 0..n {
         let pivot = (i..n).max_by(|a, b| m[*a][i].abs().total_cmp(&m[*b][i].abs())).unwrap();
         m.swap(i, pivot);
-        let row = m[i].clone();
-        for k in (0..n).filter(|k| *k != i) {
-            let factor = m[k][i] / row[i];
-            for (value, own) in m[k].iter_mut().zip(&row).skip(i) {
-                *value -= factor * own;
-            }
+        let of_pivot = m[i].clone();
+        for (_, row) in m.iter_mut().enumerate().filter(|(k, _)| *k != i) {
+            let factor = row[i] / of_pivot[i];
+            row.iter_mut().zip(&of_pivot).for_each(|(x, p)| *x -= factor * p);
         }
     }
     (0..n).map(|i| m[i][n] / m[i][i]).collect()

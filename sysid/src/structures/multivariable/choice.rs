@@ -9,9 +9,6 @@ use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::{bic, log_square, parameters};
 use crate::structures::multivariable::held_out::{self, Scored};
 
-/// Errors on data that were left out that are larger by this share are those of a worse model.
-const CLEARLY: f64 = 1.02;
-
 /// A choice, with the BIC of its simulation errors on the estimation data.
 pub(crate) struct Chosen {
     pub(crate) choice: Choice,
@@ -59,7 +56,7 @@ pub(crate) fn choose(
     let Some(own) = scores.iter().find(|s| is_same(s)) else {
         return Chosen::new(choice, data);
     };
-    if own.score <= CLEARLY * best.score {
+    if !best.is_clearly_better_than(own) {
         return Chosen::new(choice, data);
     }
     let stated = IdentifyOptions {

@@ -11,7 +11,9 @@ use crate::selection::candidate::{Candidate, refine};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::initial_estimates::InitialEstimates;
 use crate::selection::options::IdentifyOptions;
+use crate::selection::order::Errors;
 use std::ops::Range;
+use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_formats::interruption::check;
 
 /// Blocks that are left out in turn: of many samples halves, which determine the score as well.
@@ -27,15 +29,31 @@ const LOOK_AHEAD: usize = 4;
 const LEAST_PIECE: usize = 12;
 /// A larger order has to simulate better by this share.
 const CLEARLY: f64 = 0.005;
+/// Share by which another order has to simulate better than that of BIC.
+const CLEARLY_BETTER: f64 = 0.02;
 
 /// A model's order, whether it has feedthrough and whether it is refined, with its errors on what was left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scored {
     pub(super) order: usize,
     pub(super) feedthrough: bool,
     pub(super) refined: bool,
-    /// Mean over outputs and blocks of the root of the squared errors over those of the output's mean.
+    /// Of each block and output the root of the squared errors over those of the output's mean.
+    errors: Vec<f64>,
+    /// Their mean.
     pub(super) score: f64,
+}
+
+impl Scored {
+    /// Whether it simulates better than another by more than 2 %, and by more than two standard errors of the difference over
+    /// blocks and outputs.
+    pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
+        let differences: Vec<f64> =
+            other.errors.iter().zip(&self.errors).map(|(other, own)| other - own).collect();
+        let error = standard_deviation(&differences) / (differences.len() as f64).sqrt();
+        let gained = other.score - self.score;
+        gained > CLEARLY_BETTER * self.score && gained > 2.0 * error
+    }
 }
 
 struct Fold {
@@ -85,7 +103,7 @@ pub(super) fn least(all: &[Scored]) -> Option<Scored> {
     let best = all.iter().map(|s| s.score).fold(f64::INFINITY, f64::min);
     let near = all.iter().filter(|s| s.score <= (1.0 + CLEARLY) * best);
     // Of one order, a direct gain is nu·ny parameters more, and the refined model is the usual one.
-    near.min_by_key(|s| (s.order, s.feedthrough, !s.refined)).copied()
+    near.min_by_key(|s| (s.order, s.feedthrough, !s.refined)).cloned()
 }
 
 /// The scores of an order as it is estimated and refined; none where a fold has no such model.
@@ -95,41 +113,43 @@ fn scored(
     (order, feedthrough): (usize, bool),
     options: &IdentifyOptions,
 ) -> Vec<Scored> {
-    let mut sums = [0.0; 2];
+    let mut all = [Vec::new(), Vec::new()];
     for (fold, estimates) in folds.iter().zip(estimates) {
         check();
         let Ok(mut candidate) = estimates.best(order, feedthrough) else { return Vec::new() };
-        sums[0] += error(&candidate, &fold.left_out);
+        all[0].extend(errors(&candidate, &fold.left_out));
         if options.refine && refine(&fold.estimation, &mut candidate, STOP).is_err() {
             return Vec::new();
         }
-        sums[1] += error(&candidate, &fold.left_out);
+        all[1].extend(errors(&candidate, &fold.left_out));
     }
-    let row = |refined: bool, sum: f64| Scored {
+    let row = |refined: bool, errors: Vec<f64>| Scored {
         order,
         feedthrough,
         refined,
-        score: sum / folds.len() as f64,
+        score: mean(&errors),
+        errors,
     };
-    let mut rows = vec![row(false, sums[0])];
+    let [estimated, refined] = all;
+    let mut rows = vec![row(false, estimated)];
     if options.refine {
-        rows.push(row(true, sums[1]));
+        rows.push(row(true, refined));
     }
     rows.retain(|row| row.score.is_finite());
     rows
 }
 
-/// Mean over the outputs of the root of the squared simulation errors over those of the mean, less the part that the initial
-/// state takes.
-fn error(candidate: &Candidate, data: &DataSet) -> f64 {
-    let Ok(data) = candidate.initial_conditions.about_output_offset(data) else {
-        return f64::INFINITY;
+/// Of each output the root of the squared simulation errors over those of the mean, less the part that the initial state
+/// takes; infinite where there is no simulation.
+fn errors(candidate: &Candidate, data: &DataSet) -> Vec<f64> {
+    let outputs = data.outputs();
+    let simulated = || -> Result<Errors, Error> {
+        let data = candidate.initial_conditions.about_output_offset(data)?;
+        let initial = InitialConditions::new(&candidate.model, &data, false)?;
+        Ok(initial.errors(&candidate.model, &data))
     };
-    let Ok(initial) = InitialConditions::new(&candidate.model, &data, false) else {
-        return f64::INFINITY;
-    };
-    let errors = initial.errors(&candidate.model, &data);
-    let (count, outputs) = (data.samples() as f64, data.outputs());
+    let Ok(errors) = simulated() else { return vec![f64::INFINITY; outputs] };
+    let count = data.samples() as f64;
     let states = (candidate.model.order() * data.segments().len()) as f64 / outputs as f64;
     let free = (count - states).max(1.0) / count;
     let of_output = |i: usize| {
@@ -140,7 +160,7 @@ fn error(candidate: &Candidate, data: &DataSet) -> f64 {
         // In the unit of the estimation data's standard deviation, where the block hardly moves.
         (squares / free / spread.max(0.1 * count)).sqrt()
     };
-    (0..outputs).map(of_output).sum::<f64>() / outputs as f64
+    (0..outputs).map(of_output).collect()
 }
 
 fn folds(data: &DataSet) -> Result<Vec<Fold>, Error> {
