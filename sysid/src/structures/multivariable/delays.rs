@@ -94,13 +94,13 @@ mod tests {
         let count = 1500;
         let u: Vec<Vec<f64>> = (0..2).map(|_| (0..count).map(|_| noise(state)).collect()).collect();
         let late = |j: usize, t: usize, lag: usize| if t >= lag { u[j][t - lag] } else { 0.0 };
-        let mut y = vec![vec![0.0; count]; 2];
+        let mut y = [Vec::new(), Vec::new()];
         let mut clean = [0.0; 2];
         for t in 0..count {
             clean[0] = 0.8 * clean[0] + late(0, t, 1) + 0.5 * late(1, t, 6);
             clean[1] = 0.5 * clean[1] + late(1, t, 4);
-            for i in 0..2 {
-                y[i][t] = clean[i] + 0.3 * noise(state);
+            for (y, clean) in y.iter_mut().zip(clean) {
+                y.push(clean + 0.3 * noise(state));
             }
         }
         let data = DataSet::single(
