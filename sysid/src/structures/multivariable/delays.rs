@@ -99,8 +99,8 @@ mod tests {
         for t in 0..count {
             clean[0] = 0.8 * clean[0] + late(0, t, 1) + 0.5 * late(1, t, 6);
             clean[1] = 0.5 * clean[1] + late(1, t, 4);
-            for (samples, clean) in y.iter_mut().zip(&clean) {
-                samples.push(clean + 0.3 * noise(state));
+            for (y, clean) in y.iter_mut().zip(clean) {
+                y.push(clean + 0.3 * noise(state));
             }
         }
         let data = DataSet::single(
