@@ -442,6 +442,40 @@ class PathOptions(TypedDict, total=False):
     default that of plant, otherwise 0."""
     cross_track_integral: Quantity
     """Gain of the integral of the cross-track error, such as 0.05/s; none by default (default 0/s)."""
+    profile: bool
+    """Compute the time-optimal speed along the path within the limits below; `ReferencePath` has it as
+    speed_reference and acceleration_reference."""
+    max_speed: Quantity
+    """Largest speed of the profile; by default speed."""
+    max_lateral_acceleration: Quantity
+    """Largest lateral acceleration of the profile; by default 0.9 of that of pid, otherwise 0.9 of that
+    which the evidence of plant covers, otherwise 4m/s2."""
+    max_acceleration: Quantity
+    """Largest acceleration of the profile; by default that of speed_controller, otherwise 2m/s2, that of
+    ISO 15622."""
+    max_deceleration: Quantity
+    """Largest deceleration of the profile; by default that of speed_controller, otherwise 3.5m/s2, that
+    of ISO 15622."""
+    max_jerk: Quantity
+    """Largest jerk of the profile, or `none`; by default that of speed_controller, otherwise 2.5m/s3,
+    that of ISO 15622."""
+    friction: str
+    """Friction coefficient of the road: the vector sum of lateral and longitudinal acceleration stays
+    below it times gravity; not limited by default."""
+    max_angle: Quantity
+    """Largest steering angle of the profile in steering coordinates, or `none`; by default 0.9 of that
+    of pid. Requires pid or plant."""
+    max_rate: Quantity
+    """Largest rate of the steering angle of the profile, or `none`; by default 0.9 of that of pid.
+    Requires pid or plant."""
+    start_speed: Quantity
+    """Speed at the beginning of the path; standstill by default. A closed path has none: a lap ends at
+    the speed at which it begins."""
+    end_speed: Quantity
+    """Speed at the end of the path; standstill by default."""
+    speed_controller: File
+    """speed_controller.json of the controller that will follow the profile: its limits of acceleration,
+    deceleration and jerk."""
 
 
 class InspectOptions(TypedDict, total=False):
