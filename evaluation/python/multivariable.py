@@ -43,8 +43,8 @@ def fits(y, simulated):
 def model(rows, order):
     """A, B, C, D of one setting."""
     f = np.asfortranarray
-    ue, ye = f(u[:half].copy()), f(y[:half].copy())
-    found, r, *_ = ctrlsys.ib01ad("N", "C", "N", "O", "N", "N", rows, m, p, ue, ye, 0.0, -1.0)
+    first, second = f(u[:half].copy()), f(y[:half].copy())
+    found, r, *_ = ctrlsys.ib01ad("N", "C", "N", "O", "N", "N", rows, m, p, first, second, 0.0, -1.0)
     result = ctrlsys.ib01bd("N", "A", "N", rows, order, m, p, half, r, 0.0)
     return result[:4]
 

@@ -355,7 +355,7 @@ mod tests {
             ("outlet temperature", "outlet_temperature"),
             ("u", "u"),
             ("imu/angular.z", "imu_angular_z"),
-            ("2nd stage", "c_2nd_stage"),
+            ("2 stages", "c_2_stages"),
             ("°", "channel"),
             ("A + 0.1 * B", "A_0_1_B"),
         ] {

@@ -77,7 +77,7 @@ fn documents() {
     let vehicle = |edit: fn(&mut Value)| edited(&example, edit);
     let not_json = plant(|_| ()).replacen("\"A\":[[", "\"A\":[[NaN, ", 1);
     for (content, command, says) in [
-        (plant(|p| p["schema"] = json!("steerwright/plant/2")), "design", &["plant/2"] as &[_]),
+        (plant(|p| p["schema"] = json!("steerwright/plant/3")), "design", &["plant/3"] as &[_]),
         (plant(|p| p["discrete"]["A"] = json!([[1, 2]])), "design", &["at `discrete.A`", "1 by 2"]),
         (plant(|p| p["discrete"]["B"] = json!([[1], []])), "design", &["at `discrete.B`"]),
         (not_json.clone(), "design", &["f.json:1:", "at `discrete.A[0][0]`"]),
