@@ -78,7 +78,7 @@ NUMBERS = {
     "MARGIN",
 }
 WHOLE = {"N", "RUNS"}
-PLAIN = {"R", "KG", "M"}
+PLAIN = {"R", "KG", "M", "MU"}
 RANGES = {"FROM..TO", "RANGE"}
 OBJECTS = {("compare", "pid"), ("path", "pid"), ("path", "plant")}
 

@@ -459,7 +459,7 @@ class PathOptions(TypedDict, total=False):
     max_jerk: Quantity
     """Largest jerk of the profile, or `none`; by default that of speed_controller, otherwise 2.5m/s3,
     that of ISO 15622."""
-    friction: str
+    friction: float
     """Friction coefficient of the road: the vector sum of lateral and longitudinal acceleration stays
     below it times gravity; not limited by default."""
     max_angle: Quantity

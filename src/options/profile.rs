@@ -37,7 +37,7 @@ pub(crate) struct ProfileArguments {
     max_jerk: Option<OrNone<Jerk>>,
     /// Friction coefficient of the road: the vector sum of lateral and longitudinal acceleration stays below it times
     /// gravity; not limited by default
-    #[arg(long, value_name = "NUMBER", requires = "profile", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MU", requires = "profile", allow_hyphen_values = true)]
     friction: Option<Number>,
     /// Largest steering angle of the profile in steering coordinates, or `none`; by default 0.9 of that of --pid. Requires
     /// --pid or --plant

@@ -1,7 +1,8 @@
 //! Which limit binds where along a profile, and the share of each limit that it needs.
 
 use crate::profile::grid::Grid;
-use crate::profile::problem::{GRAVITY, steering_rate};
+use crate::profile::pointwise::GRAVITY;
+use crate::profile::problem::steering_rate;
 use steerwright_formats::{BindingSegment, ProfileLimit, ProfileLimits, ProfilePoint};
 use steerwright_models::SpeedReference;
 

@@ -33,7 +33,8 @@ use crate::model::evidence_acceleration;
 use crate::plants::design_plant::DesignPlant;
 use binding::binding;
 use grid::Grid;
-use problem::{GRAVITY, Problem};
+use pointwise::GRAVITY;
+use problem::Problem;
 use steerwright_formats::{Model, Path, Pid, ProfileLimits, SpeedProfile, SteeringLimits};
 use steerwright_models::SpeedReference;
 

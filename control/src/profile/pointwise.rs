@@ -2,9 +2,10 @@
 
 use crate::Error;
 use crate::profile::grid::{Grid, Place};
-use crate::profile::problem::GRAVITY;
 use steerwright_formats::{ProfileLimit, ProfileLimits, SteeringLimits};
 
+/// Gravity, m/s².
+pub(super) const GRAVITY: f64 = 9.80665;
 /// A limit that allows less than this speed, m/s, is infeasible: the vehicle would have to stop.
 const LEAST_SPEED: f64 = 0.1;
 

@@ -25,11 +25,8 @@
 //! With a limited jerk the acceleration is 0 at an end that is not at standstill.
 
 use crate::profile::grid::Grid;
-use crate::profile::pointwise::largest_square;
+use crate::profile::pointwise::{GRAVITY, largest_square};
 use steerwright_formats::{ProfileLimits, ProfilePoint, SteeringLimits};
-
-/// Gravity, m/s².
-pub(super) const GRAVITY: f64 = 9.80665;
 
 /// A linear combination of neighbouring unknowns.
 #[derive(Debug, Clone, Copy, Default)]
