@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::*;
-use steerwright_formats::Model;
+use steerwright_formats::{Model, Quality};
 use steerwright_report::{Controller, LoopStep, Report};
 
 /// The page of a controller that meets its specification on its model, or not; and in the loop
@@ -50,11 +50,26 @@ fn remarks_are_warnings_even_without_a_model() {
 }
 
 #[test]
+fn requirements_met_on_a_model_with_reservations_say_so() {
+    let page = |quality: Quality| {
+        let mut pid = pid(true);
+        pid.evidence.robustness = None;
+        pid.designed_for.quality = quality;
+        let controllers = vec![Controller { name: "identified", pid: &pid, in_loop: None }];
+        Report { controllers, ..Report::default() }.to_html()
+    };
+    assert!(page(Quality::new("good", vec![], vec![])).contains("Every requirement is met."));
+    let doubtful = page(Quality::default());
+    assert!(!doubtful.contains("Every requirement is met."), "{doubtful}");
+    assert!(doubtful.contains("met on the model, which has reservations"), "{doubtful}");
+}
+
+#[test]
 fn a_controller_that_fails_in_the_loop_is_not_called_good() {
     let good = page_with_loop(true, true);
-    assert!(good.contains("Every requirement is met.") && !good.contains("not met"), "{good}");
+    assert!(good.contains("Every requirement is met") && !good.contains("not met"), "{good}");
     let failing = page_with_loop(true, false);
-    assert!(!failing.contains("Every requirement is met."));
+    assert!(!failing.contains("Every requirement is met"));
     assert!(
         failing.contains("not in closed loop with the other plant") && failing.contains("not met")
     );
@@ -235,7 +250,7 @@ fn every_requirement_is_marked_met_or_not_met() {
     let in_loop = row(&page_with_loop(true, false), "settling time");
     assert_eq!(in_loop[2..6], ["0.830 s", "✓ met", "1.400 s", "✗ not met"]);
     assert_eq!(row(&bad, "overshoot")[3], "✓ met");
-    assert!(good.contains("Every requirement is met.") && bad.contains("Not every requirement"));
+    assert!(good.contains("Every requirement is met") && bad.contains("Not every requirement"));
     assert!(bad.contains("settling time: required 1\u{a0}s, reached 1.4\u{a0}s"));
     // What else may be asked for has its place, and is empty where it was not.
     assert_eq!(row(&good, "modulus margin"), ["modulus margin", "≥ 0.5", "0.710"]);
