@@ -12,7 +12,7 @@ from ._errors import Error
 from ._libraries import library
 from ._options import documented, refuse_outputs
 from ._record import Array
-from .plant import Bicycle, Document, LateralModel, Plant, Vehicle, html, load_document
+from .plant import Document, LateralModel, html, load_document
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -123,7 +123,7 @@ def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[Desig
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
     refuse_outputs("design", options)
-    of = model if isinstance(model, (Plant, Bicycle, Vehicle)) else load_document(model)
+    of: Any = model if isinstance(model, Document) else load_document(model)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)
     return Controller(text, model=of)

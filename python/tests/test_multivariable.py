@@ -100,3 +100,9 @@ def test_tables_and_samples(
     models = plant.sample(20, seed=1)
     gains = np.array([m.C @ np.linalg.solve(np.eye(plant.order) - m.A, m.B) + m.D for m in models])
     assert (gains.std(axis=0) > 0).all()
+
+
+def test_no_controller_is_designed_for_it(plant: steerwright.MultivariablePlant) -> None:
+    with pytest.raises(steerwright.Error, match="no steering controller is designed") as caught:
+        steerwright.design(plant)
+    assert "to_control" in caught.value.hint
