@@ -97,14 +97,18 @@ fn unit_at_end(name: &str) -> Option<String> {
     let (rest, end) = name.rsplit_once('_')?;
     if let Some((_, words)) = LETTERS.iter().find(|(letter, _)| *letter == end) {
         let rest = rest.to_lowercase();
-        return words.iter().any(|word| rest.contains(word)).then(|| end.to_owned());
+        return if words.iter().any(|word| rest.contains(word)) {
+            Some(end.to_owned())
+        } else {
+            None
+        };
     }
     // `x_min` is a least value, `k_rev` a direction.
     let is_word = end.chars().count() < 2 || matches!(end, "min" | "rev");
     let is_unit = !is_word
         && end.starts_with(|c: char| c.is_alphabetic())
         && PhysicalUnit::parse(end).is_some();
-    is_unit.then(|| PhysicalUnit::plain(end))
+    if is_unit { Some(PhysicalUnit::plain(end)) } else { None }
 }
 
 /// Whether `name` is that of the channel, with or without its file before it.

@@ -307,7 +307,7 @@ fn stated_start(
             start = start.min(file.recording.first_s(&own.wanted)?);
         }
     }
-    start.is_finite().then_some(start)
+    if start.is_finite() { Some(start) } else { None }
 }
 
 /// The part of a log from `start_s` on that the windows are in, with what their samples depend on.
@@ -440,6 +440,6 @@ impl MissingRuns {
             lines.push("…".into());
         }
         let text = || format!("{} (lines {})", counted(self.count, "sample"), lines.join(", "));
-        (self.count > 0).then(text)
+        if self.count > 0 { Some(text()) } else { None }
     }
 }

@@ -90,7 +90,11 @@ pub(crate) fn rows_per_update(value: &[f64]) -> Option<f64> {
     let regular = gaps.iter().filter(on_clock).count() as f64;
     let single = gaps.iter().filter(|g| (**g / rows).round() <= 1.0).count() as f64;
     let count = gaps.len() as f64;
-    (rows >= 1.9 && regular >= ON_CLOCK * count && single >= 0.3 * count).then_some(rows)
+    if rows >= 1.9 && regular >= ON_CLOCK * count && single >= 0.3 * count {
+        Some(rows)
+    } else {
+        None
+    }
 }
 
 #[derive(Debug, Clone, Default)]

@@ -109,7 +109,7 @@ fn centripetal(group: &Group, terms: &[Term], role: Role, options: &LogOptions) 
         .iter()
         .any(|(a, b)| a.quantity == Quantity::AngularRate && b.quantity == Quantity::Speed);
     let unit = Unit { name: "m/s2", quantity: Quantity::Acceleration, to_si: a.to_si * b.to_si };
-    (role == Role::LateralAcceleration && is_product).then_some(unit)
+    if role == Role::LateralAcceleration && is_product { Some(unit) } else { None }
 }
 
 /// Channels of one group that are added, such as an angle and its fraction; `None` where the text is no

@@ -208,7 +208,10 @@ fn unknown(option: &'static str, word: &str, expected: String) -> Error {
 /// The fault with its line.
 fn in_one_line(error: &toml::de::Error, text: &str) -> String {
     let at = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-    let line = at.map_or_else(String::new, |line| format!("line {line}: "));
+    let line = match at {
+        Some(line) => format!("line {line}: "),
+        None => String::new(),
+    };
     format!("{line}{}", error.message())
 }
 

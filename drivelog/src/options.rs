@@ -239,7 +239,10 @@ impl LogOptions {
     #[must_use]
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let text = |s: &Option<String>| s.clone().unwrap_or_else(|| "auto".into());
-        let number = |x: Option<f64>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        let number = |x: Option<f64>| match x {
+            Some(x) => x.to_string(),
+            None => "auto".into(),
+        };
         let of_channels = |names: &[String], one: &Option<String>| match self.response {
             Response::Channels => names.join("; "),
             _ => text(one),

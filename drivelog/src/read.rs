@@ -164,7 +164,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
         segments: Vec::new(),
         input: Vec::new(),
         output: Vec::new(),
-        speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
+        speed: if has_speed(&drives, options, &mut warnings)? { Some(Vec::new()) } else { None },
         others: others(&drives, options, &mut warnings),
         steering_ratio: drives[0].steering_ratio,
         vehicle_class: options.vehicle_class,
@@ -202,7 +202,10 @@ pub(crate) fn opened<'a>(
     };
     let places: Vec<usize> = (0..groups.len()).filter(is_used).collect();
     if places.is_empty() {
-        let file = groups.first().map_or_else(String::new, |group| group.file.clone());
+        let file = match groups.first() {
+            Some(group) => group.file.clone(),
+            None => String::new(),
+        };
         let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
         let (topics, available) = (options.topics.join(", "), names.join(", "));
         return Err(Error::NoSuchTopic { file, topics, available });

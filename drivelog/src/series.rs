@@ -92,7 +92,7 @@ impl Series {
     pub(super) fn constant_value(&self) -> Option<f64> {
         let first = self.value.first().copied()?;
         let moves = |x: &f64| (x - first).abs() > 1e-12 * (1.0 + first.abs());
-        (!self.value.iter().any(moves)).then_some(first)
+        if self.value.iter().any(moves) { None } else { Some(first) }
     }
 
     /// Rejects a mean speed that is that of a standstill.
@@ -238,14 +238,16 @@ impl Series {
     pub(super) fn frozen_in_words(&self) -> Option<String> {
         let at: Vec<String> =
             self.frozen.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
-        (!at.is_empty()).then(|| {
-            format!(
+        if at.is_empty() {
+            None
+        } else {
+            Some(format!(
                 "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
                 self.file,
                 shortened(&self.column),
                 at.join(", ")
-            )
-        })
+            ))
+        }
     }
 
     /// Leaves out the samples within the runs `from..=to`, in s.

@@ -138,7 +138,7 @@ pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
     let inner = header.trim_end().strip_suffix(']')?;
     let text = inner[inner.rfind('[')? + 1..].trim();
     let is_unit = text.contains(|c: char| !c.is_ascii_digit() && !"-–,: ".contains(c));
-    (is_unit && parse_unit(text).is_none()).then_some(text)
+    if is_unit && parse_unit(text).is_none() { Some(text) } else { None }
 }
 
 /// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)`, `rate deg / s` or `Winkel in Grad` into name and unit text;

@@ -48,13 +48,15 @@ fn above_design(pid: &Pid, profile: &SpeedProfile) -> Option<String> {
     let speeds = profile.points.iter().map(|point| point.speed_mps);
     let other = OtherSpeed::find(pid, speeds.fold(0.0, f64::max))?;
     let [_, highest] = other.design_mps;
-    (other.path_mps > highest).then(|| {
-        format!(
+    if other.path_mps > highest {
+        Some(format!(
             "the profile reaches {:.1} m/s, the controller is for {highest:.1} m/s: design it for a range (design \
              --speeds), or limit the profile with --max-speed {highest:.2}m/s",
             other.path_mps
-        )
-    })
+        ))
+    } else {
+        None
+    }
 }
 
 fn of_speed(other: &OtherSpeed) -> String {

@@ -105,8 +105,11 @@ impl ProfileArguments {
             max_jerk_mps3: self.max_jerk.map_or(Some(jerk), |stated| stated.0.map(f64::from)),
             friction: self.friction.map(f64::from),
             steering,
-            end_speeds_mps: (!closed)
-                .then(|| [self.start_speed, self.end_speed].map(Option::unwrap_or_default)),
+            end_speeds_mps: if closed {
+                None
+            } else {
+                Some([self.start_speed, self.end_speed].map(Option::unwrap_or_default))
+            },
         };
         Ok(Limited { limits, sources, notes })
     }
@@ -136,6 +139,6 @@ impl ProfileArguments {
             steering.max_rate_radps = stated.0.map(f64::from);
         }
         let is_limited = steering.max_angle_rad.is_some() || steering.max_rate_radps.is_some();
-        Ok(is_limited.then_some(steering))
+        Ok(if is_limited { Some(steering) } else { None })
     }
 }

@@ -126,7 +126,7 @@ fn rest_lengths(limits: &ProfileLimits) -> [Option<f64>; 2] {
     let largest = [limits.max_acceleration_mps2, limits.max_deceleration_mps2];
     [0, 1].map(|end| {
         let length = largest[end].powi(3) / (6.0 * jerk * jerk);
-        (speeds[end] == 0.0).then_some(length)
+        if speeds[end] == 0.0 { Some(length) } else { None }
     })
 }
 

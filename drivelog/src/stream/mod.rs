@@ -113,7 +113,7 @@ fn in_chunks<E: From<Error>>(
         file.recording.tolerate(own.selected.clock_channel(), Vec::new());
     }
     let mut reading = Reading::new(&groups, clocks, sources, options);
-    reading.hash = (!file.recording.hashes_bytes()).then(SampleHash::default);
+    reading.hash = if file.recording.hashes_bytes() { None } else { Some(SampleHash::default()) };
     let mut spans: Option<Spans> = None;
     let request = Request { wanted: &wanted, window_s: None, most: chunk };
     let scales = reading.clocks.iter().map(OfClock::seconds).collect();

@@ -201,9 +201,18 @@ fn tables_of_channels(plant: &MultivariablePlant) -> Vec<Table> {
         pairs = pairs.row([
             pair.input.clone(),
             pair.output.clone(),
-            gain.map_or_else(dash, |g| format!("{:.5}", g.value)),
-            gain.map_or_else(dash, |g| band(g.value, NORMAL_95 * g.standard_error, false)),
-            pair.delay.map_or_else(dash, |d| format!("{} s", d.estimate_s)),
+            match gain {
+                Some(g) => format!("{:.5}", g.value),
+                None => dash(),
+            },
+            match gain {
+                Some(g) => band(g.value, NORMAL_95 * g.standard_error, false),
+                None => dash(),
+            },
+            match pair.delay {
+                Some(d) => format!("{} s", d.estimate_s),
+                None => dash(),
+            },
         ]);
     }
     vec![channels, pairs]

@@ -183,7 +183,7 @@ impl<'a> InitialEstimates<'a> {
                 refit_about(&found.0.a, &c, data, feedthrough, false)?;
             let fit_after = fit(data, &initial_conditions.errors(&model, data));
             let stabilised = Stabilised { radius, fit_before, fit_after };
-            (found, (radius >= 1.0).then_some(stabilised))
+            (found, if radius >= 1.0 { Some(stabilised) } else { None })
         };
         let (model, initial_conditions, cost) = found;
         let found = (model, initial_conditions);
@@ -202,7 +202,7 @@ pub(crate) fn refit_about(
     offset: bool,
 ) -> Result<(StateSpace, InitialConditions, f64), Error> {
     let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, offset)?;
-    let offsets = offset.then_some(refit.offset);
+    let offsets = if offset { Some(refit.offset) } else { None };
     Ok((refit.model, InitialConditions { x0: refit.x0, offsets }, refit.squares))
 }
 

@@ -127,7 +127,10 @@ impl IdentifyOptions {
 
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         fn or(x: Option<impl ToString>, none: &str) -> String {
-            x.map_or_else(|| none.into(), |x| x.to_string())
+            match x {
+                Some(x) => x.to_string(),
+                None => none.into(),
+            }
         }
         let mut map = BTreeMap::from([
             ("method".into(), self.method.map_or("auto", Method::name).into()),

@@ -103,7 +103,7 @@ impl Predicted {
                 }
                 Ok(start)
             };
-            let refined = self.refined.then(|| of(refined));
+            let refined = if self.refined { Some(of(refined)) } else { None };
             all.extend(std::iter::once(of(found)).chain(refined));
         }
         least_cost(all.into_iter(), Error::no_model("no method could be tried"))

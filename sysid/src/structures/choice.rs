@@ -109,13 +109,20 @@ fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
     };
     let (level, spread) = (mean(speed), standard_deviation(speed));
     if structure == Structure::Bicycle {
-        return (spread < LEAST_SPREAD * level)
-            .then(|| format!("the speed hardly varies ({level:.1} m/s ± {spread:.1})"));
+        return if spread < LEAST_SPREAD * level {
+            Some(format!("the speed hardly varies ({level:.1} m/s ± {spread:.1})"))
+        } else {
+            None
+        };
     }
     let mut lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
     lateral.sort_by(f64::total_cmp);
     let largest = lateral[(0.99 * (lateral.len() - 1) as f64) as usize];
-    (largest < LINEAR_MPS2).then(|| format!("{largest:.1} m/s² is no limit of grip"))
+    if largest < LINEAR_MPS2 {
+        Some(format!("{largest:.1} m/s² is no limit of grip"))
+    } else {
+        None
+    }
 }
 
 fn choose(

@@ -188,7 +188,7 @@ fn document(
     let log = signals.log;
     let estimate =
         |i: usize| Estimate { value: fit.point[i], standard_error: fit.standard_error(i) };
-    let if_free = |i: usize| fit.free.contains(&i).then(|| estimate(i));
+    let if_free = |i: usize| if fit.free.contains(&i) { Some(estimate(i)) } else { None };
     let (mut gains, mut gear_gains) = (Vec::new(), Vec::new());
     match &fit.schedule {
         Schedule::Speeds(speeds) => {

@@ -44,7 +44,7 @@ pub(super) fn quality(
     }));
     let tests = e.pairs.iter().filter_map(|pair| {
         let share = pair.independence.statistic / pair.independence.bound;
-        (share > CLEARLY).then_some((pair, share))
+        if share > CLEARLY { Some((pair, share)) } else { None }
     });
     reasons.extend(worst(tests.collect()).map(|(pair, _, others)| {
         let message = format!(
@@ -128,5 +128,5 @@ fn uncertain_gain(pair: &PairEvidence, per_unit: f64) -> Option<f64> {
     let share = gain.standard_error / gain.value.abs();
     let matters = gain.value.abs().max(gain.standard_error) > GAIN_THAT_MATTERS * per_unit;
     // A gain of 0 has no finite share.
-    (matters && share > UNCERTAIN_GAIN).then_some(share.min(1e6))
+    if matters && share > UNCERTAIN_GAIN { Some(share.min(1e6)) } else { None }
 }

@@ -112,7 +112,7 @@ pub(crate) fn identify_moving(
         ));
     }
     let [estimation, validation] = [&ranges[0], &ranges[1]].map(|ranges| drive(held, ranges));
-    let validated = (!ranges[1].is_empty()).then_some(&validation);
+    let validated = if ranges[1].is_empty() { None } else { Some(&validation) };
     let (found, mut warnings) = consistent(&estimation, validated, &estimator)?;
     let from_fixes = steering.fixes();
     let as_held = read.and_then(|read| read.warning.clone());
@@ -211,15 +211,15 @@ fn consistent(
             return Ok((all, Vec::new()));
         }
     }
-    let why = fits.map_or_else(
-        || "there are no validation data to compare by".to_owned(),
-        |(with, without)| {
+    let why = match fits {
+        Some((with, without)) => {
             format!(
                 "with them the fit on the validation data is {:.1} %, without {:.1} %",
                 with.yaw_rate, without.yaw_rate
             )
-        },
-    );
+        }
+        None => "there are no validation data to compare by".to_owned(),
+    };
     let warning = format!(
         "lateral acceleration and velocity are compared, and the yaw rate alone is fitted: {why}"
     );

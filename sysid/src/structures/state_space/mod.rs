@@ -250,7 +250,7 @@ fn delayed<'a>(
 
 impl InputDelay {
     fn new(delay: &Delay) -> Self {
-        let warning = (delay.seconds > 0.0).then(|| words(delay));
+        let warning = if delay.seconds > 0.0 { Some(words(delay)) } else { None };
         let estimate = DelayEstimate {
             estimate_s: delay.estimate_s,
             standard_error_s: Some(delay.standard_error_s).filter(|e| e.is_finite()),

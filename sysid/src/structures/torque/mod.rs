@@ -104,7 +104,7 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
         acceleration_per_command: factor,
         friction: estimate(f, friction_variance),
         friction_rate_radps: options.friction_rate_radps,
-        roll_coefficient: signals.has_roll().then(|| estimate(rho, c[(2, 2)])),
+        roll_coefficient: if signals.has_roll() { Some(estimate(rho, c[(2, 2)])) } else { None },
         offset_mps2: estimate(offset, c[(3, 3)]),
         delay_s: estimate(delay, c[(4, 4)]),
         covariance: Matrix(c.row_iter().map(|row| row.iter().copied().collect()).collect()),

@@ -164,7 +164,7 @@ impl Point {
         }
         let is_finite =
             response.col_iter().flat_map(|c| c.iter()).all(|h| (h.re + h.im).is_finite());
-        is_finite.then_some(Self { response, coherence, noise_to_input })
+        if is_finite { Some(Self { response, coherence, noise_to_input }) } else { None }
     }
 }
 

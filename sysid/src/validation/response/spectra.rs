@@ -219,12 +219,16 @@ impl Sums {
             && sum.len() <= 65_536
             && sum.iter().all(is_power)
             && *variance >= *windows;
-        (count && sound).then(|| Self {
-            sum: sum.to_vec(),
-            windows: *windows as usize,
-            variance: *variance,
-            ..Self::new(2 * sum.len())
-        })
+        if count && sound {
+            Some(Self {
+                sum: sum.to_vec(),
+                windows: *windows as usize,
+                variance: *variance,
+                ..Self::new(2 * sum.len())
+            })
+        } else {
+            None
+        }
     }
 }
 
