@@ -31,7 +31,7 @@ mod longitudinal;
 mod loop_metrics;
 mod matrix;
 mod model;
-mod multivariable;
+pub mod multivariable;
 mod over_speed;
 mod path;
 mod pid;

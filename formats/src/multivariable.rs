@@ -14,7 +14,7 @@ use crate::unit::PhysicalUnit;
 use serde::{Deserialize, Serialize};
 
 /// Most inputs, most outputs and the largest order.
-const MOST: usize = 64;
+pub const MOST: usize = 64;
 
 /// The identified plant: model, operating point, noise, evidence and provenance.
 ///
@@ -209,7 +209,10 @@ impl MultivariablePlant {
     }
 }
 
-/// The name of a channel as a variable: letters, digits and `_`, not a digit first.
+/// Variables of the plant that are no channels.
+const NOISE: [&str; 2] = ["noise_scale", "noise_seed"];
+
+/// The name of a channel as a variable: letters, digits and `_`, not a digit first, and unlike the variables of the noise.
 #[must_use]
 pub fn variable_name(channel: &str) -> String {
     let mut name = String::new();
@@ -222,7 +225,7 @@ pub fn variable_name(channel: &str) -> String {
     let name = name.trim_matches('_');
     match name.chars().next() {
         None => "channel".into(),
-        Some(first) if first.is_ascii_digit() => format!("c_{name}"),
+        Some(first) if first.is_ascii_digit() || NOISE.contains(&name) => format!("c_{name}"),
         Some(_) => name.into(),
     }
 }
@@ -358,6 +361,7 @@ mod tests {
             ("2 stages", "c_2_stages"),
             ("°", "channel"),
             ("A + 0.1 * B", "A_0_1_B"),
+            ("noise scale", "c_noise_scale"),
         ] {
             assert_eq!(variable_name(channel), name);
         }

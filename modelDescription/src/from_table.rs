@@ -25,7 +25,23 @@ impl ModelDescription {
         guid: &str,
         default_experiment: Option<DefaultExperiment>,
     ) -> Result<Self, Error> {
-        let (got, need) = (start.len(), table.variables.len());
+        let rows: Vec<&VariableSpec> = table.variables.iter().collect();
+        Self::from_rows(table, &rows, start, guid, default_experiment)
+    }
+
+    /// The description of an FMU that has these rows of `table` only, in the table's order; `start` has one value for
+    /// each of them. Otherwise as [`Self::from_table`].
+    ///
+    /// # Errors
+    /// As [`Self::from_table`].
+    pub fn from_rows(
+        table: &Table,
+        rows: &[&VariableSpec],
+        start: &[Value],
+        guid: &str,
+        default_experiment: Option<DefaultExperiment>,
+    ) -> Result<Self, Error> {
+        let (got, need) = (start.len(), rows.len());
         if got != need {
             return Err(Error::StartCount { model: table.model_name, got, need });
         }
@@ -35,17 +51,17 @@ impl ModelDescription {
         description.default_experiment = default_experiment;
         description.co_simulation =
             Some(CoSimulation { model_identifier: table.model_name.into(), ..Default::default() });
-        description.units = units(table);
-        for (row, value) in table.variables.iter().zip(start) {
+        description.units = units(rows);
+        for (row, value) in rows.iter().zip(start) {
             check_start(table, row, value)?;
             description.variables.push(variable(row, value));
         }
-        for (row, index) in table.variables.iter().zip(1..) {
+        for (row, index) in rows.iter().zip(1..) {
             if row.causality == Causality::Output {
-                description.outputs.push(unknown(table, index, row.depends_on));
+                description.outputs.push(unknown(rows, index, row.depends_on));
             }
             if is_initial_unknown(row) {
-                description.initial_unknowns.push(unknown(table, index, row.initial_depends_on));
+                description.initial_unknowns.push(unknown(rows, index, row.initial_depends_on));
             }
         }
         Ok(description)
@@ -111,15 +127,13 @@ fn variable(row: &VariableSpec, value: &Value) -> Variable {
     }
 }
 
-fn unknown(table: &Table, index: u32, depends_on: DependsOn) -> Unknown {
+fn unknown(rows: &[&VariableSpec], index: u32, depends_on: DependsOn) -> Unknown {
     let dependencies = match depends_on {
         DependsOn::All => None,
         DependsOn::Nothing => Some(Vec::new()),
         // Going through the table, not through the names, makes the list ascend without twins.
         DependsOn::On(names) => Some(
-            table
-                .variables
-                .iter()
+            rows.iter()
                 .zip(1..)
                 .filter(|(row, _)| names.contains(&row.name))
                 .map(|(_, index)| index)
@@ -134,9 +148,9 @@ fn unknown(table: &Table, index: u32, depends_on: DependsOn) -> Unknown {
     Unknown { index, dependencies, kinds }
 }
 
-fn units(table: &Table) -> Vec<Unit> {
+fn units(rows: &[&VariableSpec]) -> Vec<Unit> {
     let mut units = Vec::new();
-    table.variables.iter().for_each(|row| cite(&mut units, row.unit));
+    rows.iter().for_each(|row| cite(&mut units, row.unit));
     units
 }
 
@@ -162,6 +176,13 @@ pub struct ExposedState {
 }
 
 impl ModelDescription {
+    /// Adds a unit to the sorted list of units, unless one of its name is there.
+    pub fn cite(&mut self, unit: Unit) {
+        if let Err(place) = self.units.binary_search_by(|known| known.name.cmp(&unit.name)) {
+            self.units.insert(place, unit);
+        }
+    }
+
     /// Appends for each state its variable and that of its derivative, both local and continuous,
     /// with value references from `first` on, and the units that they cite. The model structure
     /// is unchanged: the caller sets the dependencies.

@@ -27,6 +27,11 @@ pub struct Binary<'a> {
     pub bytes: &'a [u8],
 }
 
+/// Seconds of the experiment that an archive recommends, and of its reference run.
+const DURATION: f64 = 10.0;
+/// Samples of those of a plant that is slower than vehicles.
+const SLOW_SAMPLES: f64 = 100.0;
+
 /// An archive in memory.
 #[derive(Debug, Clone)]
 pub struct Packed {
@@ -73,6 +78,10 @@ pub fn package(
         Fmu::SpeedController => {
             Some(steerwright_formats::SpeedController::from_json(document, file)?.sample_time_s)
         }
+        Fmu::MultivariablePlant => {
+            let plant = steerwright_formats::MultivariablePlant::from_json(document, file)?;
+            Some(plant.discrete.sample_time_s)
+        }
         _ => None,
     };
     let step = step.or(sample_time).unwrap_or(0.01);
@@ -83,13 +92,17 @@ pub fn package(
         return Err(Error::NoBinary { fmu: fmu.name() });
     }
     let platforms = platforms(fmu, binaries)?;
+    let duration = match fmu {
+        Fmu::MultivariablePlant => DURATION.max(SLOW_SAMPLES * step),
+        _ => DURATION,
+    };
 
     let start = start.map(|start| (Start::FILE.to_owned(), start.to_json().into_bytes()));
     let mut entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
     entries.extend(start.clone());
     let experiment = DefaultExperiment {
         start_time: Some(0.0),
-        stop_time: Some(10.0),
+        stop_time: Some(duration),
         step_size: Some(step),
         tolerance: None,
     };
@@ -101,7 +114,7 @@ pub fn package(
     description.vendor_annotations = vec![origin.annotation()];
 
     let icon = fmu.icon();
-    let reference = reference::run(fmu, document, file, entries, &description, step)?;
+    let reference = reference::run(fmu, document, file, entries, &description, [step, duration])?;
     let extra = format!("extra/{DOMAIN}");
     let mut sorted = platforms.clone();
     sorted.sort_by(|(a, _), (b, _)| a.cmp(b));

@@ -22,14 +22,21 @@ pub fn with_variables(text: &str, variables: &str) -> String {
     }
 }
 
-/// A table's variables in Markdown, as the READMEs show them.
+/// A table's variables in Markdown, as the READMEs show them. Of rows with the same name but for a number, as channels have
+/// them, the first stands for all.
 #[must_use]
 pub fn table_markdown(table: &Table) -> String {
     let mut text = String::from("| variable | kind | unit | description |\n|---|---|---|---|\n");
     for row in table.variables {
+        let number = row.name.rsplit_once('_').and_then(|(_, end)| end.parse::<u32>().ok());
+        if number.is_some_and(|number| number > 1) {
+            continue;
+        }
+        let further = if number.is_some() { " …" } else { "" };
         let kind = kind(row.causality, row.kind.as_str(), row.variability.as_str());
         let unit = row.unit.unwrap_or("");
-        let _ = writeln!(text, "| `{}` | {kind} | {unit} | {} |", row.name, row.description);
+        let _ =
+            writeln!(text, "| `{}`{further} | {kind} | {unit} | {} |", row.name, row.description);
     }
     text
 }

@@ -11,7 +11,7 @@ use crate::terminal::progress::Progress;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::BehindActuator;
-use steerwright_formats::{Document, MultivariablePlant, StatedActuator};
+use steerwright_formats::StatedActuator;
 use steerwright_packaging::Fmu;
 
 /// Pack FMUs: one archive for each plant, bicycle, vehicle, longitudinal, controller, path or estimator file,
@@ -69,15 +69,6 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .collect::<Result<Vec<_>, Failure>>()?;
     let mut known: Vec<(Fmu, &PathBuf)> = Vec::new();
     for (file, text) in &documents {
-        if steerwright_formats::schema_of(text).as_deref() == Some(MultivariablePlant::SCHEMA) {
-            return Err(Failure::new(
-                format!(
-                    "{}: an FMU of a plant of named channels is not made: the variables of IdentifiedPlant are those of a vehicle",
-                    file.display()
-                ),
-                "simulate it in Python, where steerwright.load returns it: plant.simulate(inputs), plant.to_control() or plant.to_scipy()",
-            ));
-        }
         let fmu = steerwright_comparison::fmu_of(text, &file.display().to_string())?;
         if let Some((_, other)) = known.iter().find(|(other, _)| *other == fmu) {
             return Err(Failure::new(

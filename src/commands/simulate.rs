@@ -1,5 +1,6 @@
 //! `steerwright simulate`: archives, or a system structure package, in closed loop.
 
+use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity;
@@ -10,7 +11,7 @@ use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use serde::Serialize;
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use steerwright_host::{
     Archive, Connection, Coupling, DefaultExperiment, Error, InputTable, Instance, Recording,
     Status, System, SystemPackage, Value, recommended_experiment,
@@ -251,10 +252,8 @@ fn setup(arguments: &Arguments, units: &[Unit]) -> Result<Setup, Failure> {
             hint,
         ));
     }
-    let archives = units
-        .iter()
-        .map(|unit| Ok(Archive::open(&unit.file)?))
-        .collect::<Result<Vec<_>, Failure>>()?;
+    let archives =
+        units.iter().map(|unit| open(&unit.file)).collect::<Result<Vec<_>, Failure>>()?;
     let mut remarks = remarks(archives.iter());
     let nothing = DefaultExperiment::default();
     let (start, step, stop) = experiment(arguments, archives.iter(), nothing, &mut remarks)?;
@@ -266,6 +265,22 @@ fn setup(arguments: &Arguments, units: &[Unit]) -> Result<Setup, Failure> {
         system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS).map_err(explained)?;
     remarks.extend(unused_receiver(&system, &connections, &arguments.set));
     Ok(Setup { system, connections, start, step, stop, remarks })
+}
+
+/// The archive of a file; a document, from which one is made, is named as such.
+fn open(file: &Path) -> Result<Archive, Failure> {
+    match Archive::open(file) {
+        Err(Error::NotAnArchive { .. }) if is_document(file) => Err(Failure::new(
+            format!("{}: a document, which no FMU is", file.display()),
+            format!("make its FMU first: steerwright package {}", file.display()),
+        )),
+        opened => Ok(opened?),
+    }
+}
+
+fn is_document(file: &Path) -> bool {
+    let text = files::read_text(file).unwrap_or_default();
+    steerwright_formats::schema_of(&text).is_some_and(|schema| schema.starts_with("steerwright/"))
 }
 
 /// Breaches of the standard with which the archives are run all the same, each once.

@@ -80,9 +80,13 @@ fn start_values_are_those_of_an_initialization_in_which_nothing_was_set() {
                 compared += 1;
             }
         }
-        let rows = fmu.table().variables.iter();
-        let expected = rows
+        // Of the rows for channels an archive has those of its document.
+        let expected = fmu
+            .table()
+            .variables
+            .iter()
             .filter(|row| matches!(row.causality, Causality::Input | Causality::Parameter))
+            .filter(|row| variables.iter().any(|variable| variable.reference == row.reference))
             .count();
         assert!(compared >= expected, "{name}: {compared} start values of {expected}");
     }

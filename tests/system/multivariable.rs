@@ -252,8 +252,8 @@ fn what_is_not_of_any_system_rejects_named_channels() {
             "no column `power` (for the input)",
         ),
         ("design plant.json".into(), "a plant of named channels is of any system"),
-        ("package plant.json --out fmu".into(), "an FMU of a plant of named channels is not made"),
         ("path --plant plant.json".into(), "follows no path"),
+        ("simulate plant.json".into(), "a document, which no FMU is"),
         ("export plant.json --for autoware".into(), "no parameters of a steering"),
         ("compare plant.json --log tanks.csv".into(), "named channels"),
     ] {
@@ -263,4 +263,58 @@ fn what_is_not_of_any_system_rejects_named_channels() {
         assert!(text.contains(problem), "{line}: {text}");
         assert!(text.contains("hint:"), "{line}: {text}");
     }
+}
+
+/// Packed, and driven by the log, against the document alone.
+#[test]
+fn the_packed_plant_has_the_names_of_the_channels_and_the_outputs_of_the_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let tanks = Tanks::new(800, 0.3);
+    tanks.write(&folder.join("tanks.csv"));
+    for line in [
+        format!("identify tanks.csv {CHANNELS} --validation-fraction 40% -o plant.json"),
+        "package plant.json".into(),
+        "check MultivariablePlant.fmu --run".into(),
+    ] {
+        let output = run(folder, &line);
+        assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));
+    }
+    let mut inputs = String::from("time,valve_voltage_V,heater_power\n");
+    for k in 0..800 {
+        let _ =
+            writeln!(inputs, "{},{},{}", tanks.time_s[k], tanks.inputs[1][k], tanks.inputs[0][k]);
+    }
+    std::fs::write(folder.join("inputs.csv"), inputs).unwrap();
+    let line = "simulate MultivariablePlant.fmu --input inputs.csv --stop 399.5s -o result.csv";
+    let output = run(folder, line);
+    assert!(output.status.success(), "{}", text_of(&output));
+
+    let plant = read_plant(&folder.join("plant.json"));
+    let d = &plant.discrete;
+    let late = |j: usize| (plant.inputs[j].delay_s / d.sample_time_s).round() as usize;
+    let deviation = |k: usize, j: usize| match k.checked_sub(late(j)) {
+        Some(k) => tanks.inputs[j][k] - plant.inputs[j].offset,
+        None => 0.0,
+    };
+    let result = std::fs::read_to_string(folder.join("result.csv")).unwrap();
+    let mut rows = result.lines();
+    let names: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let place = |name: &str| names.iter().position(|n| n.ends_with(name)).unwrap();
+    let places = [place("T1"), place("outlet_temperature_degC")];
+    let mut x = vec![0.0; plant.order()];
+    let mut compared = 0;
+    for (k, row) in rows.enumerate() {
+        let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(cells[0], tanks.time_s[k]);
+        let v = [deviation(k, 0), deviation(k, 1)];
+        let y = sum(&times(&d.c, &x), &times(&d.d, &v));
+        for i in 0..2 {
+            let expected = y[i] + plant.outputs[i].offset;
+            assert!((cells[places[i]] - expected).abs() < 1e-9, "{k}: {row} {expected}");
+            compared += 1;
+        }
+        x = sum(&times(&d.a, &x), &times(&d.b, &v));
+    }
+    assert_eq!(compared, 1600);
 }

@@ -38,12 +38,37 @@ impl<V> Target<V> {
 }
 
 impl<S: CoSimulationUnit> Instance<S> {
-    /// The table's variable of a reference if it has the type: the fast path.
+    /// The name of a variable in the description.
+    #[cold]
+    pub(crate) fn name(&self, variable: S::Variable) -> String {
+        match self.core.unit.stated(variable) {
+            Some(stated) => stated.name,
+            None => variable.spec().name.into(),
+        }
+    }
+
+    /// The name of a variable or state in the description.
+    #[cold]
+    fn name_of(&self, target: &Target<S::Variable>) -> String {
+        match target {
+            Target::Variable(variable, _) => self.name(*variable),
+            Target::Exposed(exposed) => exposed.name(),
+        }
+    }
+
+    /// A problem of a variable with the name that it has in the description.
+    #[cold]
+    fn named(&self, variable: S::Variable, problem: &str) -> String {
+        let row = format!("`{}`", variable.spec().name);
+        problem.replace(&row, &format!("`{}`", self.name(variable)))
+    }
+
+    /// The table's variable of a reference if the archive has it and it has the type: the fast path.
     #[inline]
-    fn row(reference: u32, kind: Kind) -> Option<(S::Variable, &'static VariableSpec)> {
+    fn row(&self, reference: u32, kind: Kind) -> Option<(S::Variable, &'static VariableSpec)> {
         let variable = S::Variable::from_reference(reference)?;
         let row = variable.spec();
-        if row.kind == kind { Some((variable, row)) } else { None }
+        if row.kind == kind && self.core.unit.has(variable) { Some((variable, row)) } else { None }
     }
 
     /// The variable or state of a reference.
@@ -52,19 +77,20 @@ impl<S: CoSimulationUnit> Instance<S> {
     /// The reference is unknown or the variable has another type.
     #[inline(never)]
     pub(crate) fn find(&self, reference: u32, kind: Kind) -> Result<Target<S::Variable>, String> {
-        if let Some((variable, row)) = Self::row(reference, kind) {
+        if let Some((variable, row)) = self.row(reference, kind) {
             return Ok(Target::Variable(variable, row));
         }
         match Exposed::find(reference, &self.settable) {
             Some(exposed) if kind == Kind::Real => Ok(Target::Exposed(exposed)),
-            exposed => Err(Self::not_found(reference, kind, exposed)),
+            exposed => Err(self.not_found(reference, kind, exposed)),
         }
     }
 
     #[cold]
-    fn not_found(reference: u32, kind: Kind, exposed: Option<Exposed>) -> String {
-        let (name, is) = match (S::Variable::from_reference(reference), exposed) {
-            (Some(variable), _) => (variable.spec().name.to_owned(), variable.spec().kind),
+    fn not_found(&self, reference: u32, kind: Kind, exposed: Option<Exposed>) -> String {
+        let variable = S::Variable::from_reference(reference);
+        let (name, is) = match (variable.filter(|v| self.core.unit.has(*v)), exposed) {
+            (Some(variable), _) => (self.name(variable), variable.spec().kind),
             (None, Some(exposed)) => (exposed.name(), Kind::Real),
             (None, None) => {
                 return format!("no variable has the value reference {reference}");
@@ -77,9 +103,11 @@ impl<S: CoSimulationUnit> Instance<S> {
     fn illegal_access(&self, target: &Target<S::Variable>, what: &str) -> String {
         let state = self.core.state.name();
         match target {
-            Target::Variable(_, row) => format!(
+            Target::Variable(variable, row) => format!(
                 "`{}` ({}, {}) cannot be {what} in the state \"{state}\"",
-                row.name, row.causality, row.variability,
+                self.name(*variable),
+                row.causality,
+                row.variability,
             ),
             Target::Exposed(exposed) => {
                 format!("`{}` cannot be {what} in the state \"{state}\"", exposed.name())
@@ -90,7 +118,7 @@ impl<S: CoSimulationUnit> Instance<S> {
     /// Checks that the variables may be read in this state, and logs deviations from the standard.
     #[inline]
     fn check_get(&mut self, references: &[u32], kind: Kind) -> Result<(), String> {
-        let is_row = |reference: &u32| Self::row(*reference, kind).is_some();
+        let is_row = |reference: &u32| self.row(*reference, kind).is_some();
         if EVERYTHING_READ[self.core.state as usize]
             && !self.core.set_since_step
             && references.iter().all(is_row)
@@ -117,7 +145,7 @@ impl<S: CoSimulationUnit> Instance<S> {
     /// The value of a variable; the caller has checked that it may be read.
     #[inline]
     fn value(&mut self, reference: u32, kind: Kind) -> Result<Value, String> {
-        match Self::row(reference, kind) {
+        match self.row(reference, kind) {
             Some((variable, _)) => Ok(self.core.unit.get(variable)),
             None => self.exposed_value(reference, kind),
         }
@@ -135,10 +163,13 @@ impl<S: CoSimulationUnit> Instance<S> {
     fn no_value(&self, reference: u32, kind: Kind) -> String {
         match self.find(reference, kind) {
             Ok(target) if kind == Kind::Real => {
-                format!("the value of `{}` is not finite", target.name())
+                format!("the value of `{}` is not finite", self.name_of(&target))
             }
             Ok(target) => {
-                format!("the model returned a value of another type for `{}`", target.name())
+                format!(
+                    "the model returned a value of another type for `{}`",
+                    self.name_of(&target)
+                )
             }
             Err(problem) => problem,
         }
@@ -199,14 +230,15 @@ impl<S: CoSimulationUnit> Instance<S> {
         // A single variable is checked when it is set.
         if references.len() > 1 {
             for (&reference, &value) in references.iter().zip(values) {
-                let (_, row) = self.find_settable(reference, kind)?;
-                accept(row, value)?;
+                let (variable, row) = self.find_settable(reference, kind)?;
+                accept(row, value).map_err(|problem| self.named(variable, &problem))?;
             }
         }
         let mut status = Status::Ok;
         for (&reference, &value) in references.iter().zip(values) {
             let (variable, row) = self.find_settable(reference, kind)?;
-            let (value, clipped) = accept(row, value)?;
+            let (value, clipped) =
+                accept(row, value).map_err(|problem| self.named(variable, &problem))?;
             if clipped && self.warn_clipped(row) {
                 status = Status::Warning;
             }
@@ -227,7 +259,7 @@ impl<S: CoSimulationUnit> Instance<S> {
         reference: u32,
         kind: Kind,
     ) -> Result<(S::Variable, &'static VariableSpec), String> {
-        match Self::row(reference, kind) {
+        match self.row(reference, kind) {
             Some((variable, row)) if set_access(self.core.state, row) != Access::Illegal => {
                 Ok((variable, row))
             }
@@ -254,7 +286,7 @@ impl<S: CoSimulationUnit> Instance<S> {
     pub(crate) fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Outcome {
         // The fast path: values that need no clipping and no message.
         let plain = |(reference, value): (&u32, &f64)| {
-            Self::row(*reference, Kind::Real).is_some_and(|(_, row)| {
+            self.row(*reference, Kind::Real).is_some_and(|(_, row)| {
                 set_access(self.core.state, row) == Access::Legal
                     && value.is_finite()
                     && limits(row).contains(value)
@@ -264,7 +296,7 @@ impl<S: CoSimulationUnit> Instance<S> {
             return self.set_reals_by_one(references, values);
         }
         for (reference, value) in references.iter().zip(values) {
-            if let Some((variable, _)) = Self::row(*reference, Kind::Real) {
+            if let Some((variable, _)) = self.row(*reference, Kind::Real) {
                 self.core.unit.set(variable, &Value::Real(*value));
             }
         }
@@ -281,7 +313,9 @@ impl<S: CoSimulationUnit> Instance<S> {
                 return Err(self.illegal_access(&target, "set"));
             }
             match target {
-                Target::Variable(_, row) => drop(acceptable(row, value)?),
+                Target::Variable(variable, row) => {
+                    acceptable(row, value).map_err(|problem| self.named(variable, &problem))?;
+                }
                 Target::Exposed(_) if value.is_finite() => {}
                 Target::Exposed(exposed) => return Err(cannot_be(&exposed.name(), value)),
             }

@@ -8,6 +8,7 @@ use crate::structure::structure;
 use crate::unit::{CoSimulationUnit, VariableId};
 use model_description::{
     CoSimulation, DefaultExperiment, ExposedState, LogCategory, ModelDescription, UnitSpec, Value,
+    VariableSpec,
 };
 
 /// Why a unit cannot be described.
@@ -100,8 +101,14 @@ pub fn describe<S: CoSimulationUnit>(
         let (variable, reference) = (row.name, row.reference);
         return Err(DescribeError::Reserved { model, variable, reference });
     }
-    let start = table
-        .variables
+    let mut rows = Vec::new();
+    for row in table.variables {
+        match S::Variable::from_reference(row.reference) {
+            Some(variable) if !unit.has(variable) => {}
+            _ => rows.push(row),
+        }
+    }
+    let start = rows
         .iter()
         .map(|row| match S::Variable::from_reference(row.reference) {
             Some(variable) if variable.spec().name == row.name => Ok(unit.get(variable)),
@@ -111,16 +118,40 @@ pub fn describe<S: CoSimulationUnit>(
         })
         .collect::<Result<Vec<Value>, _>>()?;
     let guid = guid::<S>(resources);
-    let mut description = ModelDescription::from_table(table, &start, &guid, default_experiment)?;
+    let mut description =
+        ModelDescription::from_rows(table, &rows, &start, &guid, default_experiment)?;
+    rename(&unit, &rows, &mut description);
     description.expose_states(&states(&mut unit)?, exposed::FIRST);
     let settable: Vec<bool> = unit.states().iter().map(|state| state.settable).collect();
-    structure(&unit, &settable, &mut description);
+    structure(&unit, &rows, &settable, &mut description);
     description.co_simulation = Some(capabilities::<S>());
     description.log_categories = LOG_CATEGORIES
         .iter()
         .map(|&(name, text)| LogCategory { name: name.into(), description: Some(text.into()) })
         .collect();
     Ok(description)
+}
+
+/// Names, units and descriptions of variables as the resources state them.
+fn rename<S: CoSimulationUnit>(
+    unit: &S,
+    rows: &[&VariableSpec],
+    description: &mut ModelDescription,
+) {
+    for (index, row) in rows.iter().enumerate() {
+        let Some(stated) = S::Variable::from_reference(row.reference).and_then(|v| unit.stated(v))
+        else {
+            continue;
+        };
+        let variable = &mut description.variables[index];
+        variable.name = stated.name;
+        variable.description = Some(stated.description);
+        variable.nominal = stated.nominal;
+        variable.unit = stated.unit.as_ref().map(|unit| unit.name.clone());
+        if let Some(unit) = stated.unit {
+            description.cite(unit);
+        }
+    }
 }
 
 /// The states for the description.

@@ -102,7 +102,8 @@ impl<S: CoSimulationUnit> Instance<S> {
     /// A known of a directional derivative. `None` if it is not a Real: the XML may list such a
     /// dependency, and its partial derivative is zero.
     fn find_known(&self, reference: u32) -> Result<Option<Target<S::Variable>>, String> {
-        let target = match S::Variable::from_reference(reference) {
+        let variable = S::Variable::from_reference(reference);
+        let target = match variable.filter(|variable| self.core.unit.has(*variable)) {
             Some(variable) => Target::Variable(variable, variable.spec()),
             None => self.find(reference, Kind::Real)?,
         };

@@ -38,4 +38,6 @@ pub use log::{Level, Log};
 pub use logger::LOG_CATEGORIES;
 pub use model_description;
 pub use resources::{ResourceError, Resources};
-pub use unit::{Capabilities, CoSimulationUnit, Known, StateSpec, Unknown, VariableId};
+pub use unit::{
+    Capabilities, CoSimulationUnit, Known, StateSpec, StatedVariable, Unknown, VariableId,
+};

@@ -39,14 +39,14 @@ pub(crate) fn depends_initially<S: CoSimulationUnit>(
     }
 }
 
-/// Fills in the model structure of a description that has the table's variables and the states.
+/// Fills in the model structure of a description that has these rows of the table and the states.
 pub(crate) fn structure<S: CoSimulationUnit>(
     unit: &S,
+    rows: &[&xml::VariableSpec],
     settable: &[bool],
     description: &mut ModelDescription,
 ) {
-    let rows = S::TABLE.variables;
-    // Indices start at 1: first the table, then state and derivative alternately.
+    // Indices start at 1: first the rows, then state and derivative alternately.
     let state_index = |state: usize| index(rows.len() + 2 * state);
     let derivative_index = |state: usize| index(rows.len() + 2 * state + 1);
     let variables = |wanted: &dyn Fn(&xml::VariableSpec) -> bool| -> Vec<_> {

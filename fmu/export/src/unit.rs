@@ -2,7 +2,7 @@
 
 use crate::log::Log;
 use crate::resources::Resources;
-use model_description::{DependencyKind, DependsOn, Table, Value, VariableSpec};
+use model_description::{DependencyKind, DependsOn, Table, Unit, Value, VariableSpec};
 
 /// A variable of an FMU: usually an enum with one variant for each row of the table.
 pub trait VariableId: Copy + 'static {
@@ -58,6 +58,19 @@ pub struct StateSpec {
     pub settable: bool,
 }
 
+/// What the resources of an archive state of a variable in place of its row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedVariable {
+    /// Its name, unlike that of any other variable.
+    pub name: String,
+    /// Its unit; one that is not of [`model_description::UNITS`] enters the description as it is.
+    pub unit: Option<Unit>,
+    /// Its typical magnitude.
+    pub nominal: Option<f64>,
+    /// A description of one line.
+    pub description: String,
+}
+
 /// The numerator of a partial derivative. States are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unknown<V> {
@@ -101,6 +114,18 @@ pub trait CoSimulationUnit: Clone + Send + Sized + 'static {
     /// # Errors
     /// A message for the log; `fmi2Instantiate` fails.
     fn open(resources: &Resources) -> Result<Self, String>;
+
+    /// Whether the archive has a variable of the table. The rows of the others are not in its description, and their
+    /// value references are unknown. Depends on the resources only.
+    #[inline]
+    fn has(&self, _variable: Self::Variable) -> bool {
+        true
+    }
+
+    /// What the resources state of a variable; `None` leaves its row as it is. Depends on the resources only.
+    fn stated(&self, _variable: Self::Variable) -> Option<StatedVariable> {
+        None
+    }
 
     /// The value of a variable, of the row's type, after everything set so far.
     fn get(&mut self, variable: Self::Variable) -> Value;

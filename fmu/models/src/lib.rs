@@ -11,6 +11,7 @@
 //! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
+//! | [`sampled_system`] | the plant of named channels, on the grid of its sample time |
 //! | [`longitudinal`] | the speed that accelerator and brake, or an acceleration command, cause |
 //! | [`speed`] | the controller of that speed |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
@@ -44,6 +45,7 @@ pub mod path;
 pub mod pid;
 pub mod pose;
 pub mod quadrature;
+pub mod sampled_system;
 pub mod schedule;
 pub mod sensitivity;
 pub mod sideslip;
@@ -65,6 +67,7 @@ pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, Projection, SpeedReference};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters, time_at_largest_rate};
 pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
+pub use sampled_system::{SampledSystem, SavedSampledSystem};
 pub use schedule::{GuidanceSchedule, PidSchedule};
 pub use sideslip::Sideslip;
 pub use speed::{

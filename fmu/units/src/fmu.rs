@@ -11,6 +11,8 @@ pub type Error = DescribeError;
 /// What an FMU does in a loop, in the order in which a Gauss–Seidel coupling steps them without a delay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
+    /// A plant of any kind.
+    Plant,
     /// The speed that the vehicle moves at.
     Speed,
     /// The vehicle that is steered.

@@ -14,6 +14,7 @@ mod fmu;
 mod identified_plant;
 mod lateral_pid;
 mod longitudinal_plant;
+mod multivariable_plant;
 mod nonlinear_vehicle;
 mod plant;
 mod pose_estimator;
@@ -29,6 +30,7 @@ pub use fmu::{Definition, Error, Icon, Role, Visitor};
 pub use identified_plant::IdentifiedPlant;
 pub use lateral_pid::LateralPid;
 pub use longitudinal_plant::LongitudinalPlant;
+pub use multivariable_plant::MultivariablePlant;
 pub use nonlinear_vehicle::NonlinearVehicle;
 pub use pose_estimator::PoseEstimator;
 pub use reference_path::ReferencePath;
@@ -45,6 +47,8 @@ fmu::fmus! {
     IdentifiedPlant in "identified-plant";
     /// The two-wheel bicycle model.
     BicyclePlant in "bicycle-plant";
+    /// The identified plant of named channels.
+    MultivariablePlant in "multivariable-plant";
     /// The vehicle with saturating tyres.
     NonlinearVehicle in "nonlinear-vehicle";
     /// The identified response of the speed.

@@ -1,7 +1,7 @@
 //! The files in an archive's `resources/`: those that models are made from, and the start values.
 
 use fmi2_export::{CoSimulationUnit, Resources, VariableId};
-use model_description::{Causality, Kind, Value};
+use model_description::{Causality, Kind, Value, VariableSpec};
 use steerwright_formats::{Document, Start};
 
 /// The document of that name, where the archive has it.
@@ -27,7 +27,7 @@ pub(crate) fn with_start_values<S: CoSimulationUnit>(
     let file = Start::FILE;
     let Some(start) = optional::<Start>(resources, file)? else { return Ok(unit) };
     for (name, value) in &start.values {
-        let row = S::TABLE.named(name.as_str()).ok_or_else(|| {
+        let row = named(&unit, name).ok_or_else(|| {
             format!("{file}: {} has no variable {name}; hint: {HINT}", S::TABLE.model_name)
         })?;
         let settable = matches!(row.causality, Causality::Parameter | Causality::Input);
@@ -43,6 +43,18 @@ pub(crate) fn with_start_values<S: CoSimulationUnit>(
         }
     }
     Ok(unit)
+}
+
+/// The row of the variable that has this name in the description.
+fn named<S: CoSimulationUnit>(unit: &S, name: &str) -> Option<&'static VariableSpec> {
+    let has_name = |row: &&VariableSpec| match S::Variable::from_reference(row.reference) {
+        Some(variable) if unit.has(variable) => match unit.stated(variable) {
+            Some(stated) => stated.name == name,
+            None => row.name == name,
+        },
+        _ => false,
+    };
+    S::TABLE.variables.iter().find(has_name)
 }
 
 const HINT: &str = "pack the archive again with `steerwright package`";

@@ -5,6 +5,7 @@ mod common;
 mod derivatives;
 mod extremes;
 mod longitudinal;
+mod multivariable;
 mod nonlinear_vehicle;
 mod over_speed;
 mod saved;

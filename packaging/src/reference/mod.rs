@@ -11,8 +11,6 @@ use steerwright_units::{Fmu, Moment, Running, Scenario};
 
 /// Seconds of a scenario.
 const SCENARIO: f64 = 10.0;
-/// Seconds of the run, where the step allows.
-const DURATION: f64 = 10.0;
 /// Most steps of the run, however small the step.
 const MOST_STEPS: u32 = 10_000;
 /// Most rows of a file.
@@ -42,7 +40,7 @@ pub(crate) fn run(
     file: &str,
     resources: Vec<(String, Vec<u8>)>,
     description: &ModelDescription,
-    step: f64,
+    [step, duration]: [f64; 2],
 ) -> Result<Files, Error> {
     let failed =
         |time: f64| move |problem| Error::Reference { file: file.to_owned(), time, problem };
@@ -51,7 +49,7 @@ pub(crate) fn run(
         description.variables.iter().filter(move |v| v.causality == causality).collect::<Vec<_>>()
     };
     let (inputs, outputs) = (of(Causality::Input), of(Causality::Output));
-    let steps = steps(step);
+    let steps = steps(step, duration);
     let every = steps.div_ceil(MOST_ROWS - 1);
     let scenario = fmu.scenario(document, file)?;
     let pace = SCENARIO / (f64::from(steps) * step);
@@ -119,10 +117,10 @@ fn time_at(k: u32, step: f64) -> f64 {
     if step >= 1e-6 { rounded(time) } else { time }
 }
 
-/// How many steps the run has: at least one.
-fn steps(step: f64) -> u32 {
+/// How many steps the run of some seconds has: at least one.
+fn steps(step: f64, duration: f64) -> u32 {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 1 and MOST_STEPS
-    let steps = (DURATION / step + 1e-9).floor().clamp(1.0, f64::from(MOST_STEPS)) as u32;
+    let steps = (duration / step + 1e-9).floor().clamp(1.0, f64::from(MOST_STEPS)) as u32;
     steps
 }
 
