@@ -147,7 +147,11 @@ from_stage!(
 
 /// The option with the name of a library's option.
 fn flag(option: &str) -> String {
-    format!("--{}", option.replace(' ', "-"))
+    match option {
+        "channel steering_command" => "--channel".into(),
+        "several inputs or outputs" => "--input-channel, --output-channel".into(),
+        _ => format!("--{}", option.replace(' ', "-")),
+    }
 }
 
 /// The option that names the channel of a role.

@@ -353,7 +353,7 @@ pub enum Error {
     #[diagnostic(help("use {} s or more, or leave the sample time out", short(*least)))]
     SampleTimeTooShort { requested: f64, least: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
-    #[diagnostic(help("use a value of {option} within that range, or leave it out"))]
+    #[diagnostic(help("use a value that is expected, or omit the option"))]
     Option { option: &'static str, value: String, expected: String },
     #[error("{option}: `{word}` is unknown, expected {expected}")]
     #[diagnostic(help("spell it as expected, or leave it out"))]
