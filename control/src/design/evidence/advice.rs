@@ -77,7 +77,7 @@ pub(crate) fn common_settling(settling_time_s: f64) -> String {
     const SPARE: f64 = 1.03;
     let settling = (20.0 * SPARE * settling_time_s).ceil() / 20.0;
     format!(
-        "all plants could keep a settling time of {}, with everything else as asked for",
+        "all plants could keep a settling time of {}, with all other requirements unchanged",
         Requirement::Settling.text(settling)
     )
 }

@@ -132,7 +132,7 @@ pub(super) fn quality(
 
 /// Of the simulated engines whose log has no gear, some have a gain at one speed that is wrong by a third, which neither the
 /// band nor the residuals show (test `responses_of_usual_vehicles_are_those_of_the_files`).
-const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed, and the stated one is their mean, outside of its band by up to a third";
+const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed; the stated gain is their mean, and that of one gear may be outside of its band by up to a third";
 
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
@@ -158,7 +158,7 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
                 });
             }
             ReasonCode::UnknownGear => {
-                advice.push("log the gear, or compare the model with another drive".into());
+                advice.push("log the gear, or identify the model from another drive too and compare the gains of both".into());
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),
