@@ -192,7 +192,7 @@ fn gains(model: &Longitudinal, mean: Estimate, reasons: &mut Vec<Reason>) {
     let is_acceleration = model.command_unit == "m/s2";
     let half_width = |gain: Estimate| NORMAL_95 * gain.standard_error;
     if mean.value <= 0.0 && mean.value.abs() > half_width(mean) {
-        let message = "the vehicle slows down where the command is to accelerate: its sign may be reversed, or 1 be the released pedal";
+        let message = "the vehicle slows down where the command is to accelerate: its sign may be reversed, or 1 may be the released pedal";
         reasons.push(Reason::new(ReasonCode::WrongSign, Grade::Fail, message));
     }
     let relative = half_width(mean) / mean.value.abs();
@@ -261,7 +261,7 @@ fn suspicion(gain: f64) -> &'static str {
         return ": the command may be in g";
     }
     if is_near(1.0 / 9.806_65) {
-        return ": the command may be in units of 0.1 m/s2, or the speed be scaled";
+        return ": the command may be in units of 0.1 m/s2, or the speed may be scaled";
     }
     if is_near(3.6) {
         return ": the speed may be in km/h";
