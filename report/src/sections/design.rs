@@ -140,7 +140,7 @@ fn verdict(controller: &Controller<'_>) -> Block {
     };
     let text = if quality.grade > Grade::Pass {
         let (grade, codes) = (quality.grade, quality.codes());
-        format!("Quality of the model: {grade} ({codes}). {}", quality.summary)
+        format!("Quality of the design: {grade} ({codes}). {}", quality.summary)
     } else {
         String::new()
     };
