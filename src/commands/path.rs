@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
     poor_fixes: PoorFixesName,
     /// Controller that will follow the path: sets feedforward and preview. A road that needs more than 0.9 of its
-    /// lateral acceleration, steering angle or steering rate is reported, with the place and the speed that would do
+    /// lateral acceleration, steering angle or steering rate is reported, with the place and the speed at which it needs no more
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
     /// plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
