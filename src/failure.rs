@@ -177,6 +177,8 @@ fn log_hint(error: &steerwright_drivelog::Error) -> String {
         E::Option { option, .. } => &flag(option),
         E::UnknownWord { option, .. } | E::InPieces { option } => &flag(option),
         E::UnusedRole { .. } => "--channel, --structure",
+        E::Mapping { .. } => "--mapping-vehicle NAME",
+        E::NoSuchTopic { .. } => "--topic NAME",
         E::NoCommand { .. } => "--steering-full-scale, --input-channel NAME",
         E::DecimalMark { .. } => "--decimal comma, --decimal point",
         E::UnitNotStated { .. } | E::UnitsDiffer { .. } => match error.suggested_unit() {

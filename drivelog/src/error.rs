@@ -77,7 +77,9 @@ pub enum Error {
     ))]
     Mapping { file: String, problem: String },
     #[error("{file}: there is no topic {topics}; there are: {available}")]
-    #[diagnostic(help("spell the topic, message or channel group as it is listed"))]
+    #[diagnostic(help(
+        "spell the topic, message or channel group as inspect lists it; a table has none"
+    ))]
     NoSuchTopic { file: String, topics: String, available: String },
     #[error("the channels of `{expression}` (for the {role}) have different clocks")]
     #[diagnostic(help(
