@@ -147,7 +147,11 @@ from_stage!(
 
 /// The option with the name of a library's option.
 fn flag(option: &str) -> String {
-    format!("--{}", option.replace(' ', "-"))
+    match option {
+        "channel steering_command" => "--channel".into(),
+        "several inputs or outputs" => "--input-channel, --output-channel".into(),
+        _ => format!("--{}", option.replace(' ', "-")),
+    }
 }
 
 /// The option that names the channel of a role.
@@ -173,6 +177,8 @@ fn log_hint(error: &steerwright_drivelog::Error) -> String {
         E::Option { option, .. } => &flag(option),
         E::UnknownWord { option, .. } | E::InPieces { option } => &flag(option),
         E::UnusedRole { .. } => "--channel, --structure",
+        E::Mapping { .. } => "--mapping-vehicle NAME",
+        E::NoSuchTopic { .. } => "--topic NAME",
         E::NoCommand { .. } => "--steering-full-scale, --input-channel NAME",
         E::DecimalMark { .. } => "--decimal comma, --decimal point",
         E::UnitNotStated { .. } | E::UnitsDiffer { .. } => match error.suggested_unit() {

@@ -112,7 +112,7 @@ fn steps(c: &Comparison) -> Drawn {
         figure: figures::yaw_steps(height, 2.0 * settling, &steps),
         height: 640,
         caption: "The specification's yaw step in the loop of the FMUs: on the plant that the \
-                  controller was designed on (dashed), and what came of it elsewhere."
+                  controller was designed on (dashed), and on the other plants."
             .into(),
     }
 }

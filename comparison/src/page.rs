@@ -111,7 +111,7 @@ fn verdict(c: &Comparison) -> Section {
         blocks.push(Block::Heading("Remarks".into()));
         blocks.push(Block::List(c.remarks.clone()));
     }
-    Section::new("Verdict", blocks)
+    Section::new("Result", blocks)
 }
 
 /// The conditions that are equal for all controllers.

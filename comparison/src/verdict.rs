@@ -91,7 +91,8 @@ impl Compared<'_> {
         sentences.extend(self.drive.and_then(|drive| fits(drive, self.models)));
         sentences.extend(margins(self.controllers));
         sentences.push(
-            "One road, one speed, no sensor noise: a sweep varies them. Only a vehicle can confirm them."
+            "All figures are of one road and one speed, without sensor noise: a sweep varies these, and only a \
+             vehicle confirms them."
                 .into(),
         );
         Verdict {
@@ -229,7 +230,7 @@ fn predictions(controllers: &[Controller], runs: &[ComparedRun], truth: usize) -
         let run = runs.iter().find(|r| r.controller == index && r.plant == truth)?;
         let (predicted, reached) = (&controller.predicted, &run.step);
         Some(format!(
-            "{} predicted {:.1} % overshoot, {}; the truth gave {:.1} %, {}.",
+            "{}: predicted overshoot {:.1} %, {}; on the truth {:.1} %, {}.",
             controller.label,
             predicted.overshoot_percent,
             settled(predicted.settling_time_s),
@@ -250,7 +251,7 @@ fn fits(drive: &ComparedDrive, models: &[ComparedModel]) -> Option<String> {
         format!("On the drive the fits of {name} and {next} differ by less than {LEAST_FIT} %.")
     } else {
         format!(
-            "On the drive {name} is closest: a fit of {best:.1} % against {other:.1} % of {next}."
+            "On the drive {name} has the largest fit, {best:.1} %; that of {next} is {other:.1} %."
         )
     })
 }

@@ -8,7 +8,7 @@ use miette::Diagnostic;
 pub enum Error {
     #[error("{file}:{line}:{column}: {problem}")]
     #[diagnostic(help(
-        "vehicle data are a TOML file; its keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, steering_ratio and speed_mps"
+        "vehicle data are a TOML file; its keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, actuator_delay_s (optional), steering_ratio and speed_mps"
     ))]
     VehicleFile { file: String, line: usize, column: usize, problem: String },
     #[error("{file}:{line}:{column}: {problem}")]

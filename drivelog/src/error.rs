@@ -77,7 +77,9 @@ pub enum Error {
     ))]
     Mapping { file: String, problem: String },
     #[error("{file}: there is no topic {topics}; there are: {available}")]
-    #[diagnostic(help("spell the topic, message or channel group as it is listed"))]
+    #[diagnostic(help(
+        "spell the topic, message or channel group as inspect lists it; a table has none"
+    ))]
     NoSuchTopic { file: String, topics: String, available: String },
     #[error("the channels of `{expression}` (for the {role}) have different clocks")]
     #[diagnostic(help(
@@ -353,7 +355,7 @@ pub enum Error {
     #[diagnostic(help("use {} s or more, or leave the sample time out", short(*least)))]
     SampleTimeTooShort { requested: f64, least: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
-    #[diagnostic(help("use a value of {option} within that range, or leave it out"))]
+    #[diagnostic(help("use a value that is expected, or omit the option"))]
     Option { option: &'static str, value: String, expected: String },
     #[error("{option}: `{word}` is unknown, expected {expected}")]
     #[diagnostic(help("spell it as expected, or leave it out"))]

@@ -86,6 +86,7 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
     let name = file.name.clone();
     let mut file = opened(recording::open(file, options)?, options)?;
     let groups: Vec<Group> = file.groups().cloned().collect();
+    check_stated(&groups, options)?;
     let mut states: Vec<State> = groups.iter().map(|group| State::new(group, options)).collect();
     let wanted = file.places.iter().zip(&states);
     let wanted: Vec<Wanted> =
@@ -110,6 +111,26 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
     let finish = |(group, state): (&Group, State)| state.finish(group, options, log_start_s);
     let groups = groups.iter().zip(states).map(finish).collect();
     Ok(Inspection { file: name, log_start_s, groups, losses })
+}
+
+/// Rejects a stated clock that no group has, and a stated unit that is unknown.
+fn check_stated(groups: &[Group], options: &LogOptions) -> Result<(), Error> {
+    if options.time.is_some() {
+        let mut clocks = groups.iter().map(|group| time_column(group, options));
+        if let Some(Err(error)) = clocks.next()
+            && clocks.all(|clock| clock.is_err())
+        {
+            return Err(error);
+        }
+    }
+    for group in groups {
+        for (c, channel) in group.channels.iter().enumerate() {
+            if options.units.contains_key(&channel.name) {
+                unit_of(group, c, options)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A group that is being read.

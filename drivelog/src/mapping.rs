@@ -311,6 +311,10 @@ pub(crate) fn time_column(
     if options.row_period_s.is_some() {
         return Ok(None);
     }
+    if let Some(name) = &options.time {
+        let (role, column, available) = (Role::Time.name(), name.clone(), group.names());
+        return Err(Error::MissingColumn { role, column, available });
+    }
     if unfit.len() == 1 {
         return Err(unfit.remove(0));
     }
@@ -350,6 +354,9 @@ fn available(groups: &[Group], wanted: Option<&str>) -> String {
         if !names.is_empty() {
             texts.push(format!("{} in {}", names.join(", "), group.place()));
         }
+    }
+    if texts.is_empty() {
+        return "none".into();
     }
     let more = if all > MOST { format!("; {} more", all - MOST) } else { String::new() };
     texts.join("; ") + &more

@@ -6,7 +6,7 @@
 //! [vehicle.rav4]
 //! dbc = ["toyota.dbc"]               # next to the mapping file
 //! steering = "STEER_ANGLE + STEER_FRACTION"
-//! yaw_rate = "-YAW_RATE"
+//! yaw_rate = "YAW_RATE"
 //! speed = "can0:SPEED.SPEED"
 //! units = { YAW_RATE = "deg/s" }
 //! ```

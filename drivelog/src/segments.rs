@@ -218,7 +218,7 @@ pub(crate) fn check_reversing(speed: &Series, (from, to): Span) -> Result<(), Er
 /// What was left out since the vehicle reversed there.
 pub(crate) fn reversing_in_words(name: &str, seconds: f64, first_s: f64) -> String {
     format!(
-        "{name}: the vehicle reverses for {seconds:.1} s, first at {first_s:.2} s: left out, since its dynamics are others there"
+        "{name}: the vehicle reverses for {seconds:.1} s, first at {first_s:.2} s: left out, since its dynamics differ there"
     )
 }
 

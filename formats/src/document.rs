@@ -9,10 +9,10 @@ use serde::{Serialize, de::DeserializeOwned};
 pub enum Error {
     #[error("{file}:{line}:{column}: {}{problem}", place(path))]
     Syntax { file: String, line: usize, column: usize, path: String, problem: String },
-    #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
+    #[error("{file}: at `schema`: found {found}, expected `{expected}`")]
     Schema { file: String, found: String, expected: &'static str },
     #[error(
-        "{file}: at `schema`: `{schema}` stands here, which is no plant, bicycle, vehicle, torque or longitudinal model"
+        "{file}: at `schema`: `{schema}` is no plant, bicycle, vehicle, torque or longitudinal model"
     )]
     NoModel { file: String, schema: String },
     #[error("{file}: at `{path}`: {problem}")]
@@ -23,7 +23,11 @@ pub enum Error {
 const NOWHERE: &str = ".";
 
 fn place(path: &str) -> String {
-    if path == NOWHERE { "not a JSON document: ".into() } else { format!("at `{path}`: ") }
+    if path == NOWHERE {
+        "not a JSON document of steerwright: ".into()
+    } else {
+        format!("at `{path}`: ")
+    }
 }
 
 impl Error {
@@ -42,7 +46,7 @@ impl Error {
                 "use a file with \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
             ),
             Self::NoModel { .. } => {
-                "use a plant.json, bicycle.json or vehicle.json, such as identify writes".into()
+                "use a model that identify or bicycle wrote, such as plant.json".into()
             }
             Self::Value { .. } => "correct the value at the named path".into(),
         }

@@ -214,7 +214,7 @@ impl Document for Longitudinal {
     fn check(&self, c: &mut Checker) {
         let is_unit = matches!(self.command_unit.as_str(), "1" | "m/s2");
         c.require(is_unit, "command_unit", || {
-            format!("`{}` stands here, expected `1` or `m/s2`", self.command_unit)
+            format!("found `{}`, expected `1` or `m/s2`", self.command_unit)
         });
         c.require(!self.gains.is_empty(), "gains", || "there is no gain".into());
         let is_increasing = self.gains.windows(2).all(|w| w[0].speed_mps < w[1].speed_mps);

@@ -62,6 +62,7 @@ fn requirements_met_on_a_model_with_reservations_say_so() {
     let doubtful = page(Quality::default());
     assert!(!doubtful.contains("Every requirement is met."), "{doubtful}");
     assert!(doubtful.contains("met on the model, which has reservations"), "{doubtful}");
+    assert!(doubtful.contains("met on a model with reservations"), "{doubtful}");
 }
 
 #[test]

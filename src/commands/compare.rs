@@ -43,9 +43,9 @@ pub(crate) struct Arguments {
     /// A drive to compare the models with, in any format that `identify` reads; may be repeated for more files
     #[arg(long = "log", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Share of the log that is validation data, at its end
-    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
-    validation_fraction: f64,
+    /// Share of the log that is validation data, at its end; by default 50%
+    #[arg(long, value_name = "SHARE", value_parser = quantity::percent)]
+    validation_fraction: Option<f64>,
     /// Folder for figures (SVG), results.csv, the runs, and one HTML page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -173,7 +173,8 @@ impl Arguments {
 
     fn drive(&self) -> Result<Option<(steerwright_drivelog::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && self.log.drives.is_empty() {
-            if self.log.options(Response::YawRate)? != LogOptions::default() {
+            let is_stated = self.validation_fraction.is_some();
+            if is_stated || self.log.options(Response::YawRate)? != LogOptions::default() {
                 let hint = "add the drive with --log, or omit them";
                 return Err(Failure::new(
                     "options for reading a log have no effect without one",
@@ -185,7 +186,7 @@ impl Arguments {
         let log = self.log.read(&self.logs, Response::YawRate)?;
         let options = IdentifyOptions {
             validation: ValidationData {
-                fraction: self.validation_fraction / 100.0,
+                fraction: self.validation_fraction.unwrap_or(50.0) / 100.0,
                 ..ValidationData::default()
             },
             ..IdentifyOptions::default()

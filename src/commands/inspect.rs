@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     /// List and draw this channel only, named as it is listed; may be repeated
     #[arg(long = "channel", value_name = "CHANNEL")]
     channels: Vec<String>,
-    /// Draw the channels over time on a page (HTML): those of --channel, by default those that look like something,
+    /// Draw the channels over time on a page (HTML): those of --channel, by default those with a recognised role,
     /// else the first 24
     #[arg(long, value_name = "HTML")]
     plot: Option<PathBuf>,

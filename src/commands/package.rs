@@ -146,7 +146,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some((out, connections, bytes)) = package {
         out.write(&bytes)?;
         let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
-        wired = format!("\nwired in {out}:\n  {}", connections.join("\n  "));
+        wired = match connections.is_empty() {
+            true => format!("\nnothing is wired in {out}: no output has the name of an input"),
+            false => format!("\nwired in {out}:\n  {}", connections.join("\n  ")),
+        };
         written.push(WrittenArchive {
             file: out.path().into(),
             bytes: bytes.len(),

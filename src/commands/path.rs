@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
     poor_fixes: PoorFixesName,
     /// Controller that will follow the path: sets feedforward and preview. A road that needs more than 0.9 of its
-    /// lateral acceleration, steering angle or steering rate is reported, with the place and the speed that would do
+    /// lateral acceleration, steering angle or steering rate is reported, with the place and the speed at which it needs no more
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
     /// plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
@@ -156,13 +156,16 @@ fn vehicle(
         return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }
     let model = Model::from_json(&text, &name)?;
-    if model.multivariable().is_some() {
+    let other = match &model {
+        Model::Multivariable(_) => Some("a plant of named channels follows no path"),
+        Model::Longitudinal(_) => {
+            Some("a model of the speed has no steering to follow a path with")
+        }
+        Model::StateSpace(_) | Model::Bicycle(_) | Model::SingleTrack(_) | Model::Torque(_) => None,
+    };
+    if let Some(problem) = other {
         let hint = "use a plant.json from steering to yaw rate, bicycle.json or vehicle.json";
-        return Err(Failure::in_file(
-            file,
-            "a plant of named channels follows no path",
-            hint.into(),
-        ));
+        return Err(Failure::in_file(file, problem, hint.into()));
     }
     let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::from_bytes(file, text.as_bytes()));

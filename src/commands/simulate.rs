@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated
     #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
     set: Vec<String>,
-    /// CSV of free inputs with a column `time`; values are held between rows and go before the start values of an
+    /// CSV of free inputs with a column `time`; values are held between rows and replace the start values of an
     /// .ssp. A column is named NAME.INPUT, as a connector of the .ssp, or INPUT for all of that name
     #[arg(long, value_name = "CSV")]
     input: Option<PathBuf>,

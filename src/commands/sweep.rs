@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 ///
 /// The study is a TOML file: the FMUs or the .ssp, the varied quantities and their distributions,
 /// disturbances, metrics and requirements. A row of the results depends only on the study and the
-/// number of the run. Without --isolate the binaries of the FMUs run in this process.
+/// number of the run. Without --isolate all runs share one process: an FMU that crashes ends the sweep.
 ///
 /// On a cluster, `--shard I/N` makes one of N pieces of the study, on any machine, in any order, again after a
 /// failure; `sweep merge` makes the results of them.

@@ -35,7 +35,7 @@ pub(crate) fn of_log(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     if let Some(database) = files.iter().find(|file| has(file, &[".db3", ".db3.zstd"])) {
         return Err(Failure::new(
             format!("{}: a ROS 2 bag in SQLite (.db3), which is not read here", database.display()),
-            "read it in Python: pip install './python[logs]', then steerwright.read(FILE); or convert it to MCAP: ros2 bag convert",
+            "read it in Python: pip install ./python, then steerwright.read(FILE); or convert it to MCAP: ros2 bag convert",
         ));
     }
     files.retain(|file| has(file, &[".mcap", ".mcap.zstd"]));

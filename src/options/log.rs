@@ -346,7 +346,11 @@ fn channel(text: &str) -> Result<(String, String), String> {
 fn window(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = text.split_once("..").ok_or("expected FROM..TO, such as 10s..60s")?;
     let (from, to) = (quantity::time(from)?, quantity::time(to)?);
-    if from < to { Ok((from, to)) } else { Err(format!("{from} s is not before {to} s")) }
+    if from < to {
+        Ok((from, to))
+    } else {
+        Err(format!("{from} s is not before {to} s: expected FROM..TO, such as 10s..60s"))
+    }
 }
 
 /// Speeds in m/s; a number without a unit has that of the other, or m/s.

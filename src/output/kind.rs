@@ -53,7 +53,7 @@ impl OutputKind {
     pub(crate) fn in_words(self) -> String {
         match self {
             Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),
-            Self::Model => "plant, bicycle, vehicle or torque file".into(),
+            Self::Model => "plant, bicycle or identified vehicle file".into(),
             Self::IdentifiedVehicle => "identified vehicle".into(),
             Self::Traces => "CSV of an identification's signals".into(),
             Self::Recording => "CSV of simulated trajectories".into(),

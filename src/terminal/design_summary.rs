@@ -50,7 +50,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
     let quality = &pid.designed_for.quality;
     if quality.grade > Grade::Pass {
         let (grade, codes) = (quality.grade, quality.codes());
-        let _ = writeln!(text, "quality of the model: {grade} ({codes}): {}", quality.summary);
+        let _ = writeln!(text, "quality of the design: {grade} ({codes}): {}", quality.summary);
     }
     text.push_str(match (e.met, e.robustness.as_ref().is_none_or(|r| r.met)) {
         (true, _) if !quality.allows_design() => {

@@ -41,10 +41,11 @@ pub(crate) fn evidence(plant: &MultivariablePlant, tables: &str) -> String {
             input.delay_s, input.name
         );
     }
-    let seconds = |samples: usize| samples as f64 * plant.discrete.sample_time_s;
+    let seconds =
+        |samples: usize| (1e6 * samples as f64 * plant.discrete.sample_time_s).round() / 1e6;
     let _ = writeln!(
         text,
-        "data     {} samples ({:.6} s) of estimation data, {} samples ({:.6} s) of validation data",
+        "data     {} samples ({} s) of estimation data, {} samples ({} s) of validation data",
         e.estimation_samples,
         seconds(e.estimation_samples),
         e.validation_samples,

@@ -24,7 +24,7 @@ pub enum Error {
     ))]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
     #[error("{option}: {value} is out of range, expected {expected}")]
-    #[diagnostic(help("use a value of {option} within that range, or leave it out"))]
+    #[diagnostic(help("use a value that is expected, or omit the option"))]
     Option { option: &'static str, value: String, expected: String },
     #[error("the input steering*speed needs a channel of the speed")]
     #[diagnostic(help("name the channel of the speed, or identify with the input steering"))]

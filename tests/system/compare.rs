@@ -94,7 +94,7 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
         assert!(fs::read_to_string(folder.join("own").join(file)).unwrap().ends_with("</svg>\n"));
     }
     let page = fs::read_to_string(folder.join("own/comparison.html")).unwrap();
-    assert!(page.contains("Verdict") && !page.contains("is missing"));
+    assert!(page.contains("Result</h2>") && !page.contains("is missing"));
     // What is listed is what is there.
     for file in compared["files"].as_array().unwrap() {
         let bytes = fs::read(folder.join("own").join(file["name"].as_str().unwrap())).unwrap();

@@ -60,7 +60,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     let design = "design plant.json -o pid.json --max-rate 5rad/s --accept-untrusted";
     let text = text_of(&run(folder.path(), design));
     assert!(
-        text.contains("quality of the model: fail (") && text.contains("weak-steering"),
+        text.contains("quality of the design: fail (") && text.contains("weak-steering"),
         "{text}"
     );
     assert!(!text.contains("every requirement is met\n"), "{text}");

@@ -207,9 +207,9 @@ fn an_infeasible_requirement_is_diagnosed() {
     };
     let rate = with(&|o| o.max_rate_radps = Some(0.05));
     assert!(rate.contains("settling time of 1 s is out of reach"), "{rate}");
-    assert!(rate.contains("steering's rate of 3°/s holds it back"), "{rate}");
+    assert!(rate.contains("the limit of the steering rate, 3°/s, prevents it"), "{rate}");
     let angle = with(&|o| o.max_angle_rad = Some(0.009));
-    assert!(angle.contains("steering angle of 0.5° holds it back"), "{angle}");
+    assert!(angle.contains("the limit of the steering angle, 0.5°, prevents it"), "{angle}");
     // A zero at +2 rad/s.
     let wrong = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
     let words = designed(&wrong, &usual()).evidence.advice.join("; ");

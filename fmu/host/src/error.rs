@@ -154,7 +154,9 @@ pub enum Error {
     #[diagnostic(help("use a different name for each instance"))]
     DuplicateInstance { name: String },
     #[error("{text:?} is not of the form instance.variable{}", if *with_value { "=value" } else { "" })]
-    #[diagnostic(help("write it as in pid.kp=2.5"))]
+    #[diagnostic(help(
+        "write the name of the FMU before that of the variable, as in LateralPid.kp"
+    ))]
     BadPath { text: String, with_value: bool },
     #[error("{end} is no {need}: its causality is {got}")]
     #[diagnostic(help("connect outputs to inputs"))]
@@ -270,7 +272,8 @@ const LIMITS: &str =
 const UNTRUSTED: &str =
     "do not use this archive unless you know who made it; export it with another tool";
 const STANDARD: &str = "the FMU breaks the FMI 2.0 standard: report it to the vendor";
-const LOG_LINES: &str = "see the log lines; without any, instantiate with logging on";
+const LOG_LINES: &str =
+    "correct what the log lines state; without log lines, check the values that were set";
 const TIMES: &str =
     "use finite times, a step above 0, and a stop that is whole steps after the start";
 const VALUE: &str = "state a value of the variable's type: a number, a whole number, true or false";

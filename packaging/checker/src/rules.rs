@@ -58,7 +58,8 @@ const fn note(name: &'static str, section: &'static str, hint: &'static str) -> 
 
 const ZIP: &str =
     "write the archive again with a plain zip writer: deflate or store, no extensions";
-const CUT: &str = "the file is damaged or manipulated: download or export it again";
+const CUT: &str =
+    "the file is damaged or no FMU: name an .fmu file, or download or export it again";
 const XSD: &str = "validate modelDescription.xml with fmi2ModelDescription.xsd";
 const LIMIT: &str = "a limit of the checker, not of FMI: what exceeds it is not checked";
 const RUN: &str = "correct the binary: its behaviour violates the standard";

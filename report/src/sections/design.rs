@@ -63,7 +63,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     )));
     blocks.push(Block::Heading("Required and reached".into()));
     blocks.push(Block::Table(requirements(pid, controller.in_loop.map(|l| l.metrics))));
-    let at = format!("Steady state is read {} s after the step.", s.steady_state_time_s);
+    let at = format!("The steady-state error is read {} s after the step.", s.steady_state_time_s);
     blocks.push(Block::Text(at));
     if let Some(l) = controller.in_loop {
         let step = value(s.step_rad * DEG, 1, "deg");
@@ -106,6 +106,9 @@ pub(crate) fn in_short(controller: &Controller<'_>) -> String {
         true if evidence.robustness.as_ref().is_some_and(|r| !r.met) => {
             "met on the nominal plant, not on all".into()
         }
+        true if controller.pid.designed_for.quality.grade > Grade::Pass => {
+            "met on a model with reservations".into()
+        }
         is_met => met(is_met),
     }
 }
@@ -137,7 +140,7 @@ fn verdict(controller: &Controller<'_>) -> Block {
     };
     let text = if quality.grade > Grade::Pass {
         let (grade, codes) = (quality.grade, quality.codes());
-        format!("Quality of the model: {grade} ({codes}). {}", quality.summary)
+        format!("Quality of the design: {grade} ({codes}). {}", quality.summary)
     } else {
         String::new()
     };
@@ -187,7 +190,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         };
     let steady: Reached = |m| Some(m.steady_state_error_percent);
     let absolute: Reached = |m| Some(m.integral_absolute_error_s);
-    let height = "absolute error, integral over the step's height";
+    let height = "integral of absolute error, over the step's height";
     let figures: [(&str, Option<f64>, Reached, usize, &str); 5] = [
         ("overshoot", s.overshoot_percent, |m| Some(m.overshoot_percent), 2, "%"),
         ("settling time", s.settling_time_s, |m| m.settling_time_s, 3, "s"),

@@ -44,14 +44,14 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
     }
     let uncertainty = match h.fit_standard_error {
         Some(_) => format!(
-            "The ± is two standard errors from leaving out one of {} blocks of time after the \
-             other: what another drive of the same kind would give.",
+            "The ± is two standard errors, by leaving out each of {} blocks of time in turn: the \
+             scatter between drives of the same kind.",
             h.blocks
         ),
         None => format!("The fit has no ±: {}.", h.without_standard_error()),
     };
     let caption = format!(
-        "The less a prediction may see of the yaw rate, the more it is the model's own. {uncertainty}"
+        "The longer a prediction, the less it depends on the measured yaw rate. {uncertainty}"
     );
     vec![
         Block::Heading("Prediction of the validation data".into()),
@@ -83,7 +83,7 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
             320,
             "Left: structure in time that the noise model misses. Right, positive lags: effects of \
              the steering that the model misses; negative lags, where the positive ones are clean: \
-             the driver's answer to what he saw, which is feedback. The tests weigh all lags \
+             the driver's reaction to the yaw rate, which is feedback. The tests weigh all lags \
              together and allow for the steering's own memory.",
         ),
     ]

@@ -47,7 +47,7 @@ pub(crate) fn information(e: &Excitation) -> Vec<Block> {
     let mut blocks = Vec::new();
     if !e.coherence.is_empty() {
         let caption = "Coherence is the share of the yaw rate that steering explains linearly, by \
-                       frequency. Beyond the limit a model is a guess.";
+                       frequency. Above the limit the log does not determine a model.";
         blocks.push(Block::figure(figures::coherence(e), 330, caption));
     }
     blocks.extend(super::evidence::bands(e));
@@ -129,7 +129,7 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         ("input delay", value(plant.input_delay_s, 3, "s")),
         ("speed", value(p.speed_mps, 2, "m/s")),
         ("steering ratio", significant(plant.steering_ratio)),
-        ("steering that drives straight", value(p.steering_offset_rad * DEG, 3, "deg")),
+        ("steering offset", value(p.steering_offset_rad * DEG, 3, "deg")),
         ("yaw-rate offset", value(p.yaw_rate_offset_radps * DEG, 3, "deg/s")),
         ("fit, estimation data", value(e.fit.estimation, 1, "%")),
         ("fit, validation data", value(e.fit.validation, 1, "%")),
@@ -140,15 +140,15 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     let mut blocks = vec![Block::Table(table)];
     if let Some(traces) = traces {
         let fits = [Some(e.fit.estimation), Some(e.fit.validation)];
-        let caption = "Simulation from the steering alone: the model never sees the measured yaw \
-                       rate, and of the shaded part it saw nothing at all.";
+        let caption = "Simulation from the steering alone: the measured yaw rate is no input of the \
+                       model. The shaded part is validation data.";
         blocks.push(Block::figure(figures::comparison(traces, fits, bicycle_fit), 720, caption));
     }
     if !e.order_table.is_empty() {
         let caption = "Singular values of the chosen method and horizon: a gap after the n-th, and \
-                       a validation fit that stops rising, speak for order n. The fits are those \
-                       of each order's own best method and horizon, refined; what is chosen is the \
-                       order of least criterion on the estimation data.";
+                       a validation fit that no longer rises, indicate order n. The fits are those \
+                       of each order's own best method and horizon, refined. The order with the \
+                       least criterion on the estimation data is chosen.";
         let figure = figures::order_table(&e.order_table, plant.order());
         blocks.push(Block::figure(figure, 320, caption));
         let headers = ["order", "singular value", "estimation fit", "validation fit", "stable", ""];
@@ -214,9 +214,9 @@ fn in_words(plant: &Plant) -> Vec<String> {
     )];
     if e.whiteness.lags > 0 {
         let verdict = if e.whiteness.pass {
-            "What the model cannot predict looks like white noise"
+            "The one-step residuals are white"
         } else {
-            "What the model cannot predict still has structure: the noise model is incomplete"
+            "The one-step residuals are not white: the noise model is incomplete"
         };
         out.push(format!("{verdict} ({}).", test(&e.whiteness)));
     }
@@ -231,7 +231,7 @@ fn in_words(plant: &Plant) -> Vec<String> {
     }
     let x = &e.excitation;
     out.push(format!(
-        "The front wheels moved by {} (standard deviation), the yaw rate by {}; the innovation is \
+        "The road wheel moved by {} (standard deviation), the yaw rate by {}; the innovation is \
          {} of the yaw rate.",
         value(x.road_wheel_std_rad * DEG, 2, "deg"),
         value(x.yaw_rate_std_radps * DEG, 2, "deg/s"),
@@ -253,7 +253,7 @@ fn in_words(plant: &Plant) -> Vec<String> {
     }
     out.push(match (&plant.continuous, e.conversion_round_trip) {
         (Some(_), error) => format!(
-            "The continuous model gives back the discrete one (eq 9 and 10) to a relative error of {}.",
+            "The samples of the continuous model are the discrete model (eq 9 and 10) to a relative error of {}.",
             error.map_or_else(|| "–".into(), significant)
         ),
         (None, _) => "There is no continuous model: A has no real logarithm, so the plant is \

@@ -37,9 +37,14 @@ impl Report<'_> {
     /// The page.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let lead = "Angles are in degrees, positive to the left (ISO 8855); a fit is \
-                    100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
-        report_html(&self.title, lead, &self.sections())
+        let fit = "a fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
+        let is_of_channels = self.model.is_some_and(|model| model.multivariable().is_some());
+        let units = if is_of_channels {
+            "Signals are in the units of the log"
+        } else {
+            "Angles are in degrees, positive to the left (ISO 8855)"
+        };
+        report_html(&self.title, &format!("{units}; {fit}"), &self.sections())
     }
 }
 

@@ -34,8 +34,8 @@ pub(crate) fn sections(
     blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
     blocks.extend(actuator(model));
     if let Some(traces) = traces {
-        let caption = "Simulation from steering and speed alone: the model never sees the measured \
-                       yaw rate, and of the shaded part it saw nothing at all.";
+        let caption = "Simulation from steering and speed alone: the measured yaw rate is no input of \
+                       the model. The shaded part is validation data.";
         let figure = figures::comparison(traces, model.fits(), bicycle_fit);
         blocks.push(Block::figure(figure, 720, caption));
     }
@@ -52,8 +52,8 @@ pub(crate) fn figures_of_channels(
     let rows = |panels: usize, columns: usize| ROW * panels.div_ceil(columns) as u32 + 60;
     let mut blocks = Vec::new();
     if let Some(signals) = signals {
-        let caption = "Simulation from the inputs alone, from an initial state at the start of each part: of the \
-                       shaded part the estimation saw nothing.";
+        let caption = "Simulation from the inputs alone, from an initial state at the start of each part. The \
+                       shaded part is validation data.";
         let figure = figures::outputs(plant, signals);
         blocks.push(Block::figure(figure, rows(plant.outputs.len(), 1), caption));
     }

@@ -21,7 +21,8 @@ pub(super) fn identify(
 }
 
 fn table(rows: &[StructureRow], chosen: Structure) -> String {
-    let mut table = Table::new(["structure", "fit on validation data", "errors over the chosen"]);
+    let mut table =
+        Table::new(["structure", "fit on common validation data", "errors over the chosen"]);
     let mut reasons = Vec::new();
     for row in rows {
         let structure = row.structure;

@@ -18,7 +18,8 @@ use steerwright_formats::Structure;
 pub(crate) use present::evidence_text;
 pub(crate) use structure::{StructureArguments, Wanted};
 
-/// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
+/// Identify a model from drive logs: the lateral dynamics from steering angle to yaw rate, the response to a
+/// steering torque, the response of the speed, or a plant of named channels
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     #[arg(

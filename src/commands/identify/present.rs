@@ -175,7 +175,7 @@ fn bicycle_evidence(e: &BicycleEvidence, bicycle: &Bicycle, tables: &str) -> Str
     let d = &e.with_delay;
     let _ = writeln!(
         text,
-        "delay    {}, with which {:.2} % and {:.2} %; {}",
+        "delay    {}; with it the fits are {:.2} % and {:.2} %; {}",
         not_negative(1e3 * d.input_delay_s, 2e3 * d.standard_error_s, 1, " ms"),
         d.validation_fit,
         d.estimation_fit,

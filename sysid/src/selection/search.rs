@@ -245,7 +245,7 @@ pub(crate) fn with_logarithm(
 /// The warning for a model that was taken off the branch cut at this cost of squared errors.
 pub(crate) fn mirroring_warning(cost: f64) -> String {
     format!(
-        "a mode that dies out within a sample alternated, which no mode of a continuous model does: it was replaced by one that decays, which adds {:.2} % to the squared errors",
+        "a mode that decays within a sample alternated in sign, which no mode of a continuous model does: it was replaced by one that does not alternate, which adds {:.2} % to the squared errors",
         100.0 * cost.max(0.0)
     )
 }

@@ -152,7 +152,7 @@ pub(crate) fn other_sideslip(vehicle: &VehicleData, found: &Sideslip) -> Option<
     let is_other = (own - measured).abs() > LARGEST_ERROR_S.max(3.0 * error);
     if is_other {
         Some(format!(
-            "the fixes state {:.0} ± {:.0} ms of sideslip per yaw rate at {speed:.1} m/s, the yaw rate's model {:.0} ms: paths and estimators take that of the fixes, positions that the model simulates have its own",
+            "the fixes state {:.0} ± {:.0} ms of sideslip per yaw rate at {speed:.1} m/s, the yaw rate's model {:.0} ms: paths and estimators use that of the fixes, positions that the model simulates that of the model",
             1e3 * measured,
             2e3 * error,
             1e3 * own

@@ -119,7 +119,9 @@ fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
     lateral.sort_by(f64::total_cmp);
     let largest = lateral[(0.99 * (lateral.len() - 1) as f64) as usize];
     if largest < LINEAR_MPS2 {
-        Some(format!("{largest:.1} m/s² is no limit of grip"))
+        Some(format!(
+            "not tried: the lateral acceleration of {largest:.1} m/s² is below {LINEAR_MPS2} m/s²"
+        ))
     } else {
         None
     }

@@ -100,14 +100,14 @@ impl<'a> Held<'a> {
 
     fn lines_in_words(&self, period_s: f64) -> String {
         format!(
-            "column `{}` is no band-limited signal: the yaw rate fits it better as going along straight lines between its samples, {period_s:.3} s apart, as steps of a controller behind a servo do; it is read so, and the standard errors of the phase cover a lag; a stated behaviour between samples decides it",
+            "column `{}` is not band-limited: the yaw rate fits straight lines between its samples, {period_s:.3} s apart, better, as of steps of a controller behind a servo; it is read along straight lines, and the standard errors of the phase cover a lag; a stated behaviour between samples takes precedence",
             self.column()
         )
     }
 
     fn moving_on_in_words(&self, period_s: f64) -> String {
         format!(
-            "the yaw rate comes before column `{}` as held over {period_s:.3} s: it is read as moving on between its samples, since it was set more often than it was logged; a stated behaviour between samples decides it",
+            "column `{}`: held over {period_s:.3} s, the steering would come after the yaw rate that it causes; it is read as moving on between its samples, since it was set more often than it was logged; a stated behaviour between samples takes precedence",
             self.column()
         )
     }
@@ -115,7 +115,7 @@ impl<'a> Held<'a> {
     fn held_in_words(&self, period_s: f64) -> String {
         let column = self.column();
         format!(
-            "the yaw rate fits column `{column}` better as held between its samples than as moving on: it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples decides it"
+            "column `{column}`: the yaw rate fits it better as held between its samples than as moving on; it is read as held over {period_s:.3} s, and the standard errors of the response cover both; a stated behaviour between samples takes precedence"
         )
     }
 }

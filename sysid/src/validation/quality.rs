@@ -116,7 +116,7 @@ pub(crate) fn quality(
         let reason = failed(ReasonCode::LowValidationFit, message);
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         if !weak && !explained {
-            let hint = "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit";
+            let hint = "check the mapping, signs and clocks of the channels; a delay between clocks and a changing speed lower the fit";
             advice.push(hint.to_owned());
         }
     }
@@ -308,7 +308,7 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
         out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
     }
     if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
-        let hint = "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road";
+        let hint = "the steering depends on the past yaw rate (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road";
         out.push(hint.to_owned());
     }
     if let Some((angle, share)) = at_limit(drive.steering) {

@@ -51,10 +51,7 @@ fn tracks() {
         ),
         ("path --lateral-acceleration 1e6m/s2", &["it must be at most 50 m/s²"]),
         ("path --speed 20", &["'--speed <SPEED>'", "(m/s or km/h)"]),
-        (
-            "path --pid {chain}/plant.json",
-            &["`steerwright/plant/1` stands here", "steerwright/pid/1"],
-        ),
+        ("path --pid {chain}/plant.json", &["found `steerwright/plant/1`", "steerwright/pid/1"]),
     ] {
         refused((&[], line, says));
     }
@@ -111,9 +108,7 @@ fn documents() {
         (
             pid(|_| ()),
             "design",
-            &[
-                "`steerwright/pid/1` stands here, which is no plant, bicycle, vehicle, torque or longitudinal model",
-            ],
+            &["`steerwright/pid/1` is no plant, bicycle, vehicle, torque or longitudinal model"],
         ),
         ("name = \"x\"\n".to_owned(), "design", &["f.json:1:", "not a JSON document"]),
         (plant(|_| ()), "bicycle", &["f.json:1:1", "vehicle data are a TOML file"]),

@@ -77,7 +77,7 @@ pub(crate) fn common_settling(settling_time_s: f64) -> String {
     const SPARE: f64 = 1.03;
     let settling = (20.0 * SPARE * settling_time_s).ceil() / 20.0;
     format!(
-        "all plants could keep a settling time of {}, with everything else as asked for",
+        "all plants could keep a settling time of {}, with all other requirements unchanged",
         Requirement::Settling.text(settling)
     )
 }
@@ -93,10 +93,11 @@ pub(crate) fn not_robust(r: &Robustness, met: bool) -> Vec<String> {
         .filter_map(|x| Some((Requirement::from_name(&x.requirement)?, x)))
         .map(|(requirement, x)| {
             format!(
-                "over {} plants within the uncertainty and the latency of {:.0} to {:.0} ms the {} \
-                 goes to {}, and {:.0} % of them keep it",
+                "over {} plants within the uncertainty and {:.0} to {:.0} ms of loop delay beyond the \
+                 model's own the {} goes to {}, and {:.0} % of them keep it",
                 r.plants,
-                1e3 * r.loop_delay_range_s[0],
+                // Without + 0.0 some microseconds less would be −0.
+                (1e3 * r.loop_delay_range_s[0]).round() + 0.0,
                 1e3 * r.loop_delay_range_s[1],
                 requirement.label(),
                 requirement.text(x.worst),

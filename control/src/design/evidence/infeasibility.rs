@@ -86,14 +86,14 @@ pub(crate) fn infeasibility(
             let degrees = |rad: f64| rad.to_degrees();
             words.push(if is_angle {
                 format!(
-                    "the steering angle of {:.1}° holds it back: a loop without that limit meets it \
+                    "the limit of the steering angle, {:.1}°, prevents it: a loop without that limit meets it \
                      with up to {:.1}°",
                     degrees(largest_angle),
                     degrees(step.largest_angle_rad)
                 )
             } else {
                 format!(
-                    "the steering's rate of {:.0}°/s holds it back: a loop without that limit meets it \
+                    "the limit of the steering rate, {:.0}°/s, prevents it: a loop without that limit meets it \
                      with up to {:.0}°/s",
                     degrees(objective.fastest()),
                     degrees(step.largest_increment_rad) / objective.sample_time
@@ -115,7 +115,7 @@ pub(crate) fn infeasibility(
     }
     if words.len() == before {
         words.push(
-            "no single other requirement or limit blocks it: the plant itself is too slow for it"
+            "no other requirement or limit alone prevents it: the plant itself is too slow for it"
                 .into(),
         );
     }

@@ -50,7 +50,7 @@ impl Known<'_> {
         let mut explained = !implausible.is_empty();
         if !too_little.is_empty() {
             reasons.extend(too_little);
-            let hint = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
+            let hint = "drive a slalom whose rhythm sweeps from 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
             advice.push(hint.to_owned());
         }
         for (reason, cause) in implausible.into_iter().chain(self.faults(e, has_gain)) {

@@ -132,7 +132,7 @@ pub(super) fn quality(
 
 /// Of the simulated engines whose log has no gear, some have a gain at one speed that is wrong by a third, which neither the
 /// band nor the residuals show (test `responses_of_usual_vehicles_are_those_of_the_files`).
-const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed, and the stated one is their mean, outside of its band by up to a third";
+const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed; the stated gain is their mean, and that of one gear may be outside of its band by up to a third";
 
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
@@ -158,7 +158,7 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
                 });
             }
             ReasonCode::UnknownGear => {
-                advice.push("log the gear, or compare the model with another drive".into());
+                advice.push("log the gear, or identify the model from another drive too and compare the gains of both".into());
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),
@@ -192,7 +192,7 @@ fn gains(model: &Longitudinal, mean: Estimate, reasons: &mut Vec<Reason>) {
     let is_acceleration = model.command_unit == "m/s2";
     let half_width = |gain: Estimate| NORMAL_95 * gain.standard_error;
     if mean.value <= 0.0 && mean.value.abs() > half_width(mean) {
-        let message = "the vehicle slows down where the command is to accelerate: its sign may be reversed, or 1 be the released pedal";
+        let message = "the vehicle slows down where the command is to accelerate: its sign may be reversed, or 1 may be the released pedal";
         reasons.push(Reason::new(ReasonCode::WrongSign, Grade::Fail, message));
     }
     let relative = half_width(mean) / mean.value.abs();
@@ -261,7 +261,7 @@ fn suspicion(gain: f64) -> &'static str {
         return ": the command may be in g";
     }
     if is_near(1.0 / 9.806_65) {
-        return ": the command may be in units of 0.1 m/s2, or the speed be scaled";
+        return ": the command may be in units of 0.1 m/s2, or the speed may be scaled";
     }
     if is_near(3.6) {
         return ": the speed may be in km/h";

@@ -116,7 +116,7 @@ pub(super) fn quality(
     }
     if !reasons.is_empty() {
         advice.push(
-            "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, and curves up to the limit of grip"
+            "drive a slalom whose rhythm sweeps from 0.2 to 2 Hz, and curves up to the limit of grip"
                 .into(),
         );
     }

@@ -31,7 +31,7 @@ pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Rea
         return None;
     }
     let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, unusual.join(", "));
-    let advice = "a parameter of no usual vehicle takes up something else: check units, clocks and the steering ratio, or state the prior of such a vehicle";
+    let advice = "a parameter unlike those of usual vehicles may compensate for a fault of the log: check units, clocks and the steering ratio, or state the prior of such a vehicle";
     Some((reason.compared(largest, MOST_DEVIATIONS, ""), advice.into()))
 }
 

@@ -266,7 +266,7 @@ impl InputDelay {
 
 fn words(delay: &Delay) -> String {
     format!(
-        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken for the input's (a model of order {} without it needs a lag of {:.3} s and does worse; the ± includes what a servo's lag can replace, their sum is more certain); a stated delay of 0 s leaves it out",
+        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken as the delay of the input: a model of order {} without it needs a lag of {:.3} s and fits worse; the ± includes what the lag of a servo can replace, and the sum of both is more certain; a stated delay of 0 s omits it",
         delay.seconds,
         2.0 * delay.standard_error_s,
         delay.order_without,

@@ -159,7 +159,7 @@ pub(crate) fn preferred(period_s: f64, evidence: &HoldEvidence) -> Preferred {
 /// What to do about a hold that is open and matters.
 pub(crate) fn advice(period_s: f64) -> String {
     format!(
-        "state whether the steering is held between its samples, which are {period_s:.3} s apart: that is half a sample of phase, and the log does not show it"
+        "state whether the steering is held between its samples, which are {period_s:.3} s apart (option intersample: zoh, foh or bl): the log does not show it, and it changes the phase by half a sample"
     )
 }
 

@@ -102,5 +102,5 @@ pub(crate) fn suggested_checks(
     if causes.is_empty() {
         causes.push("an effect that a linear model of this order leaves out".to_owned());
     }
-    Some((remark, format!("possible causes of the model error: {}", causes.join("; "))))
+    Some((remark, format!("check the possible causes of the model error: {}", causes.join("; "))))
 }
