@@ -45,6 +45,22 @@ pub(crate) struct Selected {
     pub(crate) sources: Vec<usize>,
 }
 
+/// That a group has a clock of its own, where a row period is stated; that of named channels is their sample time.
+pub(crate) fn unused_row_period(
+    group: &Group,
+    clock: &str,
+    options: &LogOptions,
+) -> Option<String> {
+    let period = options.row_period_s?;
+    if options.sample_time_s == Some(period) {
+        return None;
+    }
+    Some(format!(
+        "{}: the stated row period of {period} s is not used, since column `{clock}` is the clock",
+        group.place()
+    ))
+}
+
 impl Selected {
     /// The group at `place` of its file, as the `index`-th of the drive; `None` if nothing of it is wanted.
     pub(crate) fn new(
@@ -227,6 +243,7 @@ pub(crate) fn read(
             let time = own.time(&columns, 0, options);
             if let Some((column, _)) = &own.clock {
                 check_clock(&group.place(), column, &time, &columns.lines, f64::NEG_INFINITY)?;
+                warnings.extend(unused_row_period(&group, column, options));
             }
             let clock = own.clock_channel();
             if let Some(own) = clock.and_then(|clock| file.recording.dates(clock)) {

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::channel_units::{check_quantity, check_units_are_used, unit_of};
+use crate::channels::unused_row_period;
 use crate::error::counted;
 use crate::mapping::time_column;
 use crate::options::LogOptions;
@@ -106,6 +107,12 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
     losses.extend(groups.iter().zip(&states).filter_map(|(group, state)| state.falls(group)));
     // A mapping file may state those of other files.
     losses.extend(check_units_are_used(groups.iter(), options).err().map(|e| e.to_string()));
+    for (group, state) in groups.iter().zip(&states) {
+        if let Some((clock, _)) = state.clock {
+            let clock = &group.channels[clock].name;
+            losses.extend(unused_row_period(group, clock, options));
+        }
+    }
     let firsts = states.iter().filter(|s| s.clock.is_some()).map(|s| s.first);
     let log_start_s = firsts.filter(|t| !t.is_nan()).reduce(f64::min).unwrap_or(0.0);
     let finish = |(group, state): (&Group, State)| state.finish(group, options, log_start_s);

@@ -265,6 +265,10 @@ pub struct Robustness {
     pub met: bool,
     /// Plants drawn from the identified uncertainty; 0 if none is stated.
     pub members: usize,
+    /// Plants that were asked for; more than `members` where draws are unstable or have no continuous form, whose
+    /// shares of the requirements are then unknown. Absent where all were drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub members_wanted: Option<usize>,
     /// The seed of the draws.
     pub seed: u64,
     /// Lowest and highest delay of the yaw loop beyond the model's own, s.

@@ -226,7 +226,14 @@ fn ranges(pid: &Pid, r: &Robustness) -> String {
     let ms = |s: f64| format!("{:.0}", 1e3 * s);
     let mut text = format!("worst of {} plants: ", r.plants);
     if r.members > 0 {
-        let _ = write!(text, "{} drawn from the identified uncertainty, ", r.members);
+        let of_wanted = match r.members_wanted {
+            Some(wanted) => {
+                format!(" of {wanted} (the others are unstable or have no continuous form)")
+            }
+            None => String::new(),
+        };
+        let members = r.members;
+        let _ = write!(text, "{members}{of_wanted} drawn from the identified uncertainty, ");
     }
     let _ = write!(text, "gain {} to {}", r.gain_range[0], r.gain_range[1]);
     let [low, high] = r.loop_delay_range_s;

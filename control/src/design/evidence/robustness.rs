@@ -105,9 +105,12 @@ impl Ensemble<'_> {
         } else {
             None
         };
+        let lost = at_nominal > 0 && at_nominal < self.robust.members;
+        let wanted = if lost { Some(self.robust.members) } else { None };
         Ok(Robustness {
             met: requirements.iter().all(|r| r.share_kept >= 1.0),
             members: at_nominal,
+            members_wanted: wanted,
             seed: self.options.seed,
             loop_delay_range_s: self.delays(),
             gain_range: self.robust.gain,
