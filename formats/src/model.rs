@@ -12,6 +12,7 @@ use crate::multivariable::MultivariablePlant;
 use crate::plant::Plant;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
+use crate::sideslip::Sideslip;
 use crate::torque::Torque;
 use crate::vehicle::Vehicle;
 
@@ -237,6 +238,17 @@ impl Model {
             Self::Torque(torque) => Some(&torque.provenance),
             Self::Longitudinal(model) => Some(&model.provenance),
             Self::Multivariable(plant) => Some(&plant.provenance),
+        }
+    }
+
+    /// The sideslip that fixes determined.
+    #[must_use]
+    pub fn stated_sideslip(&self) -> Option<&Sideslip> {
+        match self {
+            Self::StateSpace(plant) => plant.sideslip.as_ref(),
+            Self::Bicycle(bicycle) => bicycle.sideslip.as_ref(),
+            Self::SingleTrack(vehicle) => vehicle.sideslip.as_ref(),
+            Self::Torque(_) | Self::Longitudinal(_) | Self::Multivariable(_) => None,
         }
     }
 

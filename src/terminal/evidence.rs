@@ -14,9 +14,14 @@ use steerwright_sysid::Traces;
 /// The actuator behind the steering command of a drive.
 pub(crate) fn actuator_in_words(actuator: &IdentifiedActuator) -> String {
     let a = actuator;
-    let lag =
-        not_negative(1e3 * a.time_constant_s, 2e3 * a.time_constant_standard_error_s, 0, " ms");
-    let delay = not_negative(1e3 * a.delay_s, 2e3 * a.delay_standard_error_s, 0, " ms");
+    let lag = steerwright_report::not_negative(
+        1e3 * a.time_constant_s,
+        2e3 * a.time_constant_standard_error_s,
+        0,
+        " ms",
+    );
+    let delay =
+        steerwright_report::not_negative(1e3 * a.delay_s, 2e3 * a.delay_standard_error_s, 0, " ms");
     let rate = a.max_rate_radps.map_or(String::new(), |rate| {
         format!(", at most {rate:.3} rad/s ({:.1}°/s)", rate.to_degrees())
     });
@@ -63,7 +68,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
         let _ = match d.standard_error_s {
             Some(e) => {
-                let delay = not_negative(1e3 * d.estimate_s, 2e3 * e, 0, " ms");
+                let delay = steerwright_report::not_negative(1e3 * d.estimate_s, 2e3 * e, 0, " ms");
                 writeln!(text, "delay    {delay}, {taken}")
             }
             None => writeln!(text, "delay    none taken: this log does not determine it"),
@@ -79,35 +84,8 @@ pub(crate) fn evidence(plant: &Plant) -> String {
 
 /// The sideslip that fixes determine; `speed_mps` is that of the model, for a sideslip that states none.
 pub(crate) fn sideslip_in_words(s: &Sideslip, speed_mps: f64) -> String {
-    let mut text = String::new();
-    let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
-    let latency = match s.gnss_latency_standard_error_s {
-        Some(e) => not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
-        None => s.gnss_latency_s.to_string(),
-    };
-    let _ = writeln!(
-        text,
-        "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
-    );
-    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
-        let (value, error) = (1e3 * value, 2e3 * standard_error);
-        let _ = writeln!(
-            text,
-            "         {value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"
-        );
-    }
-    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
-        let error = 2.0 * standard_error;
-        let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
-    }
-    if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
-        let (speed, error) = (s.speed_mps.unwrap_or(speed_mps), 2.0 * standard_error);
-        let _ = writeln!(
-            text,
-            "         all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
-        );
-    }
-    text
+    let lines = steerwright_report::sideslip_in_words(s, speed_mps);
+    format!("sideslip {}\n", lines.join("\n         "))
 }
 
 /// Warnings, quality, remarks and advice, whatever was identified.
@@ -178,15 +156,6 @@ pub(crate) fn channel_table(all: &[ChannelSummary]) -> Table {
         ]);
     }
     channels
-}
-
-/// A quantity that should not be negative with its error; where the error reaches zero, the upper end alone.
-pub(crate) fn not_negative(value: f64, error: f64, digits: usize, unit: &str) -> String {
-    if value.abs() > error {
-        format!("{value:.digits$} ± {error:.digits$}{unit}")
-    } else {
-        format!("at most {:.digits$}{unit}", value + error)
-    }
 }
 
 /// A fit with twice its standard error, about 95 %, or why there is none.

@@ -7,7 +7,7 @@ mod model;
 mod outcome;
 
 pub use identification::{factor_in_words, start_in_words};
-pub use model::parameter_tables;
+pub use model::{not_negative, parameter_tables, sideslip_in_words};
 
 use crate::figures::text;
 use crate::html::{Block, Section, Tone, report_html};

@@ -6,8 +6,8 @@ use crate::html::{Block, Section};
 use crate::read::Traces;
 use crate::table::Table;
 use steerwright_formats::{
-    BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Torque, VehicleEvidence,
-    VehicleParameter,
+    BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Sideslip, SideslipTerm,
+    Torque, VehicleEvidence, VehicleParameter,
 };
 
 /// What was recorded, the model and the evidence for it.
@@ -20,6 +20,7 @@ pub(crate) fn sections(
     if let Some(plant) = model.plant() {
         log.blocks.extend(identification::information(&plant.evidence.excitation));
         let mut all = vec![log, identification::model(plant, traces, bicycle_fit)];
+        all[1].blocks.extend(sideslip(model));
         all[1].blocks.extend(actuator(model));
         all.extend(evidence::evidence(plant));
         return all;
@@ -32,6 +33,7 @@ pub(crate) fn sections(
         output(model)
     ))];
     blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
+    blocks.extend(sideslip(model));
     blocks.extend(actuator(model));
     if let Some(traces) = traces {
         let caption = "Simulation from steering and speed alone: the measured yaw rate is no input of \
@@ -40,6 +42,13 @@ pub(crate) fn sections(
         blocks.push(Block::figure(figure, 720, caption));
     }
     vec![log, Section::new("The identified model", blocks)]
+}
+
+/// The sideslip that fixes determined.
+fn sideslip(model: &Model) -> Option<Block> {
+    let stated = model.stated_sideslip()?;
+    let lines = sideslip_in_words(stated, model.speed_mps().unwrap_or_default());
+    Some(Block::Text(format!("Sideslip: {}.", lines.join("; "))))
 }
 
 /// Outputs over time, where the signals are there, and gains over frequency.
@@ -316,4 +325,42 @@ fn prior_range(p: &VehicleParameter) -> [f64; 2] {
         value.clamp(prior.min, prior.max)
     };
     [end(-1.0), end(1.0)]
+}
+
+/// The sideslip that fixes determine, in lines; `speed_mps` is that of the model, for a sideslip that states none.
+#[must_use]
+pub fn sideslip_in_words(s: &Sideslip, speed_mps: f64) -> Vec<String> {
+    let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
+    let latency = match s.gnss_latency_standard_error_s {
+        Some(e) => not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
+        None => s.gnss_latency_s.to_string(),
+    };
+    let mut lines =
+        vec![format!("{value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old")];
+    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
+        let (value, error) = (1e3 * value, 2e3 * standard_error);
+        lines
+            .push(format!("{value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"));
+    }
+    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
+        let error = 2.0 * standard_error;
+        lines.push(format!("{value:.4} ± {error:.4} s2 per yaw acceleration"));
+    }
+    if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
+        let (speed, error) = (s.speed_mps.unwrap_or(speed_mps), 2.0 * standard_error);
+        lines.push(format!(
+            "all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
+        ));
+    }
+    lines
+}
+
+/// A quantity that should not be negative with its error; where the error reaches zero, the upper end alone.
+#[must_use]
+pub fn not_negative(value: f64, error: f64, digits: usize, unit: &str) -> String {
+    if value.abs() > error {
+        format!("{value:.digits$} ± {error:.digits$}{unit}")
+    } else {
+        format!("at most {:.digits$}{unit}", value + error)
+    }
 }

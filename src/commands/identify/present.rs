@@ -4,8 +4,8 @@ use crate::failure::{Failure, Outcome};
 use crate::output::{Files, Output, OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::evidence::{
-    actuator_in_words, channel_table, channels, conclusion, evidence, not_negative, plots,
-    sideslip_in_words, traces_csv, validation_data, with_error,
+    actuator_in_words, channel_table, channels, conclusion, evidence, plots, sideslip_in_words,
+    traces_csv, validation_data, with_error,
 };
 use crate::terminal::multivariable;
 use std::fmt::Write;
@@ -176,7 +176,7 @@ fn bicycle_evidence(e: &BicycleEvidence, bicycle: &Bicycle, tables: &str) -> Str
     let _ = writeln!(
         text,
         "delay    {}; with it the fits are {:.2} % and {:.2} %; {}",
-        not_negative(1e3 * d.input_delay_s, 2e3 * d.standard_error_s, 1, " ms"),
+        steerwright_report::not_negative(1e3 * d.input_delay_s, 2e3 * d.standard_error_s, 1, " ms"),
         d.validation_fit,
         d.estimation_fit,
         if bicycle.vehicle.actuator_delay_s > 0.0 { "in the file" } else { "not in the file" }
