@@ -6,7 +6,7 @@ use crate::terminal::console;
 use std::fmt::Write;
 use steerwright_formats::{
     BandDeparture, ChannelSummary, Evidence, ExcitationBand, IdentifiedActuator, Information, Mode,
-    Model, Plant, Provenance, Quality, ResidualTest, Sideslip, SideslipTerm,
+    Model, Plant, Provenance, Quality, ResidualTest, Sideslip,
 };
 use steerwright_report::Table;
 use steerwright_sysid::Traces;
