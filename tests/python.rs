@@ -31,6 +31,7 @@ fn main() -> ExitCode {
     let out = &support::demo().folder;
     write_references(&out.join("multibody"));
     write_estimator(&out.join("multibody"));
+    write_whole_road(&out.join("whole-road"), &out.join("multibody/bicycle.json"));
     support::package_others(&out.join("multibody/fmu"));
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python");
     let status = Command::new(python)
@@ -94,6 +95,15 @@ fn write_estimator(folder: &Path) {
         let output = support::steerwright(folder, &support::words(line, folder));
         assert!(output.status.success(), "{}", support::text_of(&output));
     }
+}
+
+/// All units along a road with its speed profile, and what they do in our host.
+fn write_whole_road(folder: &Path, bicycle: &Path) {
+    std::fs::create_dir_all(folder).unwrap();
+    support::package_whole_road(folder, bicycle);
+    let line = "simulate fmu/WholeRoad.ssp --coupling jacobi -o jacobi.csv";
+    let output = support::steerwright(folder, &support::words(line, folder));
+    assert!(output.status.success(), "{}", support::text_of(&output));
 }
 
 /// A road elsewhere and in another direction, at a speed a little off that of the identification.

@@ -78,7 +78,8 @@ pub fn behind_stated_actuator(documents: &[Named<'_>]) -> Result<Option<BehindAc
     else {
         return Ok(None);
     };
-    let Some((text, file)) = documents.iter().find(|(text, _)| Model::is_in(text)) else {
+    let is_steered = |(text, file): &&Named<'_>| fmu_of(text, file).is_ok_and(Fmu::is_plant);
+    let Some((text, file)) = documents.iter().find(is_steered) else {
         return Ok(None);
     };
     let model = Model::from_json(text, file)?;
@@ -118,10 +119,11 @@ pub fn pack_loop(
         .map(|(text, file)| pack(text, file, Some(step)))
         .collect::<Result<Vec<_>, _>>()?;
     let connections = ssp::connections_by_name(&ssp::loop_order(&packed))?;
+    let drives = packed.iter().any(|packed| packed.fmu == Fmu::LongitudinalPlant);
     let mut started = Vec::new();
     for (packed, (text, file)) in packed.into_iter().zip(documents) {
         let mut values = match path.as_ref() {
-            Some(p) => ssp::start_values(&packed, p),
+            Some(p) => ssp::start_values(&packed, p, drives),
             None => Vec::new(),
         };
         values.extend(ssp::receiver_values(&packed, &connections));
@@ -142,15 +144,21 @@ pub fn pack_loop(
             Component { packed, start: start.unwrap_or_default() }
         })
         .collect();
-    let stop = path.as_ref().map_or(10.0, |path| length(path, step));
+    let stop = path.as_ref().map_or(10.0, |path| length(path, drives, step));
     let stop = (stop / step).floor().max(1.0) * step;
     let bytes = ssp::ssp(name, &components, &connections, Experiment { step, stop })?;
     let fmus = ssp::loop_order(&fmus).into_iter().cloned().collect();
     Ok(PackedLoop { fmus, connections, bytes })
 }
 
-/// How long a run along the path takes, s.
-fn length(path: &PathFile, step: f64) -> f64 {
+/// What a vehicle may take longer than the profile of its path, s: it starts and stops later by the lag of its drive.
+const LATE: f64 = 5.0;
+
+/// How long a run along the path takes, s; of a plant that moves by itself that of the profile.
+fn length(path: &PathFile, drives: bool, step: f64) -> f64 {
+    if let Some(profile) = path.profile.as_ref().filter(|_| drives) {
+        return profile.time_s + LATE;
+    }
     match (path.points.first(), path.points.last()) {
         (Some(first), Some(last)) => (last.distance_m - first.distance_m) / path.speed_mps,
         _ => step,

@@ -55,7 +55,10 @@ pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
 pub use model::{evidence_acceleration, model_behind, model_sideslip, plant_sideslip};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
-pub use profile::{lateral_acceleration_limit, speed_profile, steering_limits, unlimited_steering};
+pub use profile::{
+    lateral_acceleration_limit, speed_preview_times, speed_profile, steering_limits,
+    unlimited_steering,
+};
 pub use requirement::Requirement;
 pub use speed::design::design_speed;
 pub use speed::options::SpeedDesignOptions;

@@ -103,6 +103,12 @@ pub struct Guidance {
     /// Integral gain of the cross-track error, 1/s; 0 or omitted for none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cross_track_integral_gain_per_s: f64,
+    /// Preview time of the speed profile, s, which compensates for lag and delay of the drive; 0 or omitted for none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub speed_preview_time_s: f64,
+    /// The same where the profile decelerates, s, for those of the brake.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub brake_preview_time_s: f64,
 }
 
 impl Default for Guidance {
@@ -120,6 +126,8 @@ impl Default for Guidance {
             yaw_jerk_gain_s3: 0.0,
             sideslip_correction_time_s: 0.0,
             cross_track_integral_gain_per_s: 0.0,
+            speed_preview_time_s: 0.0,
+            brake_preview_time_s: 0.0,
         }
     }
 }
@@ -136,7 +144,8 @@ impl Document for Path {
             sideslip_per_yaw_acceleration_s2 sideslip_growth_s5pm2 yaw_acceleration_gain_s2
             yaw_jerk_gain_s3);
         check_fields!(c.not_negative(g, "guidance."): distance_rear_m
-            sideslip_correction_time_s cross_track_integral_gain_per_s);
+            sideslip_correction_time_s cross_track_integral_gain_per_s speed_preview_time_s
+            brake_preview_time_s);
         check_speeds(c, self.schedule.iter().map(|entry| entry.speed_mps));
         for (i, entry) in self.schedule.iter().enumerate() {
             entry.check(c, &format!("schedule[{i}]."));

@@ -120,6 +120,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         )?;
         path.provenance.sources.extend(limited.sources);
         notes.extend(limited.notes);
+        let [of_drive, of_brake] = limited.preview_s;
+        path.guidance.speed_preview_time_s = of_drive;
+        path.guidance.brake_preview_time_s = of_brake;
         path.profile = Some(steerwright_control::speed_profile(&path, &limited.limits)?);
     }
     path.checked("the path's guidance")?;

@@ -11,6 +11,11 @@ use steerwright_control::{
 };
 use steerwright_formats::{Model, Pid, ProfileLimits, SourceFile, SpeedController, SteeringLimits};
 
+/// Shares of the limits of a speed controller that a profile uses: the rest is for its feedback, without which a vehicle that
+/// is late comes too fast to every bend. The reference model of the controller itself has 0.8 of the jerk.
+const SHARE: f64 = 0.9;
+const JERK_SHARE: f64 = 0.7;
+
 /// The limits of a speed profile; absent where not stated.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Speed profile")]
@@ -26,13 +31,13 @@ pub(crate) struct ProfileArguments {
     /// of --plant covers, otherwise 4m/s2
     #[arg(long, value_name = "ACCELERATION", requires = "profile", allow_hyphen_values = true)]
     max_lateral_acceleration: Option<Acceleration>,
-    /// Largest acceleration of the profile; by default that of --speed-controller, otherwise 2m/s2, that of ISO 15622
+    /// Largest acceleration of the profile; by default 0.9 of that of --speed-controller, otherwise 2m/s2, that of ISO 15622
     #[arg(long, value_name = "ACCELERATION", requires = "profile", allow_hyphen_values = true)]
     max_acceleration: Option<Acceleration>,
-    /// Largest deceleration of the profile; by default that of --speed-controller, otherwise 3.5m/s2, that of ISO 15622
+    /// Largest deceleration of the profile; by default 0.9 of that of --speed-controller, otherwise 3.5m/s2, that of ISO 15622
     #[arg(long, value_name = "ACCELERATION", requires = "profile", allow_hyphen_values = true)]
     max_deceleration: Option<Acceleration>,
-    /// Largest jerk of the profile, or `none`; by default that of --speed-controller, otherwise 2.5m/s3, that of ISO 15622
+    /// Largest jerk of the profile, or `none`; by default 0.7 of that of --speed-controller, otherwise 2.5m/s3, that of ISO 15622
     #[arg(long, value_name = "JERK", requires = "profile", allow_hyphen_values = true)]
     max_jerk: Option<OrNone<Jerk>>,
     /// Friction coefficient of the road: the vector sum of lateral and longitudinal acceleration stays below it times
@@ -54,8 +59,8 @@ pub(crate) struct ProfileArguments {
     /// Speed at the end of the path; standstill by default
     #[arg(long, value_name = "SPEED", requires = "profile", conflicts_with = "closed", allow_hyphen_values = true, value_parser = quantity::speed)]
     end_speed: Option<f64>,
-    /// speed_controller.json of the controller that will follow the profile: its limits of acceleration, deceleration and
-    /// jerk
+    /// speed_controller.json of the controller that will follow the profile: 0.9 of its limits of acceleration and
+    /// deceleration, and 0.7 of that of jerk, so that it has a reserve
     #[arg(long, value_name = "FILE.json", requires = "profile")]
     pub(crate) speed_controller: Option<PathBuf>,
 }
@@ -63,6 +68,8 @@ pub(crate) struct ProfileArguments {
 /// The limits, and where those come from that are not stated.
 pub(crate) struct Limited {
     pub(crate) limits: ProfileLimits,
+    /// Preview times of the profile for drive and brake, s.
+    pub(crate) preview_s: [f64; 2],
     pub(crate) sources: Vec<SourceFile>,
     pub(crate) notes: Vec<String>,
 }
@@ -78,14 +85,25 @@ impl ProfileArguments {
     ) -> Result<Limited, Failure> {
         let mut notes = Vec::new();
         let mut sources = Vec::new();
+        let mut preview_s = [0.0; 2];
         let usual = SpeedDesignOptions::default();
         let mut of_speed =
             [usual.max_acceleration_mps2, usual.max_deceleration_mps2, usual.max_jerk_mps3];
         if let Some(file) = &self.speed_controller {
             let (controller, source) = files::read_document::<SpeedController>(file)?;
             let l = controller.limits;
-            of_speed = [l.max_acceleration_mps2, l.max_deceleration_mps2, l.max_jerk_mps3];
+            of_speed = [
+                SHARE * l.max_acceleration_mps2,
+                SHARE * l.max_deceleration_mps2,
+                JERK_SHARE * l.max_jerk_mps3,
+            ];
+            preview_s = steerwright_control::speed_preview_times(&controller.model);
             sources.push(source);
+        } else {
+            notes.push(
+                "no preview of the speed: --speed-controller sets it to the lag of its drive"
+                    .into(),
+            );
         }
         let [acceleration, deceleration, jerk] = of_speed;
         let steering = self.steering(pid, model)?;
@@ -111,7 +129,7 @@ impl ProfileArguments {
                 Some([self.start_speed, self.end_speed].map(Option::unwrap_or_default))
             },
         };
-        Ok(Limited { limits, sources, notes })
+        Ok(Limited { limits, preview_s, sources, notes })
     }
 
     /// Those of the controller, with the stated ones in their place.

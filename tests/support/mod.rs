@@ -117,6 +117,46 @@ pub(crate) fn chain() -> &'static Path {
     })
 }
 
+/// A bend to each side between straights, away from the origin.
+const WHOLE_ROAD: &str = r#"
+name = "two bends"
+start = { x_m = 20.0, y_m = -5.0, heading_rad = 2.0 }
+segments = [
+    { length_m = 60.0 },
+    { length_m = 20.0, end_curvature_per_m = 0.03 },
+    { length_m = 25.0, curvature_per_m = 0.03 },
+    { length_m = 20.0, curvature_per_m = 0.03, end_curvature_per_m = 0.0 },
+    { length_m = 150.0 },
+    { length_m = 25.0, end_curvature_per_m = -0.02 },
+    { length_m = 40.0, curvature_per_m = -0.02 },
+    { length_m = 25.0, curvature_per_m = -0.02, end_curvature_per_m = 0.0 },
+    { length_m = 60.0 },
+]
+"#;
+
+/// The package of all units along a road with a speed profile, `fmu/WholeRoad.ssp` in a folder.
+pub(crate) fn package_whole_road(folder: &Path, bicycle: &Path) {
+    std::fs::write(folder.join("road.toml"), WHOLE_ROAD).unwrap();
+    std::fs::write(folder.join("longitudinal.json"), Fmu::LongitudinalPlant.example()).unwrap();
+    let bicycle = bicycle.display();
+    let given =
+        format!("--pid pid.json --plant {bicycle} --speed-controller speed_controller.json");
+    let limits = "--profile --speed 20m/s --max-lateral-acceleration 3m/s2";
+    for line in [
+        format!("design {bicycle} --speeds 4..25 --max-rate 0.4rad/s --force -o pid.json"),
+        "design longitudinal.json --force -o speed_controller.json".to_owned(),
+        format!("path road.toml {given} {limits} --force -o path.json"),
+        // The order of the files does not matter.
+        format!(
+            "package longitudinal.json speed_controller.json pid.json path.json {bicycle} \
+             {{data}}/multibody/estimator.json --out fmu --ssp WholeRoad.ssp --force"
+        ),
+    ] {
+        let output = steerwright(folder, &words(&line, folder));
+        assert!(output.status.success(), "{line}: {}", text_of(&output));
+    }
+}
+
 /// The command line with a line of arguments, in which the chain's files may be named.
 pub(crate) fn run(folder: &Path, line: &str) -> Output {
     let chain = if line.contains("{chain}") { chain() } else { Path::new("") };

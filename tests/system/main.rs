@@ -50,3 +50,4 @@ mod stages;
 mod support;
 mod sweep;
 mod tutorial;
+mod whole_road;

@@ -225,13 +225,33 @@ fn a_profile_has_the_limits_of_its_options_and_of_the_controller() {
     assert!(free["profile"]["limits"].get("steering").is_none());
     assert!(free["profile"]["limits"].get("max_jerk_mps3").is_none());
     assert!(said.contains("does not limit the steering"), "{said}");
-    // Of a speed controller: its limits.
+    // Of a speed controller: its limits, less what it needs for its feedback.
     std::fs::write(folder.join("speed.json"), Fmu::SpeedController.example()).unwrap();
     let line = "path bends.toml --profile --speed-controller speed.json --force --json";
     let (driven, _) = path(folder, line);
     let file = crate::support::read_json(&folder.join("speed.json"));
-    assert_eq!(driven["profile"]["limits"]["max_jerk_mps3"], file["limits"]["max_jerk_mps3"]);
+    for (key, share) in
+        [("max_acceleration_mps2", 0.9), ("max_deceleration_mps2", 0.9), ("max_jerk_mps3", 0.7)]
+    {
+        let [of_profile, of_controller] =
+            [&driven["profile"], &file].map(|document| document["limits"][key].as_f64().unwrap());
+        assert!((of_profile / of_controller - share).abs() < 1e-9, "{key}: {of_profile}");
+    }
     assert_eq!(driven["provenance"]["sources"].as_array().unwrap().len(), 2);
+    // And the lags of its drive and its brake.
+    for (key, lag) in [
+        ("speed_preview_time_s", ["time_constant_s", "delay_s"].map(|name| &file["model"][name])),
+        (
+            "brake_preview_time_s",
+            ["time_constant_s", "delay_s"].map(|name| &file["model"]["brake"][name]),
+        ),
+    ] {
+        let expected: f64 = lag.iter().map(|part| part["value"].as_f64().unwrap()).sum();
+        let got = driven["guidance"][key].as_f64().unwrap();
+        assert!((got - expected).abs() < 1e-9 && got > 0.0, "{key}: {got}");
+    }
+    assert!(free["guidance"].get("speed_preview_time_s").is_none());
+    assert!(said.contains("no preview of the speed"), "{said}");
 
     for (line, expected) in [
         ("--max-jerk 2m/s3", "--profile"),

@@ -35,13 +35,26 @@ use binding::binding;
 use grid::Grid;
 use pointwise::GRAVITY;
 use problem::Problem;
-use steerwright_formats::{Model, Path, Pid, ProfileLimits, SpeedProfile, SteeringLimits};
+use steerwright_formats::{
+    Longitudinal, Model, Path, Pid, ProfileLimits, SpeedProfile, SteeringLimits,
+};
 use steerwright_models::SpeedReference;
 
 /// A stated speed at an end is reached where the profile has at least this share of it.
 const REACHED: f64 = 0.995;
 /// Largest share of a limit between the nodes, where the conditions are not required.
 const LARGEST_EXCESS: f64 = 1.01;
+
+/// Preview times of a profile for a vehicle of a longitudinal model, s: delay and lag of the drive, and of the brake. What is
+/// demanded acts so much later; without a brake the drive brakes.
+#[must_use]
+pub fn speed_preview_times(model: &Longitudinal) -> [f64; 2] {
+    let drive = model.delay_s.value + model.time_constant_s.value;
+    match &model.brake {
+        Some(brake) => [drive, brake.delay_s.value + brake.time_constant_s.value],
+        None => [drive, drive],
+    }
+}
 
 /// The time-optimal speed profile over a path. `limits` must state the speeds at both ends of an open path and none of a
 /// closed one.

@@ -48,7 +48,7 @@ as_numbers!(GuidanceParameters: guidance.lookahead_time_s guidance.lookahead_min
     guidance.sideslip_per_yaw_rate_s guidance.sideslip_growth_s5pm2 guidance.sideslip_per_yaw_acceleration_s2
     reference_speed sideslip_per_yaw_rate_offset guidance.distance_rear_m
     guidance.yaw_acceleration_gain_s2 guidance.yaw_jerk_gain_s3 guidance.sideslip_correction_time_s
-    guidance.cross_track_integral_gain_per_s);
+    guidance.cross_track_integral_gain_per_s guidance.speed_preview_time_s guidance.brake_preview_time_s);
 
 /// The outputs of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

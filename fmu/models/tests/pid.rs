@@ -465,6 +465,38 @@ fn small_errors_and_ramps_are_not_bounded() {
     assert!(largest > 0.12, "{largest}");
 }
 
+/// At standstill the steering stays where the error puts it, for however long; of half a metre per second half of the
+/// integral action is left. Without a bound the speed is not known, and the integral acts.
+#[test]
+fn the_integral_waits_at_standstill() {
+    let bounded = limited();
+    let unbounded =
+        PidParameters { lateral_acceleration: PidParameters::ANY_ACCELERATION, ..limited() };
+    let error = 0.0003;
+    let after = |p: &PidParameters, speed: f64| {
+        let mut pid = Pid::default();
+        let mut first = None;
+        let mut last = 0.0;
+        for _ in 0..=1000 {
+            last = pid.tick(p, &PidInput { speed, ..input(error, 0.0) }).steering_angle;
+            first.get_or_insert(last);
+        }
+        last - first.unwrap()
+    };
+    let whole = bounded.gains.ki * 10.0 * error;
+    assert!(whole > 0.01 && whole < bounded.largest_angle(20.0));
+    for (p, speed, share) in [
+        (bounded, 0.0, 0.0),
+        (bounded, 0.5, 0.5),
+        (bounded, 1.0, 1.0),
+        (bounded, 20.0, 1.0),
+        (unbounded, 0.0, 1.0),
+    ] {
+        let moved = after(&p, speed);
+        assert!((moved - share * whole).abs() < 1e-9, "{speed}: {moved} of {whole}");
+    }
+}
+
 /// δ = a·(L/v² + K), and the fixed bound where that is less.
 #[test]
 fn the_largest_angle_follows_the_speed() {

@@ -47,9 +47,9 @@ variables! {
     SideslipCorrection = 17, real "sideslip_correction", Output, Continuous,
         .unit("s").nominal(0.1).depends_on(Nothing).description("what the cross-track error of turns has added to the sideslip angle per yaw rate");
     SpeedReference = 18, real "speed_reference", Output, Continuous,
-        .unit("m/s").display_unit("km/h").nominal(10.0).depends_on(Nothing).description("speed of the profile at the vehicle; without a profile the speed that the path was made for");
+        .unit("m/s").display_unit("km/h").nominal(10.0).depends_on(Nothing).description("speed of the profile at the vehicle, or a preview time ahead; without a profile the speed that the path was made for");
     AccelerationReference = 19, real "acceleration_reference", Output, Continuous,
-        .unit("m/s2").depends_on(Nothing).description("acceleration of the profile at the vehicle; without a profile 0");
+        .unit("m/s2").depends_on(Nothing).description("acceleration of the profile at the vehicle, or a preview time ahead; without a profile 0");
     LookaheadTime = 20, real "lookahead_time", Parameter, Tunable, at parameters.guidance.lookahead_time_s,
         .unit("s").min(0.0).description("look-ahead distance over speed");
     LookaheadMin = 21, real "lookahead_min", Parameter, Tunable, at parameters.guidance.lookahead_min_m,
@@ -76,6 +76,10 @@ variables! {
         .unit("m").min(0.0).description("distance from centre of gravity to rear axle, by which the sideslip follows the speed; 0: not known, the sideslip parameters hold at all speeds");
     SideslipCorrectionTime = 32, real "sideslip_correction_time", Parameter, Tunable, at parameters.guidance.sideslip_correction_time_s,
         .unit("s").min(0.0).description("how long the cross-track error of turns takes to correct the sideslip angle per yaw rate; 0: there is no correction");
+    SpeedPreviewTime = 33, real "speed_preview_time", Parameter, Tunable, at parameters.guidance.speed_preview_time_s,
+        .unit("s").min(0.0).description("how far ahead in time the speed profile is read: lag and delay of the drive");
+    BrakePreviewTime = 34, real "brake_preview_time", Parameter, Tunable, at parameters.guidance.brake_preview_time_s,
+        .unit("s").min(0.0).description("the same where the profile decelerates: lag and delay of the brake");
 }
 
 /// A reference road and the guidance along it.
@@ -157,7 +161,9 @@ impl ReferencePath {
     /// Speed and acceleration to drive.
     fn reference(&mut self) -> [f64; 2] {
         let distance = self.output().distance;
-        self.speed.reference(distance)
+        let guidance = &self.parameters.guidance;
+        let preview = [guidance.speed_preview_time_s, guidance.brake_preview_time_s];
+        self.speed.reference(distance, preview)
     }
 }
 

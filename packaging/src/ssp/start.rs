@@ -6,15 +6,22 @@ use model_description::{Causality, Value};
 use steerwright_formats::{Path, Start};
 use steerwright_host::Connection;
 
-/// Start pose and speed on a road, for the variables that the FMU has.
+/// Start pose and speed on a road, for the variables that the FMU has. A plant that moves by itself (`drives`) starts at
+/// the speed of the profile there; without one, and without a profile, the speed is that which the path was made for.
 #[must_use]
-pub fn start_values(packed: &Packed, path: &Path) -> Vec<(String, f64)> {
+pub fn start_values(packed: &Packed, path: &Path, drives: bool) -> Vec<(String, f64)> {
     let Some(first) = path.points.first() else { return Vec::new() };
+    let profile = path.profile.as_ref().and_then(|profile| profile.points.first());
+    let speed = match profile {
+        Some(point) if drives => point.speed_mps,
+        _ => path.speed_mps,
+    };
     let wanted = [
         ("initial_x", Causality::Parameter, first.x_m),
         ("initial_y", Causality::Parameter, first.y_m),
         ("initial_yaw", Causality::Parameter, first.heading_rad),
-        ("speed", Causality::Input, path.speed_mps),
+        ("initial_speed", Causality::Parameter, speed),
+        ("speed", Causality::Input, speed),
     ];
     let has = |name, causality| {
         packed.description.variable(name).is_some_and(|v| v.causality == causality)

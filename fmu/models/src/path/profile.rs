@@ -5,6 +5,9 @@
 //! v²(s) = v₁²·(σ/h)^{4/3}             from standstill with acceleration 0: the jerk is constant
 //! ```
 //!
+//! The reference is read where the vehicle is a preview time later if it keeps to the profile. From speed v and acceleration
+//! a at its place this is s + v·t + a(s + v·t/3 + a·t²/18)·t²/2, exact for a constant jerk.
+//!
 //! A motion whose acceleration is linear in the distance is harmonic or hyperbolic, hence the closed form of its time.
 
 use crate::intervals::Intervals;
@@ -43,16 +46,34 @@ impl SpeedReference {
         Self { intervals: Intervals::from_distances(&distances), points, closed }
     }
 
-    /// Speed (m/s) and acceleration (m/s²) to drive at a distance: those of the profile, and a little ahead of it where
-    /// the vehicle has yet to start from standstill.
+    /// Speed (m/s) and acceleration (m/s²) to drive at a distance: those of the profile a preview time ahead, s, of which the
+    /// second holds where it decelerates there, and a little ahead where the vehicle has yet to start from standstill.
     #[must_use]
-    pub fn reference(&self, distance: f64) -> [f64; 2] {
+    pub fn reference(&self, distance: f64, [drive, brake]: [f64; 2]) -> [f64; 2] {
         let (first, last) = self.ends();
-        if first.speed_mps > 0.0 {
-            return self.at(distance);
+        let least = if first.speed_mps > 0.0 || self.closed {
+            f64::NEG_INFINITY
+        } else {
+            let length = last.distance_m - first.distance_m;
+            first.distance_m + LEAST_DISTANCE.min(0.5 * length)
+        };
+        let braking = self.at(self.ahead(distance.max(least), brake));
+        if braking[1] < 0.0 || drive == brake {
+            braking
+        } else {
+            self.at(self.ahead(distance.max(least), drive))
         }
-        let ahead = LEAST_DISTANCE.min(0.5 * (last.distance_m - first.distance_m));
-        self.at(distance.max(first.distance_m + ahead))
+    }
+
+    /// Where a vehicle at a distance is after a time, m.
+    fn ahead(&self, distance: f64, time: f64) -> f64 {
+        if time == 0.0 {
+            return distance;
+        }
+        let [speed, acceleration] = self.at(distance);
+        let third = distance + time * (speed / 3.0 + acceleration * time / 18.0);
+        let [_, acceleration] = self.at(third);
+        distance + (time * (speed + 0.5 * acceleration * time)).max(0.0)
     }
 
     /// Speed (m/s) and acceleration (m/s²) at a distance. Before the start and beyond the end of an open path the speed is
@@ -190,7 +211,7 @@ mod tests {
         let open = SpeedReference::from_points(points, false);
         assert_eq!(open.at(0.0), [10.0, 0.0]);
         assert_eq!(open.at(15.1), [120.0_f64.sqrt(), 0.0]);
-        assert_eq!(open.reference(5.0), [10.0, 1.0]);
+        assert_eq!(open.reference(5.0, [0.0; 2]), [10.0, 1.0]);
     }
 
     #[test]
@@ -198,8 +219,33 @@ mod tests {
         let end = from_rest(2.5, 1.2);
         let reference = SpeedReference::from_points(vec![point(0.0, 0.0, 0.0), end], false);
         assert_eq!(reference.at(0.0), [0.0, 0.0]);
-        assert_eq!(reference.reference(-1.0), reference.at(0.1));
-        assert!(reference.reference(0.0)[0] > 0.4);
-        assert_eq!(reference.reference(0.3), reference.at(0.3));
+        assert_eq!(reference.reference(-1.0, [0.0; 2]), reference.at(0.1));
+        assert!(reference.reference(0.0, [0.0; 2])[0] > 0.4);
+        assert_eq!(reference.reference(0.3, [0.0; 2]), reference.at(0.3));
+    }
+
+    /// The preview is in time, whether the acceleration rises, is held, or falls; at the end the reference is that of the end.
+    #[test]
+    fn a_preview_is_the_profile_later() {
+        let (jerk, preview) = (1.5, 0.4);
+        let motion = |time: f64| from_rest(jerk, time);
+        let points = (0..=40).map(|k| motion(0.1 * f64::from(k))).collect();
+        let rising = SpeedReference::from_points(points, false);
+        for time in [0.8, 1.7, 3.0] {
+            let (now, later) = (motion(time), motion(time + preview));
+            let [speed, acceleration] = rising.reference(now.distance_m, [preview, 0.1]);
+            assert!((speed - later.speed_mps).abs() < 2e-3, "{time}: {speed} {later:?}");
+            assert!((acceleration - later.acceleration_mps2).abs() < 2e-3, "{time}");
+        }
+        // v = 20 − 3·t, to standstill.
+        let at = |t: f64| point(20.0 * t - 1.5 * t * t, 20.0 - 3.0 * t, -3.0);
+        let falling =
+            SpeedReference::from_points((0..=6).map(|k| at(f64::from(k))).collect(), false);
+        for time in [0.5, 2.25, 4.0] {
+            let [speed, acceleration] = falling.reference(at(time).distance_m, [preview, 0.15]);
+            assert!((speed - at(time + 0.15).speed_mps).abs() < 1e-9, "{time}: {speed}");
+            assert!((acceleration + 3.0).abs() < 1e-12);
+        }
+        assert_eq!(falling.reference(at(6.0).distance_m, [preview, 0.15])[0], 2.0);
     }
 }

@@ -71,6 +71,8 @@ impl Actuator {
             * NOTICED_AFTER;
         let enough = ramp * ramp * NOTICED_AFTER / 3.0;
         let noticed = if enough > 0.0 { evidence / enough } else { 0.0 };
+        // A vehicle at standstill does not turn whatever its actuator does.
+        let noticed = noticed * p.integral_share(speed);
         self.slow = (self.slow + ts * (noticed - FORGOTTEN * self.slow)).clamp(0.0, 1.0);
     }
 

@@ -11,6 +11,8 @@
 //!   angle is obeyed at once. The angle before tick 0 is 0.
 //! - **Anti-windup** needs an integral action that forgets: with `ki = 0` the back-calculation
 //!   would leave a lasting bias in I, so it is left out. `Tt = 0` resets I at once.
+//! - **Standstill**: where the limits follow the speed v, the integral action is ki·min(v/(1 m/s), 1): a vehicle that
+//!   stands does not turn, and an integral that went on would turn its wheels to their end.
 //! - **Disabled**, the output is the limited feedforward; the memory of r, y and D goes on.
 //! - **Enabling** with `ki > 0` chooses I such that the output continues from the one before;
 //!   with `ki = 0` that bias would never go away, so the controller starts as at tick 0 and the
@@ -111,11 +113,11 @@ impl Pid {
         self.derivative = p.gains.derivative_filter_time_s * filter * self.derivative + new_pulse;
 
         let without_integral = proportional + self.derivative + input.steering_feedforward;
+        let integrated = p.gains.ki * p.sample_time * error * p.integral_share(input.speed);
         let unlimited = if input.enabled {
             match &self.before {
                 Some(b) if b.enabled => {
-                    self.integral +=
-                        p.gains.ki * p.sample_time * error - unweighted * reference_increment;
+                    self.integral += integrated - unweighted * reference_increment;
                     let same = b.kp == p.gains.kp
                         && b.kd == p.gains.kd
                         && b.setpoint_weight_derivative == p.gains.setpoint_weight_derivative;
@@ -130,7 +132,7 @@ impl Pid {
                     self.steering_angle
                 }
                 _ => {
-                    self.integral = p.gains.ki * p.sample_time * error + from_rest;
+                    self.integral = integrated + from_rest;
                     without_integral + self.integral
                 }
             }

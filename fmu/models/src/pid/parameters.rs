@@ -1,5 +1,8 @@
 //! Gains and limits of the yaw controller.
 
+// `clamp` returns NaN for NaN; `min` and `max` return a bound.
+#![allow(clippy::manual_clamp)]
+
 use crate::numbers::as_numbers;
 use std::f64::consts::PI;
 use steerwright_formats::{LargeErrors, LateralAcceleration, PidGains};
@@ -99,6 +102,17 @@ impl PidParameters {
         let v = speed.max(LateralAcceleration::LEAST_SPEED_MPS);
         let bound = &self.lateral_acceleration;
         v / (bound.steering_per_curvature_radm + bound.understeer_gradient_rads2pm * v * v)
+    }
+
+    /// Share of the integral action at a speed in m/s. A vehicle at standstill does not turn however it is steered; where
+    /// the speed is known, as for a bound of the lateral acceleration, the integral waits there.
+    #[inline(always)]
+    pub(crate) fn integral_share(&self, speed: f64) -> f64 {
+        if self.lateral_acceleration.max_mps2 >= NO_ACCELERATION_BOUND {
+            1.0
+        } else {
+            (speed / LateralAcceleration::LEAST_SPEED_MPS).max(0.0).min(1.0)
+        }
     }
 
     /// Largest yaw rate that the lateral acceleration allows at a speed in m/s, rad/s.

@@ -9,6 +9,10 @@
 //! g_r = (S·v·n, 1, 0, 0),  g_b = (0, 0, 1, 0),  g_v = (u, 0, 0, 0),  g_l = (n, 0, 0, 0),  g_σ = (0, 0, 0, 1)
 //! ```
 //!
+//! While the speed is at most [`STANDSTILL_MPS`] the vehicle stands: it does not turn, so the yaw stays and the gyro's mean
+//! reading over the interval T is a measurement of its bias with the variance q²/T. A reading that is more than [`TURNS`]
+//! standard deviations off the bias is that of a vehicle that turns without turning its wheels.
+//!
 //! σ is added to the sideslip per yaw rate. A fix that is older than stated by Δ has the same effect in a steady turn as
 //! σ = −Δ, so σ stands for that, too.
 
@@ -26,6 +30,11 @@ pub const YAW: usize = 2;
 pub const BIAS: usize = 3;
 /// Place of what is added to the sideslip per yaw rate.
 pub const SIDESLIP: usize = 4;
+
+/// Largest speed of a vehicle that stands, m/s: a vehicle turns by at most some 0.2 rad a metre.
+pub const STANDSTILL_MPS: f64 = 0.01;
+/// Standard deviations from which on a vehicle without a speed turns.
+const TURNS: f64 = 4.0;
 
 /// Mean and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,6 +78,14 @@ impl Filter {
     pub fn predict(&mut self, p: &PoseParameters, interval: &Interval) {
         let Interval { duration: t, yaw_rate, yaw_acceleration, speed: v } = *interval;
         let rate = yaw_rate - self.mean[BIAS];
+        if v.abs() <= STANDSTILL_MPS && t > 0.0 {
+            let variance = p.noise.yaw_rate_density.powi(2) / t;
+            let whole = self.covariance[(BIAS, BIAS)] + variance;
+            if variance.is_finite() && rate * rate <= TURNS * TURNS * whole {
+                self.stand(p, interval, variance);
+                return;
+            }
+        }
         let turn = rate * t;
         let sideslip = p.sideslip.at_speed(v);
         let leading = sideslip.per_yaw_acceleration * yaw_acceleration;
@@ -97,6 +114,38 @@ impl Filter {
         self.mean[0] += d.x;
         self.mean[1] += d.y;
         self.mean[YAW] += turn;
+    }
+
+    /// Moves on over an interval in which the vehicle stands; `variance` is that of the mean reading of the gyro.
+    fn stand(&mut self, p: &PoseParameters, interval: &Interval, variance: f64) {
+        let Interval { duration: t, yaw_rate, speed, .. } = *interval;
+        let d = rotation(self.mean[YAW]) * Vector2::new(speed * t, 0.0);
+        let mut f = Matrix5::identity();
+        (f[(0, YAW)], f[(1, YAW)]) = (-d.y, d.x);
+        self.covariance = f * self.covariance * f.transpose();
+        let axes = rotation(self.mean[YAW]);
+        let noise = &p.noise;
+        let along = axes.column(0) * noise.speed_density;
+        let across = axes.column(1) * noise.lateral_velocity_density;
+        let grown = (along * along.transpose() + across * across.transpose()) * t;
+        let mut position = self.covariance.fixed_view_mut::<2, 2>(0, 0);
+        position += grown;
+        self.covariance[(BIAS, BIAS)] += noise.yaw_rate_bias_density.powi(2) * t;
+        self.covariance[(SIDESLIP, SIDESLIP)] += noise.sideslip_per_yaw_rate_density.powi(2) * t;
+        self.mean[0] += d.x;
+        self.mean[1] += d.y;
+
+        let whole = self.covariance[(BIAS, BIAS)] + variance;
+        // A bias and a gyro without noise leave nothing to correct.
+        if whole > 0.0 {
+            let gain = self.covariance.column(BIAS) / whole;
+            self.mean += gain * (yaw_rate - self.mean[BIAS]);
+            let mut kept = Matrix5::identity();
+            kept.column_mut(BIAS).axpy(-1.0, &gain, 1.0);
+            self.covariance =
+                kept * self.covariance * kept.transpose() + gain * gain.transpose() * variance;
+        }
+        self.bound_covariance();
     }
 
     /// Where the antenna is expected, m.

@@ -208,6 +208,8 @@ fn the_path_and_its_guidance() {
         yaw_acceleration_gain_s2: 9.0,
         yaw_jerk_gain_s3: 10.0,
         sideslip_correction_time_s: 13.0,
+        speed_preview_time_s: 14.0,
+        brake_preview_time_s: 15.0,
     };
     let law = guidance_parameters(&guidance, 12.0);
     assert_eq!(law, GuidanceParameters { guidance, reference_speed: 12.0, ..Default::default() });

@@ -7,6 +7,7 @@ mod fixes;
 use drive::{DRIVE, Drive, H, Moment, Truth};
 use proptest::prelude::*;
 use steerwright_formats::{Gnss, InitialUncertainty, SensorNoise};
+use steerwright_models::noise::gaussian;
 use steerwright_models::quadrature::Pose;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters, Sideslip};
 
@@ -147,6 +148,46 @@ fn the_antenna_is_not_the_centre_of_gravity() {
     let truth = moments[moments.len() - 1].truth;
     assert!(away(&estimator, &truth) < 1e-3, "{}", away(&estimator, &truth));
     assert!(away(&other, &truth) > 1.0, "{}", away(&other, &truth));
+}
+
+/// A vehicle that stands does not turn: its yaw stays, however long, and its gyro reads the bias, as exactly as its noise
+/// allows. One that turns without turning its wheels is followed.
+#[test]
+fn the_gyro_of_a_vehicle_that_stands_reads_its_bias() {
+    const SEEDS: i32 = 200;
+    let (bias, seconds) = (0.01, 20.0_f64);
+    let p = PoseParameters {
+        noise: SensorNoise { yaw_rate_bias_density: 0.0, ..DRIVE.parameters.noise },
+        ..DRIVE.parameters
+    };
+    let drive = Drive { parameters: p, ..DRIVE };
+    let deviation = p.noise.yaw_rate_density / H.sqrt();
+    let mut squares = 0.0;
+    for seed in 0..SEEDS {
+        let mut estimator = drive.estimator();
+        let yaw = estimator.yaw();
+        for k in 0..(seconds / H) as u64 {
+            let yaw_rate = bias + deviation * gaussian(seed, k);
+            step(&mut estimator, PoseInput { yaw_rate, ..PoseInput::default() });
+            assert_eq!(estimator.yaw(), yaw, "seed {seed}, step {k}");
+        }
+        let (variance, [.., found, _]) = (estimator.covariance()[3][3], estimator.mean());
+        // That of the mean of all readings, and of what was known before.
+        let known = p.initial.yaw_rate_bias_std_radps.powi(-2);
+        let expected = 1.0 / (known + seconds / p.noise.yaw_rate_density.powi(2));
+        assert!((variance / expected - 1.0).abs() < 1e-9, "{variance} {expected}");
+        squares += (found - bias).powi(2) / variance;
+        assert!((estimator.covariance()[2][2] - p.initial.yaw_std_rad.powi(2)).abs() < 1e-12);
+
+        let before = estimator.yaw();
+        for _ in 0..100 {
+            step(&mut estimator, PoseInput { yaw_rate: 0.3 + bias, ..PoseInput::default() });
+        }
+        assert!((estimator.yaw() - before - 0.3).abs() < 0.01, "{}", estimator.yaw());
+    }
+    // Four standard errors, and the mean of two successive readings, of which each counts in both.
+    let mean = squares / f64::from(SEEDS);
+    assert!((mean - 1.0).abs() < 4.0 * (2.0 / f64::from(SEEDS)).sqrt(), "{mean}");
 }
 
 #[test]

@@ -194,6 +194,8 @@ pub fn path_over_speed(
             yaw_acceleration_gain_s2: -0.006,
             yaw_jerk_gain_s3: 0.0004,
             sideslip_correction_time_s: 4.0,
+            speed_preview_time_s: 0.3,
+            brake_preview_time_s: 0.2,
         },
         schedule,
         provenance: steerwright_formats::Provenance::default(),
