@@ -35,7 +35,10 @@ pub use html::{Block, Section, Tone, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
-pub use sections::{factor_in_words, parameter_tables, start_in_words};
+pub use sections::{
+    factor_in_words, manoeuvre_limits, manoeuvre_page, parameter_tables, signal_in_words,
+    start_in_words,
+};
 pub use table::{COLUMNS, Table};
 
 /// Name of this program in the files that it writes.
