@@ -75,6 +75,9 @@ pub(crate) struct Arguments {
     /// otherwise 0.1deg/s
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     noise: Option<f64>,
+    /// Standard deviation of each axle's cornering stiffness where the model states no uncertainty; the limits leave room for it
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "10%")]
+    uncertainty: f64,
     /// Time from one sample to the next, of the steering and of the log
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "10ms")]
     sample_time: f64,
@@ -114,8 +117,14 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(out) = &page {
         out.write(manoeuvre_page(&manoeuvre).as_bytes())?;
     }
-    for warning in warnings(&manoeuvre, &bicycle) {
+    if let Some(warning) = uncertain(&manoeuvre) {
         console::warning(warning);
+    }
+    if bicycle.ensemble_dimension() == 0 {
+        console::note(format!(
+            "the model states no uncertainty: {:.0} % of each cornering stiffness are assumed (--uncertainty)",
+            arguments.uncertainty
+        ));
     }
     console::result(&manoeuvre_summary::summary(&manoeuvre), &manoeuvre)?;
     console::note(format!("written to {}", arguments.out.display()));
@@ -197,28 +206,23 @@ fn options(arguments: &Arguments, bicycle: &Bicycle) -> Result<ExcitationOptions
         noise_density,
         sample_time_s: arguments.sample_time,
         by_driver: arguments.by == SteeredBy::Driver,
+        assumed_uncertainty: 0.01 * arguments.uncertainty,
     })
 }
 
-/// What the design depends on and does not cover.
-fn warnings(manoeuvre: &Manoeuvre, bicycle: &Bicycle) -> Vec<String> {
-    let mut all = Vec::new();
-    if bicycle.ensemble_dimension() == 0 {
-        all.push(
-            "the model states no uncertainty: the limits are kept for its own values".to_owned(),
-        );
-    }
-    // Where the stated uncertainty takes most of a limit.
-    let doubled = manoeuvre.signals.iter().any(|signal| {
+/// Where the uncertainty of the model takes a third of a limit.
+fn uncertain(manoeuvre: &Manoeuvre) -> Option<&'static str> {
+    let is_uncertain = manoeuvre.signals.iter().any(|signal| {
         let [nominal, upper] = signal.peaks.lateral_acceleration_mps2;
         upper > 1.5 * nominal
     });
-    if doubled {
-        all.push(
-            "the model is uncertain: within its uncertainty the lateral acceleration may be more than 1.5 times that of the model, and the limits leave room for that; design again on the model of the first recording".to_owned(),
-        );
+    if is_uncertain {
+        Some(
+            "within the uncertainty of the model the lateral acceleration may be more than 1.5 times that of the model, for which the limits leave room; design again on the model of the first recording",
+        )
+    } else {
+        None
     }
-    all
 }
 
 /// A row for each sample: `time_s`, `steering_rad`, `speed_mps`.

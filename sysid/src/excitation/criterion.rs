@@ -1,6 +1,13 @@
 //! The criterion: the largest variance `cᵀ·M⁻¹·c` of what is to be known, by the delta method, over its gradients c, with the
 //! information matrix M (n by n, row by row). Here c are the gradients of the logarithm of the gain and of the phase of the
 //! response over a band of frequencies, so that the criterion is the squared largest relative standard error of the response.
+//!
+//! The response leaves combinations of the parameters open, such as lag and yaw inertia. The shape of a signal therefore
+//! minimises a cost that has the generalised variance of the parameters, too (D-optimality):
+//!
+//! ```text
+//! ln max_i c_iᵀ·M⁻¹·c_i + (1/n)·ln det M⁻¹
+//! ```
 
 /// Exponent of the smooth maximum over the variances.
 const SHARPNESS: f64 = 24.0;
@@ -66,6 +73,12 @@ impl Factor {
         x
     }
 
+    /// `ln det M⁻¹` over the number of parameters.
+    fn generalised_variance(&self) -> f64 {
+        let n = self.size;
+        -2.0 * (0..n).map(|i| self.lower[i * n + i].ln()).sum::<f64>() / n as f64
+    }
+
     /// `cᵀ·M⁻¹·c`.
     pub(super) fn variance(&self, c: &[f64]) -> f64 {
         self.half_solve(c).iter().map(|x| x * x).sum()
@@ -79,7 +92,14 @@ impl Criterion {
         Some(self.gradients.iter().map(|c| factor.variance(c)).fold(0.0, f64::max))
     }
 
-    /// The logarithm of a smooth maximum of the variances, `ln(Σ f^ρ)/ρ`, and the matrix W of its change with the information,
+    /// The cost; infinite where the information is singular.
+    pub(super) fn cost(&self, information: &[f64]) -> f64 {
+        let Some(factor) = Factor::new(information, self.size) else { return f64::INFINITY };
+        let variances = self.gradients.iter().map(|c| factor.variance(c));
+        variances.fold(0.0, f64::max).ln() + factor.generalised_variance()
+    }
+
+    /// The cost with a smooth maximum of the variances, `ln(Σ f^ρ)/ρ`, and the matrix W of its change with the information,
     /// `d = −tr(W·dM)`. `None` where the information is singular.
     pub(super) fn smooth(&self, information: &[f64]) -> Option<(f64, Square)> {
         let n = self.size;
@@ -98,6 +118,13 @@ impl Criterion {
                 }
             }
         }
-        Some((largest.ln() + sum.ln() / SHARPNESS, w))
+        for i in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[i] = 1.0;
+            for (j, inverse) in factor.solve(&unit).into_iter().enumerate() {
+                w[i * n + j] += inverse / n as f64;
+            }
+        }
+        Some((largest.ln() + sum.ln() / SHARPNESS + factor.generalised_variance(), w))
     }
 }

@@ -132,13 +132,17 @@ impl Expected<'_> {
             }
         }
         let mean = self.speeds_mps.iter().sum::<f64>() / self.speeds_mps.len() as f64;
-        let estimated = |(name, unit, value, gradient): (&str, &str, f64, Vec<f64>)| Estimated {
-            name: name.into(),
-            value,
-            standard_error: factor.variance(&gradient).sqrt(),
-            unit: unit.into(),
-        };
-        let parameters = self.information.combinations(mean).into_iter().map(estimated).collect();
+        let mut parameters = Vec::new();
+        for (name, unit, value, gradient) in self.information.combinations(mean) {
+            let standard_error = factor.variance(&gradient).sqrt();
+            // That of a vehicle that hardly understeers is far beyond what it drives, and not determined.
+            let is_speed = unit == "m/s";
+            let is_stated = value.is_finite() && standard_error.is_finite();
+            if is_stated && !(is_speed && standard_error > value) {
+                let (name, unit) = (name.into(), unit.into());
+                parameters.push(Estimated { name, value, standard_error, unit });
+            }
+        }
         Ok(ExpectedErrors {
             largest_error,
             bound: None,

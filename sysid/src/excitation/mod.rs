@@ -7,7 +7,8 @@
 //!
 //! The yaw rate of the structure has the sensitivities J by its parameters, of which the information is `M = JᵀJ/s² + M₀` with
 //! the long-run variance s² of the errors and the information M₀ of the priors, as the identification has them. The standard
-//! errors of the gain and of the phase of the response follow by the delta method; the largest in the band is minimised.
+//! errors of the gain and of the phase of the response follow by the delta method; the largest in the band is minimised, and with
+//! it the generalised variance of the parameters.
 //!
 //! A manoeuvre is made of blocks at steady speeds, of which each begins and ends straight on one line. The first half of the
 //! recording estimates, the second validates, and both have the same signals. The design is locally optimal: at the parameters of the model.
@@ -41,7 +42,7 @@ use limits::{Mover, Peaks};
 use shape::{Block, Shape, TonesOfBlock};
 use steerwright_formats::{
     Alternative, Bicycle, Document, ExpectedErrors, Manoeuvre, ManoeuvreBlock, ManoeuvreKind,
-    ManoeuvreLimits, ManoeuvrePurpose, Provenance, SignalPeaks, SteeringSignal,
+    ManoeuvreLimits, ManoeuvrePurpose, Provenance, SignalPeaks, SteeringSignal, VehicleDirection,
 };
 
 /// Share of a recording that estimates by default.
@@ -52,10 +53,10 @@ const REST_S: f64 = 2.0;
 const SHORTEST_BLOCK_S: f64 = 8.0;
 /// Time in which a multisine fades in and out, s.
 const TAPER_S: f64 = 1.5;
-/// Sample time of the design, s.
+/// Shortest sample time of the design, s.
 const DESIGN_S: f64 = 0.02;
 /// Tones beyond the band in which the response is to be known, as factors on its ends.
-const BEYOND: [f64; 2] = [0.5, 1.5];
+const BEYOND: [f64; 2] = [0.5, 2.5];
 /// Frequencies of a band at which the response is to be known.
 const FREQUENCIES: usize = 9;
 /// Most blocks of a half whose signals a driver's manoeuvre selects one by one.
@@ -83,6 +84,9 @@ pub struct ExcitationOptions {
     pub sample_time_s: f64,
     /// Whether a driver steers, to a metronome, instead of a robot.
     pub by_driver: bool,
+    /// Standard deviation of each axle's cornering stiffness, relative, of a model that states no uncertainty; the limits leave
+    /// room for it.
+    pub assumed_uncertainty: f64,
 }
 
 impl Default for ExcitationOptions {
@@ -103,6 +107,7 @@ impl Default for ExcitationOptions {
             noise_density: 0.1_f64.to_radians().powi(2) * 0.01,
             sample_time_s: 0.01,
             by_driver: false,
+            assumed_uncertainty: 0.1,
         }
     }
 }
@@ -145,6 +150,7 @@ impl ExcitationOptions {
         for (option, limit, unit) in positive {
             within(option, limit.unwrap_or(1.0), [1e-3, 1e3], unit)?;
         }
+        within("uncertainty", 100.0 * self.assumed_uncertainty, [0.0, 50.0], " %")?;
         within("noise density", self.noise_density.sqrt(), [1e-9, 1.0], " (rad/s)/√Hz")
     }
 
@@ -225,7 +231,18 @@ impl<'a> Design<'a> {
     }
 
     fn mover(&self, speed_mps: f64, sample_time_s: f64) -> Mover {
-        let directions = self.bicycle.evidence.as_ref().map_or(&[][..], |e| &e.directions);
+        let stated = self.bicycle.evidence.as_ref().map_or(&[][..], |e| &e.directions);
+        let assumed = [
+            VehicleDirection {
+                cornering_stiffness_front: self.options.assumed_uncertainty,
+                ..VehicleDirection::default()
+            },
+            VehicleDirection {
+                cornering_stiffness_rear: self.options.assumed_uncertainty,
+                ..VehicleDirection::default()
+            },
+        ];
+        let directions = if stated.is_empty() { &assumed } else { stated };
         Mover::new(&self.bicycle.vehicle, directions, speed_mps, sample_time_s)
     }
 
@@ -253,18 +270,19 @@ impl<'a> Design<'a> {
         let beyond = [BEYOND[0] * options.band_hz[0], BEYOND[1] * options.band_hz[1]];
         let tones = TonesOfBlock::new(options.signal_s(), TAPER_S, beyond);
         let size = self.criterion.size;
+        let step_s = options.sample_time_s.max(DESIGN_S);
         let limited = options.limits.values().iter().filter(|limit| limit.is_finite()).count();
         // A signal within the limits with their uncertainty is scaled to them in the end.
         let mut blocks = Vec::new();
         for speed in &options.speeds_mps {
             let block = Block::new(
                 &tones,
-                &self.mover(*speed, DESIGN_S),
+                &self.mover(*speed, step_s),
                 &options.limits,
-                DESIGN_S,
+                step_s,
                 options.repeats() as f64,
                 size,
-                |signal| self.sensitivities(signal, *speed, DESIGN_S),
+                |signal| self.sensitivities(signal, *speed, step_s),
             );
             blocks.push(block.ok_or(Error::Numerical { what: "sensitivities of the design" })?);
         }
@@ -334,7 +352,7 @@ impl<'a> Design<'a> {
         }
         let repeats = options.repeats();
         let selected = repeats.min(MOST_SELECTED);
-        let largest = |selection: &Vec<usize>| {
+        let cost = |selection: &Vec<usize>| {
             let weight = repeats as f64 / selected as f64;
             let mut sum = self.prior.clone();
             for k in selection {
@@ -342,10 +360,10 @@ impl<'a> Design<'a> {
                     *s += weight * m;
                 }
             }
-            self.criterion.largest(&sum).unwrap_or(f64::INFINITY)
+            self.criterion.cost(&sum)
         };
         let all = selections(candidates.len(), selected);
-        let best = all.into_iter().min_by(|a, b| largest(a).total_cmp(&largest(b)));
+        let best = all.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
         let best = best.unwrap_or_default();
         let mut used = best.clone();
         used.dedup();

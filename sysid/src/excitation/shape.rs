@@ -4,7 +4,7 @@
 //! and its first moment are zero, so that every linear vehicle ends with the yaw angle and on the line with which it began,
 //! whatever its parameters are: the yaw angle is that of the integral of u, the lateral offset that of its double integral.
 //!
-//! From the amplitudes of the convex problem and several sets of phases (Schroeder 1970, and spread ones) the criterion at full use of the
+//! From the amplitudes of the convex problem and several sets of phases (Schroeder 1970, and spread ones) the cost at full use of the
 //! limits is minimised by L-BFGS (Nocedal and Wright, *Numerical Optimization*, 2006, 7.2); the largest use of a limit is
 //! replaced by a p-norm whose exponent grows. That problem is not convex: the optimum is a local one, which
 //! the bound of the convex problem qualifies.
@@ -218,7 +218,7 @@ impl Shape<'_> {
         })
     }
 
-    /// The criterion's logarithm at full use of the limits by their p-norms, and its gradient.
+    /// The cost at full use of the limits by their p-norms, and its gradient.
     fn value(&self, x: &[f64], exponent: f64, gradient: &mut [f64]) -> f64 {
         let size = self.criterion.size;
         let mut information = self.prior.to_vec();
@@ -269,8 +269,8 @@ impl Shape<'_> {
         self.parts(x).flat_map(part).collect()
     }
 
-    /// The largest variance at full use of the limits.
-    fn largest(&self, x: &[f64]) -> f64 {
+    /// The cost at full use of the limits.
+    fn cost(&self, x: &[f64]) -> f64 {
         let size = self.criterion.size;
         let mut information = self.prior.to_vec();
         let scaled = self.scaled(x);
@@ -282,7 +282,7 @@ impl Shape<'_> {
                 *m += own;
             }
         }
-        self.criterion.largest(&information).unwrap_or(f64::INFINITY)
+        self.criterion.cost(&information)
     }
 
     /// Optimised coefficients of all blocks, a of all tones, then b, for each; `power` has that of each tone of each block.
@@ -292,7 +292,7 @@ impl Shape<'_> {
                 let mut x = self.scaled(&initial(power, start));
                 let (exponent, steps) = EXPONENTS[0];
                 minimise(|x, gradient| self.value(x, exponent, gradient), &mut x, steps);
-                (self.largest(&x), x)
+                (self.cost(&x), x)
             })
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -302,9 +302,9 @@ impl Shape<'_> {
             for (exponent, steps) in &EXPONENTS[1..] {
                 x = self.scaled(&x);
                 minimise(|x, gradient| self.value(x, *exponent, gradient), &mut x, *steps);
-                let largest = self.largest(&x);
-                if largest < best.0 {
-                    best = (largest, x.clone());
+                let cost = self.cost(&x);
+                if cost < best.0 {
+                    best = (cost, x.clone());
                 }
             }
         }

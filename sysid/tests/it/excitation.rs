@@ -29,6 +29,7 @@ fn options() -> ExcitationOptions {
         },
         noise_density: NOISE * NOISE * T,
         sample_time_s: T,
+        assumed_uncertainty: 0.0,
         ..ExcitationOptions::default()
     }
 }
@@ -94,6 +95,7 @@ fn limits_are_kept_and_one_is_used_to_the_full() {
 /// The standard deviation of the gain and the phase over drives with noise is the stated one: for 40 drives within a quarter,
 /// about 2.3 of the standard errors 1/√80 of a standard deviation.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_identification_errs_as_much_as_is_stated() {
     let car = car();
     let manoeuvre = excite(&car, &options()).unwrap();
@@ -222,7 +224,9 @@ fn a_neutral_vehicle_has_a_manoeuvre() {
     let mut car = car();
     car.vehicle.cornering_stiffness_front_npr = 100_000.0;
     car.vehicle.cornering_stiffness_rear_npr = 80_000.0;
-    let neutral = excite(&car, &options()).unwrap().expected.largest_error;
+    let manoeuvre = excite(&car, &options()).unwrap();
+    manoeuvre.checked("m.json").unwrap();
+    let neutral = manoeuvre.expected.largest_error;
     car.vehicle.cornering_stiffness_rear_npr = 80_800.0;
     let nearly = excite(&car, &options()).unwrap().expected.largest_error;
     assert!((neutral / nearly - 1.0).abs() < 0.1, "{neutral} {nearly}");
