@@ -17,8 +17,8 @@ mod terminal;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    accumulate, bicycle, build, check, compare, demo, design, export, identify, inspect, manual,
-    package, path, simulate, sweep,
+    accumulate, bicycle, build, check, compare, demo, design, excite, export, identify, inspect,
+    manual, package, path, simulate, sweep,
 };
 use failure::{Failure, Outcome};
 use options::Global;
@@ -55,6 +55,7 @@ enum Command {
     Bicycle(bicycle::Arguments),
     Design(design::Arguments),
     Path(path::Arguments),
+    Excite(excite::Arguments),
     Package(package::Arguments),
     Simulate(simulate::Arguments),
     // Boxed: it has the options of several stages.
@@ -87,6 +88,7 @@ fn execute(command: Command, global: &Global) -> Result<Outcome, Failure> {
         Command::Bicycle(arguments) => bicycle::run(&arguments, global),
         Command::Design(arguments) => design::run(&arguments, global),
         Command::Path(arguments) => path::run(&arguments, global),
+        Command::Excite(arguments) => excite::run(&arguments, global),
         Command::Package(arguments) => package::run(&arguments, global),
         Command::Simulate(arguments) => simulate::run(&arguments, global),
         Command::Compare(arguments) => compare::run(&arguments, global),

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
-    AccumulatedDrives, Bicycle, Document, Longitudinal, Model, Path as PathFile, Pid, Plant,
-    Provenance, SourceFile, Torque, Vehicle, sha256_hex,
+    AccumulatedDrives, Bicycle, Document, Longitudinal, Manoeuvre, Model, Path as PathFile, Pid,
+    Plant, Provenance, SourceFile, Torque, Vehicle, sha256_hex,
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
@@ -262,6 +262,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let kinds = [
         OutputKind::for_document::<Pid>(),
         OutputKind::for_document::<PathFile>(),
+        OutputKind::for_document::<Manoeuvre>(),
         OutputKind::for_document::<Torque>(),
         OutputKind::for_document::<Longitudinal>(),
         OutputKind::for_document::<AccumulatedDrives>(),
@@ -272,7 +273,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let has = |kind: &OutputKind| matches!(kind, OutputKind::Document(schema) if tag.schema.starts_with(schema));
     let place = kinds.iter().position(has).ok_or_else(unknown)?;
     // Models replace each other.
-    let kind = if place < 5 { kinds[place] } else { OutputKind::Model };
+    let kind = if place < 6 { kinds[place] } else { OutputKind::Model };
     let is_source = |bytes: &Vec<u8>| {
         let hash = sha256_hex(bytes);
         tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)

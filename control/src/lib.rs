@@ -52,7 +52,9 @@ pub use error::Error;
 pub use guidance::demand::{Demand, OtherSpeed, Quantity, demands};
 pub use guidance::track::{TrackTrace, track, track_with};
 pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
-pub use model::{evidence_acceleration, model_behind, model_sideslip, plant_sideslip};
+pub use model::{
+    evidence_acceleration, model_behind, model_bicycle, model_sideslip, plant_sideslip,
+};
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;
 pub use profile::{

@@ -43,6 +43,21 @@ pub fn model_behind(model: &Model, actuator: Option<StatedActuator>) -> Model {
     }
 }
 
+/// The bicycle that a model is in gentle driving; `None` of a structure that is none.
+///
+/// # Errors
+/// A vehicle that is no bicycle in gentle driving.
+pub fn model_bicycle(model: &Model) -> Result<Option<Bicycle>, Error> {
+    Ok(match model {
+        Model::Bicycle(bicycle) => Some(bicycle.as_ref().clone()),
+        Model::SingleTrack(vehicle) => Some(bicycle_of_vehicle(vehicle)?),
+        Model::StateSpace(_)
+        | Model::Torque(_)
+        | Model::Longitudinal(_)
+        | Model::Multivariable(_) => None,
+    })
+}
+
 /// The sideslip of a vehicle: the one that its model's drive determined, at the speed that is stated with it, otherwise that
 /// of the model at `speed` in m/s, by default its own. `None` where there is neither.
 ///

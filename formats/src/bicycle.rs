@@ -239,7 +239,8 @@ impl VehicleData {
     }
 
     /// The vehicle displaced by a multiple of a direction of its uncertainty.
-    fn displaced(&self, direction: &VehicleDirection, times: f64) -> Self {
+    #[must_use]
+    pub fn displaced(&self, direction: &VehicleDirection, times: f64) -> Self {
         let by = |logarithm: f64| (times * logarithm).exp();
         Self {
             distance_front_m: self.distance_front_m * by(direction.wheelbase),

@@ -59,6 +59,9 @@ pub struct BicycleEvidence {
     /// How long the simulation errors last, s: their long-run variance over their variance, by the
     /// sample time. The standard errors count with it.
     pub error_correlation_time_s: f64,
+    /// Standard deviation of the simulation errors on the estimation data, rad/s; absent in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_std_radps: Option<f64>,
     /// The channels of the log, after resampling.
     pub channels: Vec<ChannelSummary>,
     /// Warnings of the log reader and of the identification.
@@ -162,6 +165,13 @@ impl VehicleDirection {
 }
 
 impl BicycleEvidence {
+    /// Spectral density of the simulation errors over the long run, (rad/s)²/Hz, two-sided; `None` where it is not stated.
+    #[must_use]
+    pub fn noise_density(&self) -> Option<f64> {
+        let density = self.error_std_radps?.powi(2) * self.error_correlation_time_s;
+        if density > 0.0 { Some(density) } else { None }
+    }
+
     /// Reports impossible numbers; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
@@ -170,6 +180,9 @@ impl BicycleEvidence {
         }
         if let Some(period) = self.open_hold_s {
             c.positive(period, &format!("{at}open_hold_s"));
+        }
+        if let Some(deviation) = self.error_std_radps {
+            c.not_negative(deviation, &format!("{at}error_std_radps"));
         }
         if let Some(actuator) = &self.actuator {
             actuator.check(c, &format!("{at}actuator."));

@@ -24,6 +24,7 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
+mod excitation;
 mod facts;
 mod gains;
 pub mod interruption;
@@ -68,6 +69,10 @@ pub use evidence::{
     Information, Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap,
     PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay,
     too_few_blocks,
+};
+pub use excitation::{
+    Alternative, ExpectedErrors, ExpectedResponse, Manoeuvre, ManoeuvreBlock, ManoeuvreKind,
+    ManoeuvreLimits, ManoeuvrePurpose, SignalPeaks, SteeringSignal,
 };
 pub use facts::{Described, Fact, Facts};
 pub use gains::{GuidanceAdvice, PidGains};

@@ -3,8 +3,8 @@
 
 use proptest::prelude::*;
 use steerwright_formats::{
-    Continuous, Discrete, Document, Error, Estimator, Evidence, Guidance, InputKind, Matrix, Noise,
-    OperatingPoint, Path, PathPoint, Plant, Provenance, Sideslip, SideslipTerm,
+    Continuous, Discrete, Document, Error, Estimator, Evidence, Guidance, InputKind, Manoeuvre,
+    Matrix, Noise, OperatingPoint, Path, PathPoint, Plant, Provenance, Sideslip, SideslipTerm,
 };
 
 fn plant() -> Plant {
@@ -216,4 +216,31 @@ fn the_distance_to_the_rear_axle_is_optional() {
     let wrong = Estimator { distance_rear_m: -1.0, ..estimator }.to_json();
     let error = Estimator::from_json(&wrong, "estimator.json").unwrap_err().to_string();
     assert!(error.contains("distance_rear_m"), "{error}");
+}
+
+#[test]
+fn a_manoeuvre_has_blocks_that_follow_each_other_and_signals_that_fit_them() {
+    let text = include_str!("excitation.json");
+    let read = |text: &str| Manoeuvre::from_json(text, "m.json");
+    let manoeuvre = read(text).unwrap();
+    assert_eq!(read(&manoeuvre.to_json()).unwrap(), manoeuvre);
+    assert_eq!((manoeuvre.time_s(), manoeuvre.block_samples()), (8.0, 8));
+    let steered: Vec<f64> =
+        (0..6).map(|k| manoeuvre.steering_rad(&manoeuvre.schedule[1], k)).collect();
+    assert_eq!(steered, [0.0, -0.3, 0.0, 0.3, 0.0, 0.0]);
+    for (from, to, at) in [
+        ("\"start_s\": 4.0", "\"start_s\": 5.0", "schedule[1].start_s"),
+        ("\"signal\": 0", "\"signal\": 1", "schedule[0].signal"),
+        ("\"block_s\": 4.0", "\"block_s\": 2.0", "schedule[1].start_s"),
+        ("\"max_angle_rad\": 0.5", "\"max_angle_rad\": 0.0", "limits.max_angle_rad"),
+        ("\"noise_density\": 3e-08", "\"noise_density\": 0.0", "noise_density"),
+        ("\"speed_mps\": 15.0", "\"speed_mps\": -1.0", "signals[0].speed_mps"),
+        ("\"gain_error\": 0.01", "\"gain_error\": -0.01", "expected.response[0].gain_error"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        match read(&text.replacen(from, to, 1)).unwrap_err() {
+            Error::Value { path, .. } => assert_eq!(path, at),
+            other => panic!("{other}"),
+        }
+    }
 }

@@ -14,6 +14,7 @@ COMMANDS = {
     "accumulate": OUTPUTS,
     "design": OUTPUTS,
     "path": OUTPUTS,
+    "excite": OUTPUTS,
     "inspect": OUTPUTS,
     "package": {"json"},
     "check": {"force", "json"},

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         BuildOptions,
         CheckOptions,
         CompareOptions,
+        ExciteOptions,
         ExportOptions,
         InspectOptions,
         MergeSweepOptions,
@@ -78,6 +79,47 @@ def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
         positional = [] if track is None else [track]
         _command.run("path", positional, {**keywords, "output": out})
         return Path(out.read_text("utf-8"))
+
+
+class Manoeuvre(Document, documents.Manoeuvre):
+    """A manoeuvre to record. The attributes are the keys of excitation.json."""
+
+    FILE = "excitation.json"
+
+    def to_numpy(self) -> Any:
+        """What is steered: a structured array with the fields ``time_s``, ``steering_rad`` and ``speed_mps``."""
+        import numpy
+
+        count = round(self.block_s / self.sample_time_s)
+        table = numpy.zeros(
+            count * len(self.schedule), [("time_s", float), ("steering_rad", float), ("speed_mps", float)]
+        )
+        table["time_s"] = self.sample_time_s * numpy.arange(len(table))
+        for k, block in enumerate(self.schedule):
+            signal = self.signals[block.signal]
+            rows = table[k * count : (k + 1) * count]
+            side = -1.0 if block.mirrored else 1.0
+            rows["steering_rad"][: len(signal.steering_rad)] = side * numpy.asarray(signal.steering_rad)
+            rows["speed_mps"] = signal.speed_mps
+        return table
+
+    def __repr__(self) -> str:
+        time, error = self.block_s * len(self.schedule), 200.0 * self.expected.largest_error
+        return f"<Manoeuvre {self.name}: {self.kind} of {time:.0f} s, response to ±{error:.1f} %>"
+
+
+@documented("excite")
+def excite(model: LateralModel | File, **options: Unpack[ExciteOptions]) -> Manoeuvre:
+    """Designs the manoeuvre to record: the steering that identifies a vehicle best, within limits.
+
+    ``model`` is a bicycle or a vehicle, also of a weak log, or the file of one or of vehicle data (TOML).
+    """
+    with _command.folder() as folder:
+        files = _command.as_files([model], folder)
+        out = folder / "out" / "excitation.json"
+        out.parent.mkdir()
+        _command.run("excite", files, {**options, "output": out})
+        return Manoeuvre(out.read_text("utf-8"))
 
 
 Packed = Union[LateralModel, Controller, Path, File]
@@ -247,4 +289,4 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 def load(file: File) -> Any:
     """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller, path."""
-    return load_document(file, (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal, Controller, Path))
+    return load_document(file, (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal, Controller, Path, Manoeuvre))

@@ -42,6 +42,22 @@ def test_a_bicycle_is_that_of_the_command_line(tmp_path: Path) -> None:
     assert isinstance(bicycle, steerwright.Bicycle)
 
 
+def test_a_manoeuvre_is_that_of_the_command_line(tmp_path: Path) -> None:
+    sheet = DRIVE.parent / "vehicle.toml"
+    limits = ["--time", "40s", "--band", "0.3..1.5Hz", "--max-angle", "4deg", "--by", "driver"]
+    ok("excite", sheet, *limits, cwd=tmp_path)
+    manoeuvre = steerwright.excite(sheet, time=40.0, band=(0.3, 1.5), max_angle=np.deg2rad(4.0), by="driver")
+    folder = tmp_path / "excitation"
+    assert manoeuvre.to_json() == (folder / "excitation.json").read_text("utf-8")
+    rows = np.genfromtxt(folder / "excitation.csv", delimiter=",", names=True)
+    steered = manoeuvre.to_numpy()
+    assert steered.dtype.names == rows.dtype.names
+    for name, digits in (("time_s", 1e-4), ("steering_rad", 1e-7), ("speed_mps", 1e-3)):
+        assert np.abs(rows[name] - steered[name]).max() <= digits
+    assert isinstance(steerwright.load(folder / "excitation.json"), steerwright.Manoeuvre)
+    assert "of 40 s" in repr(manoeuvre)
+
+
 def test_an_accumulator_is_that_of_the_command_line(tmp_path: Path) -> None:
     head, *rows = DRIVE.read_text("utf-8").splitlines(keepends=True)
     files = [tmp_path / f"{number}.csv" for number in range(2)]

@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod design;
+pub(crate) mod excite;
 pub(crate) mod export;
 pub(crate) mod identify;
 pub(crate) mod inspect;

@@ -34,6 +34,8 @@ readers! {
     jerk: "m/s3" = 1.0;
     /// A rate in 1/s.
     rate: "/s" = 1.0;
+    /// A frequency in Hz.
+    frequency: "Hz" = 1.0;
     /// A share in percent.
     percent: "%" = 1.0;
     /// A gain in dB.
@@ -157,6 +159,25 @@ impl FromStr for SpeedRange {
     }
 }
 
+/// A band of frequencies, Hz: `0.2..2`, `0.2..2Hz` or `0.2Hz..2Hz`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FrequencyRange(pub(crate) [f64; 2]);
+
+impl FromStr for FrequencyRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (low, high) = text
+            .split_once("..")
+            .ok_or_else(|| format!("`{text}` is no band of frequencies such as 0.2..2Hz"))?;
+        let number = |text: &str| match plain(text) {
+            Ok(value) => Ok(value),
+            Err(_) => frequency(text),
+        };
+        Ok(Self([number(low)?, number(high)?]))
+    }
+}
+
 /// A quantity, or `none`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OrNone<T>(pub(crate) Option<T>);
@@ -177,7 +198,7 @@ impl<'de, T: FromStr<Err = String>> Deserialize<'de> for OrNone<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{SpeedRange, angle, angle_rate, percent, rate, speed, time};
+    use super::{FrequencyRange, SpeedRange, angle, angle_rate, percent, rate, speed, time};
 
     #[test]
     fn ranges_of_speeds() {
@@ -186,6 +207,16 @@ mod tests {
         }
         for bad in ["5", "5-30", "..30", "5..", "5..30s", "a..b"] {
             assert!(bad.parse::<SpeedRange>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bands_of_frequencies() {
+        for text in ["0.2..2", "0.2..2Hz", "0.2Hz .. 2 Hz"] {
+            assert_eq!(text.parse(), Ok(FrequencyRange([0.2, 2.0])), "{text}");
+        }
+        for bad in ["2Hz", "0.2-2Hz", "..2Hz", "0.2..2m/s"] {
+            assert!(bad.parse::<FrequencyRange>().is_err(), "{bad}");
         }
     }
 

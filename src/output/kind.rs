@@ -30,6 +30,8 @@ pub(crate) enum OutputKind {
     ManPage,
     /// The parameters of a driving stack.
     Parameters,
+    /// The steering of a manoeuvre, CSV.
+    Manoeuvre,
 }
 
 impl OutputKind {
@@ -64,6 +66,7 @@ impl OutputKind {
             Self::Ssp => "system structure package".into(),
             Self::ManPage => "page of the manual".into(),
             Self::Parameters => "parameters of a driving stack".into(),
+            Self::Manoeuvre => "CSV of a manoeuvre's steering".into(),
         }
     }
 
@@ -120,6 +123,9 @@ impl OutputKind {
             Self::ManPage => {
                 let title = format!(".TH {GENERATOR}");
                 head(file)?.lines().any(|line| line.starts_with(&title))
+            }
+            Self::Manoeuvre => {
+                header(file).is_some_and(|cells| cells == ["time_s", "steering_rad", "speed_mps"])
             }
             Self::Parameters => head(file)?.starts_with(steerwright_stacks::MARK),
             Self::Fmu => entry(&mut file, "modelDescription.xml").is_some_and(is_ours),

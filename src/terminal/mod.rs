@@ -3,6 +3,7 @@
 pub(crate) mod console;
 pub(crate) mod design_summary;
 pub(crate) mod evidence;
+pub(crate) mod manoeuvre_summary;
 pub(crate) mod multivariable;
 pub(crate) mod overview;
 pub(crate) mod profile_summary;

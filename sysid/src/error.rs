@@ -90,6 +90,11 @@ pub enum Error {
         "check the mapping, the signs and the units; the input must drive the output"
     ))]
     NoModel { problem: String },
+    #[error("the vehicle is unstable at {speed_mps} m/s")]
+    #[diagnostic(help(
+        "design the manoeuvre at a lower speed, or correct the vehicle data: an oversteering vehicle is unstable above its critical speed"
+    ))]
+    Unstable { speed_mps: f64 },
     #[error("a matrix factorisation did not converge: {what}")]
     #[diagnostic(help(
         "look for extreme values in the log; another horizon or sample time may help"

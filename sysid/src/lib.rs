@@ -32,6 +32,7 @@
 mod actuator;
 mod data;
 mod error;
+mod excitation;
 mod linalg;
 pub mod model;
 pub mod pem;
@@ -45,6 +46,7 @@ pub use data::scaled::Detrend;
 pub use data::split::{ValidationData, ValidationPlace};
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
+pub use excitation::{ExcitationLimits, ExcitationOptions, excite};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
 pub use selection::options::{IdentifyOptions, Method};

@@ -18,6 +18,7 @@ mod compare;
 mod crashing;
 mod demo;
 mod dependencies;
+mod excite;
 mod export;
 mod first_fmu;
 mod fmus;

@@ -36,6 +36,10 @@ struct Alternative {
     /// The response of the speed to an acceleration command instead: evaluation/experiment/longitudinal.py
     #[arg(long)]
     longitudinal: bool,
+    /// The manoeuvre of `excite` beside sweep, slalom, steps and random steering instead:
+    /// evaluation/experiment/manoeuvres.py
+    #[arg(long)]
+    excitation: bool,
     /// What designs promise from fast and slow logs, and from measured angles, instead:
     /// evaluation/experiment/promises.py
     #[arg(long)]
@@ -53,6 +57,7 @@ impl Alternative {
             (self.over_speed, "over_speed.py"),
             (self.conditions, "conditions.py"),
             (self.longitudinal, "longitudinal.py"),
+            (self.excitation, "manoeuvres.py"),
             (self.promises, "promises.py"),
             (self.smoke, "smoke.py"),
         ];

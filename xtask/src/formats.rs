@@ -7,7 +7,7 @@ use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
 /// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 12] = [
+const DOCUMENTS: [(&str, &str); 13] = [
     ("Plant", "plant.json"),
     ("MultivariablePlant", "plant.json, version 2"),
     ("Bicycle", "bicycle.json"),
@@ -17,6 +17,7 @@ const DOCUMENTS: [(&str, &str); 12] = [
     ("Pid", "pid.json"),
     ("SpeedController", "speed_controller.json"),
     ("Path", "path.json"),
+    ("Manoeuvre", "excitation.json"),
     ("Estimator", "estimator.json"),
     ("Start", "start.json"),
     ("AccumulatedDrives", "*.rfactor"),

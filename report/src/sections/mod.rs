@@ -3,10 +3,12 @@
 mod design;
 mod evidence;
 mod identification;
+mod manoeuvre;
 mod model;
 mod outcome;
 
 pub use identification::{factor_in_words, start_in_words};
+pub use manoeuvre::{manoeuvre_limits, manoeuvre_page, signal_in_words};
 pub use model::{not_negative, parameter_tables, sideslip_in_words};
 
 use crate::figures::text;

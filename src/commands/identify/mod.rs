@@ -5,11 +5,12 @@ mod auto;
 mod present;
 mod structure;
 
-use crate::commands::identify::present::{Shown, present};
+use crate::commands::identify::present::{Shown, next_drive, present};
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::log::{IdentifyArguments, LogArguments};
 use crate::output::{OutputKind, Outputs};
+use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use std::path::PathBuf;
 use steerwright_drivelog::{LOG_FORMATS, Response};
@@ -113,7 +114,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         Some(out) => out,
         None => outputs.file(structure.file_name(), OutputKind::of_model(structure))?,
     };
-    present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)
+    let outcome = present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)?;
+    if let Some(command) = next_drive(&identified.model, &out, &arguments.logs) {
+        console::note(command);
+    }
+    Ok(outcome)
 }
 
 /// Rejects what a plant of named channels has not.

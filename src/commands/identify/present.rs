@@ -11,8 +11,8 @@ use crate::terminal::multivariable;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, Longitudinal, Model, SimulationFit, Torque, Vehicle, VehicleEvidence,
-    correlated, too_few_blocks,
+    Bicycle, BicycleEvidence, Longitudinal, Model, ReasonCode, SimulationFit, Torque, Vehicle,
+    VehicleEvidence, correlated, too_few_blocks,
 };
 use steerwright_sysid::multivariable::ChannelTraces;
 use steerwright_sysid::structures::IdentifiedModel;
@@ -56,6 +56,38 @@ pub(super) fn present(
     console::result(&text, model)?;
     console::note(format!("written to {out}{drawn}"));
     Ok(Outcome::from_quality(model.quality()))
+}
+
+/// Reasons of a drive that determines too little.
+const WEAK: [ReasonCode; 7] = [
+    ReasonCode::WeakSteering,
+    ReasonCode::NarrowBand,
+    ReasonCode::NoisyYawRate,
+    ReasonCode::UncertainGain,
+    ReasonCode::UncertainPhase,
+    ReasonCode::ShortValidation,
+    ReasonCode::UninformativeValidation,
+];
+
+/// The command that designs the drive to record next, where this one determines too little.
+pub(super) fn next_drive(model: &Model, out: &Output, logs: &[PathBuf]) -> Option<String> {
+    if !model.quality().reasons.iter().any(|reason| WEAK.contains(&reason.code)) {
+        return None;
+    }
+    let command = match model {
+        Model::Bicycle(_) | Model::SingleTrack(_) => format!("steerwright excite {out}"),
+        // The bicycle needs the speed of each sample.
+        Model::StateSpace(plant) if plant.operating_point.speed_mps > 0.0 => {
+            let logs: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
+            format!(
+                "steerwright identify {} --structure bicycle, with the same options, then steerwright excite bicycle.json",
+                logs.join(" ")
+            )
+        }
+        Model::StateSpace(_) => "steerwright excite VEHICLE.toml, with vehicle data".to_owned(),
+        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => return None,
+    };
+    Some(format!("the log determines too little; design the drive to record: {command}"))
 }
 
 /// The evidence behind a model, for people.

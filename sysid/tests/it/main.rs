@@ -10,6 +10,7 @@ mod delay;
 mod drives;
 mod dryer2;
 mod evidence;
+mod excitation;
 mod factor;
 mod faults;
 mod held_input;

@@ -83,6 +83,7 @@ impl Known<'_> {
             error_correlation_time_s: log.sample_time_s
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
+            error_std_radps: Some(self.variance().sqrt()),
             channels: log.channels.clone(),
             actuator: identified_actuator(log, &mut warnings),
             warnings,

@@ -8,6 +8,7 @@
 
 mod estimate;
 mod evidence;
+pub(crate) mod information;
 mod options;
 mod parameters;
 mod quality;
