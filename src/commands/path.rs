@@ -159,12 +159,12 @@ fn vehicle(
         return Err(Failure::in_file(file, "no plant, bicycle or vehicle", hint.into()));
     }
     let model = Model::from_json(&text, &name)?;
-    let other = match &model {
-        Model::Multivariable(_) => Some("a plant of named channels follows no path"),
-        Model::Longitudinal(_) => {
-            Some("a model of the speed has no steering to follow a path with")
-        }
-        Model::StateSpace(_) | Model::Bicycle(_) | Model::SingleTrack(_) | Model::Torque(_) => None,
+    let other = if model.multivariable().is_some() {
+        Some("a plant of named channels follows no path")
+    } else if model.longitudinal().is_some() {
+        Some("a model of the speed has no steering to follow a path with")
+    } else {
+        None
     };
     if let Some(problem) = other {
         let hint = "use a plant.json from steering to yaw rate, bicycle.json or vehicle.json";

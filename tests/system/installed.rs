@@ -13,17 +13,20 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
     fs::create_dir_all(&folder).unwrap();
     let program = folder.join("steerwright");
     fs::copy(env!("CARGO_BIN_EXE_steerwright"), &program).unwrap();
-    let files = Fmu::ALL.map(Fmu::resource);
-    for fmu in Fmu::ALL {
-        let file = folder.join(fmu.resource());
+    let files = Fmu::ALL.map(|fmu| format!("{}.json", fmu.folder()));
+    let made = demo().folder.join("multibody");
+    for (fmu, file) in Fmu::ALL.iter().zip(&files) {
+        let file = folder.join(file);
         // What the demo does not make is an example.
-        if fs::copy(demo().folder.join("multibody").join(fmu.resource()), &file).is_err() {
+        if made.join(format!("fmu/{}.fmu", fmu.name())).is_file() {
+            fs::copy(made.join(fmu.resource()), &file).unwrap();
+        } else {
             fs::write(&file, fmu.example()).unwrap();
         }
     }
     let output = Command::new(&program)
         .arg("package")
-        .args(files)
+        .args(&files)
         .args(["--out", "fmu"])
         .current_dir(&folder)
         .env_clear()
