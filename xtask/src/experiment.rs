@@ -36,6 +36,10 @@ struct Alternative {
     /// The response of the speed to an acceleration command instead: evaluation/experiment/longitudinal.py
     #[arg(long)]
     longitudinal: bool,
+    /// Whole roads with their speed profiles, from standstill to standstill, beside other controllers, instead:
+    /// evaluation/experiment/whole_road.py
+    #[arg(long)]
+    whole_road: bool,
     /// What designs promise from fast and slow logs, and from measured angles, instead:
     /// evaluation/experiment/promises.py
     #[arg(long)]
@@ -53,6 +57,7 @@ impl Alternative {
             (self.over_speed, "over_speed.py"),
             (self.conditions, "conditions.py"),
             (self.longitudinal, "longitudinal.py"),
+            (self.whole_road, "whole_road.py"),
             (self.promises, "promises.py"),
             (self.smoke, "smoke.py"),
         ];
