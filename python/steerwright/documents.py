@@ -1305,6 +1305,11 @@ class Guidance(Record):
     omitted for no correction."""
     cross_track_integral_gain_per_s: Union[float, None]
     """Integral gain of the cross-track error, 1/s; 0 or omitted for none."""
+    speed_preview_time_s: Union[float, None]
+    """Preview time of the speed profile, s, which compensates for lag and delay of the drive; 0 or omitted
+    for none."""
+    brake_preview_time_s: Union[float, None]
+    """The same where the profile decelerates, s, for those of the brake."""
 
 
 class GuidanceEntry(Record):

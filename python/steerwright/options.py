@@ -451,14 +451,14 @@ class PathOptions(TypedDict, total=False):
     """Largest lateral acceleration of the profile; by default 0.9 of that of pid, otherwise 0.9 of that
     which the evidence of plant covers, otherwise 4m/s2."""
     max_acceleration: Quantity
-    """Largest acceleration of the profile; by default that of speed_controller, otherwise 2m/s2, that of
-    ISO 15622."""
-    max_deceleration: Quantity
-    """Largest deceleration of the profile; by default that of speed_controller, otherwise 3.5m/s2, that
-    of ISO 15622."""
-    max_jerk: Quantity
-    """Largest jerk of the profile, or `none`; by default that of speed_controller, otherwise 2.5m/s3,
+    """Largest acceleration of the profile; by default 0.9 of that of speed_controller, otherwise 2m/s2,
     that of ISO 15622."""
+    max_deceleration: Quantity
+    """Largest deceleration of the profile; by default 0.9 of that of speed_controller, otherwise
+    3.5m/s2, that of ISO 15622."""
+    max_jerk: Quantity
+    """Largest jerk of the profile, or `none`; by default 0.7 of that of speed_controller, otherwise
+    2.5m/s3, that of ISO 15622."""
     friction: float
     """Friction coefficient of the road: the vector sum of lateral and longitudinal acceleration stays
     below it times gravity; not limited by default."""
@@ -474,8 +474,8 @@ class PathOptions(TypedDict, total=False):
     end_speed: Quantity
     """Speed at the end of the path; standstill by default."""
     speed_controller: File
-    """speed_controller.json of the controller that will follow the profile: its limits of acceleration,
-    deceleration and jerk."""
+    """speed_controller.json of the controller that will follow the profile: 0.9 of its limits of
+    acceleration and deceleration, and 0.7 of that of jerk, so that it has a reserve."""
 
 
 class InspectOptions(TypedDict, total=False):

@@ -40,6 +40,10 @@ struct Alternative {
     /// evaluation/experiment/manoeuvres.py
     #[arg(long)]
     excitation: bool,
+    /// Whole roads with their speed profiles, from standstill to standstill, beside other controllers, instead:
+    /// evaluation/experiment/whole_road.py
+    #[arg(long)]
+    whole_road: bool,
     /// What designs promise from fast and slow logs, and from measured angles, instead:
     /// evaluation/experiment/promises.py
     #[arg(long)]
@@ -58,6 +62,7 @@ impl Alternative {
             (self.conditions, "conditions.py"),
             (self.longitudinal, "longitudinal.py"),
             (self.excitation, "manoeuvres.py"),
+            (self.whole_road, "whole_road.py"),
             (self.promises, "promises.py"),
             (self.smoke, "smoke.py"),
         ];

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! While the speed is at most [`STANDSTILL_MPS`] the vehicle stands: it does not turn, so the yaw stays and the gyro's mean
-//! reading over the interval T is a measurement of its bias with the variance q²/T. A reading that is more than [`TURNS`]
+//! reading over the interval T is a measurement of its bias with the variance q²/T. A reading that is more than four
 //! standard deviations off the bias is that of a vehicle that turns without turning its wheels.
 //!
 //! σ is added to the sideslip per yaw rate. A fix that is older than stated by Δ has the same effect in a steady turn as
