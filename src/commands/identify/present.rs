@@ -84,8 +84,10 @@ pub(super) fn next_drive(model: &Model, out: &Output, logs: &[PathBuf]) -> Optio
                 logs.join(" ")
             )
         }
-        Model::StateSpace(_) => "steerwright excite VEHICLE.toml, with vehicle data".to_owned(),
-        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => return None,
+        Model::StateSpace(_)
+        | Model::Torque(_)
+        | Model::Longitudinal(_)
+        | Model::Multivariable(_) => return None,
     };
     Some(format!("the log determines too little; design the drive to record: {command}"))
 }
