@@ -2161,6 +2161,9 @@ class Robustness(Record):
     """Whether every evaluated plant meets every requirement."""
     members: int
     """Plants drawn from the identified uncertainty; 0 if none is stated."""
+    members_wanted: Union[int, None]
+    """Plants that were asked for; more than `members` where draws are unstable or have no continuous form,
+    whose shares of the requirements are then unknown. Absent where all were drawn."""
     seed: int
     """The seed of the draws."""
     loop_delay_range_s: Array

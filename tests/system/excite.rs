@@ -155,7 +155,11 @@ fn what_it_cannot_take_is_named_with_what_to_do() {
     for (line, message, hint) in [
         (format!("excite {sheet} --road-width 1.5m"), "the vehicle is 2 m wide", "--vehicle-width"),
         (format!("excite {sheet} --speeds 20..10"), "must be the lower", "10..25"),
-        (format!("excite {sheet} --time 20s"), "time: 20 s is out of range", "within that range"),
+        (
+            format!("excite {sheet} --time 20s"),
+            "time: 20 s is out of range",
+            "a value that is expected",
+        ),
         (format!("excite {sheet} --band 0.2..2m/s"), "Hz", "--help"),
         (format!("excite {sheet} --max-rate 20"), "deg/s or rad/s", "--help"),
     ] {

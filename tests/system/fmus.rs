@@ -100,6 +100,8 @@ fn the_first_step_commits_the_inputs_that_were_last_read() {
     fmu.set("yaw", 0.0).unwrap();
     fmu.exit_initialization_mode().unwrap();
     let p = parameters(&mut fmu);
+    let speed = fmu.real("speed").unwrap();
+    let input = |reference: f64, yaw: f64| PidInput { speed, ..input(reference, yaw) };
     // Importers may iterate: each read is tick 0 of the present inputs, from scratch.
     for reference in [0.001, 0.003, 0.002] {
         fmu.set("yaw_reference", reference).unwrap();

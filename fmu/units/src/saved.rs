@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Rises with every change of a struct that is in a state: bytes of the same length would be read into other fields.
-const LAYOUT: u8 = 8;
+const LAYOUT: u8 = 9;
 
 /// The bytes of a state.
 pub(crate) fn encode<T: Serialize>(state: &T) -> Vec<u8> {

@@ -233,7 +233,7 @@ mod tests {
         let prior = [0.3, 0.0, 0.0, 0.1];
         let found = tones(&criterion, &prior, information.clone());
         let mut least = f64::INFINITY;
-        for k in 0..5000_u32 {
+        for k in 1..5000_u32 {
             let spread = |step: f64| (f64::from(k) * step).fract();
             let raw = [spread(0.618_034), spread(0.414_214), spread(0.732_051)];
             let used = raw.iter().sum::<f64>().max(raw[0] + 0.5 * raw[1] + 2.0 * raw[2]);
