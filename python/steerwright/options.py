@@ -433,7 +433,7 @@ class PathOptions(TypedDict, total=False):
     pid: Any
     """Controller that will follow the path: sets feedforward and preview. A road that needs more than
     0.9 of its lateral acceleration, steering angle or steering rate is reported, with the place and the
-    speed that would do."""
+    speed at which it needs no more."""
     plant: Any
     """plant.json, bicycle.json or vehicle.json of the vehicle that will follow the path: sets its
     sideslip, with its growth in tight turns and its lead in changing turns."""
@@ -591,7 +591,7 @@ class CompareOptions(TypedDict, total=False):
     """A drive to compare the models with, in any format that `identify` reads; may be repeated for more
     files."""
     validation_fraction: Quantity
-    """Share of the log that is validation data, at its end (default 50%)."""
+    """Share of the log that is validation data, at its end; by default 50%."""
     out: File
     """Folder for figures (SVG), results.csv, the runs, and one HTML page."""
     path: File
