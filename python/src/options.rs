@@ -147,7 +147,11 @@ fn bound(option: &OptionDescription, value: &Bound<'_, PyAny>) -> PyResult<Strin
     if value.is_instance_of::<PyString>() {
         return Ok(value.extract::<String>()?.replace(' ', ""));
     }
-    let unit = if option.name.contains("speed") { "m/s" } else { "s" };
+    let unit = match option.name.as_str() {
+        "band" => "Hz",
+        name if name.contains("speed") => "m/s",
+        _ => "s",
+    };
     Ok(format!("{}{unit}", value.extract::<f64>()?))
 }
 
