@@ -24,7 +24,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST = 64 };
+enum { MOST = 128 };
 
 struct subject {
     char kind[16];
