@@ -122,7 +122,7 @@ def excite(model: LateralModel | File, **options: Unpack[ExciteOptions]) -> Mano
         return Manoeuvre(out.read_text("utf-8"))
 
 
-Packed = Union[LateralModel, Controller, Path, File]
+Packed = Union[LateralModel, Longitudinal, MultivariablePlant, Controller, Path, File]
 """What is packed as an FMU."""
 
 
@@ -133,7 +133,8 @@ def package(
 ) -> dict[str, FilePath]:
     """Packs documents as FMI 2.0 Co-Simulation units into the folder ``out``, and with ``ssp`` their loop.
 
-    Returns the files by the names of their models, such as ``IdentifiedPlant``; a package by that of its file.
+    Returns the files by the names of their models, such as ``IdentifiedPlant``, of named channels ``MultivariablePlant``; a
+    package by that of its file.
     """
     with _command.folder() as folder:
         files = _command.as_files(models, folder)

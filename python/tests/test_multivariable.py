@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -100,6 +102,16 @@ def test_tables_and_samples(
     models = plant.sample(20, seed=1)
     gains = np.array([m.C @ np.linalg.solve(np.eye(plant.order) - m.A, m.B) + m.D for m in models])
     assert (gains.std(axis=0) > 0).all()
+
+
+def test_its_fmu_has_the_names_and_units_of_the_channels(plant: steerwright.MultivariablePlant, tmp_path: Path) -> None:
+    files = steerwright.package(plant, out=tmp_path / "fmu")
+    with zipfile.ZipFile(files["MultivariablePlant"]) as archive:
+        variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iter("ScalarVariable")
+        units = {variable.get("name"): variable[0].get("unit") for variable in variables}
+    channels = [(channel.name, channel.unit) for channel in (*plant.inputs, *plant.outputs)]
+    assert {name: units[name] for name, _ in channels} == dict(channels)
+    assert steerwright.check(files["MultivariablePlant"], run=True).errors == 0
 
 
 def test_no_controller_is_designed_for_it(plant: steerwright.MultivariablePlant) -> None:

@@ -78,7 +78,7 @@ impl Mover {
 
     /// The limited quantities at the samples of a steering signal, rad.
     pub(super) fn quantities(&self, steering_rad: &[f64]) -> [Vec<f64>; QUANTITIES] {
-        let moved = self.nominal.of(steering_rad);
+        let moved = self.nominal.steered(steering_rad);
         [
             moved.lateral_acceleration,
             moved.lateral_offset,
@@ -92,7 +92,7 @@ impl Mover {
         let nominal: [f64; QUANTITIES] = std::array::from_fn(|i| largest(&quantities[i]));
         let mut squares = [0.0; QUANTITIES];
         for motion in &self.displaced {
-            let moved = motion.of(steering_rad);
+            let moved = motion.steered(steering_rad);
             squares[0] += (largest(&moved.lateral_acceleration) - nominal[0]).powi(2);
             squares[1] += (largest(&moved.lateral_offset) - nominal[1]).powi(2);
         }

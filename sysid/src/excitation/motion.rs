@@ -56,7 +56,7 @@ impl Motion {
     }
 
     /// From straight driving, with the angle in steering coordinates, rad.
-    pub(super) fn of(&self, steering_rad: &[f64]) -> Moved {
+    pub(super) fn steered(&self, steering_rad: &[f64]) -> Moved {
         let mut moved = Moved::default();
         let mut x = [0.0; SIZE];
         for angle in steering_rad {
