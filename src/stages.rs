@@ -13,7 +13,7 @@ use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
     AccumulatedDrives, Bicycle, Document, Longitudinal, Manoeuvre, Model, Path as PathFile, Pid,
-    Plant, Provenance, SourceFile, Torque, Vehicle, sha256_hex,
+    Plant, Provenance, SourceFile, SpeedController, Torque, Vehicle, sha256_hex,
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
@@ -215,18 +215,26 @@ pub fn identify_accumulated(drives: &Accumulated, options: Options<'_>) -> Resul
     Ok(drives.identify(&options)?.to_json())
 }
 
-/// Designs a controller on the document of a plant or bicycle, with the options of `design`; its document.
+/// Designs a controller on the document of a model, with the options of `design`; its document.
 /// `file` is the name of the document in the controller's provenance.
 ///
 /// # Errors
 /// As `steerwright design`; a requirement that is not met is in the document.
 pub fn design(document: &str, file: &str, options: Options<'_>) -> Result<String, Failure> {
     let arguments: design_command::Arguments = parsed(options, &[file])?;
-    let specified = arguments.specification.read()?;
     let model = Model::from_json(document, file)?;
     arguments.gate.check(file, model.quality())?;
     let source = SourceFile::from_bytes(file.as_ref(), document.as_bytes());
     let progress = Progress::start("designing");
+    if let Some(longitudinal) = model.longitudinal() {
+        let speeds = arguments.speeds.map(|range| range.0);
+        let specified = arguments.specification.read_speed(speeds)?;
+        let now = |what: &str| progress.now(what);
+        let designed =
+            design_command::speed_controller(longitudinal, &source, &specified.design, now)?;
+        return Ok(designed.to_json());
+    }
+    let specified = arguments.specification.read()?;
     let plant = DesignPlant::from_model(&model)?;
     let pid = design_command::designed(
         document,
@@ -259,8 +267,11 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     }
     let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
     let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
+    /// Those after these are models.
+    const MODELS_FROM: usize = 7;
     let kinds = [
         OutputKind::for_document::<Pid>(),
+        OutputKind::for_document::<SpeedController>(),
         OutputKind::for_document::<PathFile>(),
         OutputKind::for_document::<Manoeuvre>(),
         OutputKind::for_document::<Torque>(),
@@ -273,7 +284,7 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     let has = |kind: &OutputKind| matches!(kind, OutputKind::Document(schema) if tag.schema.starts_with(schema));
     let place = kinds.iter().position(has).ok_or_else(unknown)?;
     // Models replace each other.
-    let kind = if place < 6 { kinds[place] } else { OutputKind::Model };
+    let kind = if place < MODELS_FROM { kinds[place] } else { OutputKind::Model };
     let is_source = |bytes: &Vec<u8>| {
         let hash = sha256_hex(bytes);
         tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)

@@ -19,6 +19,7 @@ mod packed;
 mod page;
 mod plants;
 mod runs;
+mod speed;
 mod step;
 mod tables;
 mod track;
@@ -38,6 +39,7 @@ pub use packed::{
 pub use page::{OutputFile, PAGE, files};
 pub use plants::Plant;
 pub use runs::{ComparedRun, Effort};
+pub use speed::{SpeedLoop, verify_speed};
 pub use step::{LoopStep, verify, yaw_step, yaw_step_with_offset};
 pub use tables::text;
 pub use track::Loop;

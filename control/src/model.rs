@@ -17,7 +17,11 @@ impl DesignPlant {
         match model {
             Model::StateSpace(plant) => Self::from_plant(plant),
             Model::Bicycle(bicycle) => Self::from_bicycle(bicycle),
-            Model::SingleTrack(vehicle) => Self::from_bicycle(&bicycle_of_vehicle(vehicle)?),
+            Model::SingleTrack(vehicle) => {
+                let mut gentle = Self::from_bicycle(&bicycle_of_vehicle(vehicle)?)?;
+                gentle.vehicle = Some(vehicle.clone());
+                Ok(gentle)
+            }
             Model::Torque(_) => Err(Error::SteeredByTorque),
             Model::Longitudinal(_) => Err(Error::NoSteering),
             Model::Multivariable(_) => Err(Error::NamedChannels),

@@ -54,7 +54,9 @@ pub(crate) fn find(
     };
     check_quantity(own, first, unit, role)?;
     let unit = at_full_scale(unit, options, role)?;
-    let name = if is_plain { own.channels[first].name.clone() } else { wanted.into() };
+    let reversed = if sign < 0.0 { "-" } else { "" };
+    let name =
+        if is_plain { format!("{reversed}{}", own.channels[first].name) } else { wanted.into() };
     Ok(Some(Source { group, name, unit, own_unit: None, terms }))
 }
 

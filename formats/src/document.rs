@@ -85,6 +85,18 @@ pub trait Document: Serialize + DeserializeOwned {
             path,
             problem: strip_place(&inner.to_string()),
         };
+        // A list or a bare value would be reported by the number of its elements.
+        let start = text.trim_start();
+        if !start.is_empty()
+            && !start.starts_with('{')
+            && serde_json::from_str::<serde::de::IgnoredAny>(text).is_ok()
+        {
+            return Err(Error::Schema {
+                file: file.into(),
+                found: "no object".into(),
+                expected: Self::SCHEMA,
+            });
+        }
         // The schema first: a file of another kind is reported as such, not with a missing key.
         // Text that is not JSON is left to the reader below, which reports the place.
         if let Ok(tag) = serde_json::from_str::<Tag>(text)

@@ -102,6 +102,10 @@ pub struct SpeedEvidence {
     pub shortfalls: Vec<Shortfall>,
     /// The responses of the nominal model at speeds of the range.
     pub speeds: Vec<SpeedResponses>,
+    /// The same responses in the loop of the packed FMUs, coupled as by Gauss and Seidel, from the tick at which the
+    /// controller reads the reference.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fmu_loop: Vec<SpeedResponses>,
     /// The vehicles drawn from the covariance of the model; absent where none were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ensemble: Option<SpeedEnsemble>,

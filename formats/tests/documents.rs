@@ -78,6 +78,9 @@ fn faults_are_named_by_their_place() {
         assert!(good.contains(from), "{from} is not in {good}");
         assert_eq!(fault(&good.replacen(from, to, 1)), expected, "{from} -> {to}");
     }
+    for no_object in ["[]", " [1, 2]\n", "17", "\"plant\"", "null"] {
+        assert_eq!(fault(no_object), "schema no object", "{no_object}");
+    }
     assert_eq!(fault("{}"), "schema nothing");
     assert_eq!(fault(""), ".");
     assert_eq!(fault(&format!("{good} x")), ".");

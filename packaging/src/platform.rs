@@ -47,7 +47,7 @@ impl Platform {
         format!("{}, {}", self.system[3], self.architecture)
     }
 
-    /// How its libraries are tested, by `cargo test` and `cargo xtask test --cross`.
+    /// How its libraries are tested, by `cargo test` and `cargo xtask cross --run`.
     pub(crate) fn standing(self) -> &'static str {
         match (self.system[1], self.architecture) {
             ("linux", "64-bit x86") => "run by the project's tests",

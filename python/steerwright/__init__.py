@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         path,
         sweep,
     )
-    from .controller import Controller, design
+    from .controller import Controller, SpeedController, design
 
     from .identification import identify, identify_bicycle
     from .plant import Bicycle, Longitudinal, MultivariablePlant, Plant, Torque, Vehicle
@@ -67,6 +67,7 @@ _MODULES = {
     "path": "commands",
     "sweep": "commands",
     "Controller": "controller",
+    "SpeedController": "controller",
     "design": "controller",
     "Manoeuvre": "commands",
     "Path": "commands",
@@ -95,6 +96,7 @@ __all__ = [
     "Manoeuvre",
     "MultivariablePlant",
     "Simulation",
+    "SpeedController",
     "Sweep",
     "Torque",
     "Traces",

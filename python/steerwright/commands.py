@@ -11,7 +11,7 @@ from . import _command, documents
 from ._errors import ArgumentError, Error
 from ._libraries import library
 from ._options import documented, lines
-from .controller import Controller
+from .controller import Controller, SpeedController
 from .plant import (
     Bicycle,
     Document,
@@ -122,7 +122,7 @@ def excite(model: LateralModel | File, **options: Unpack[ExciteOptions]) -> Mano
         return Manoeuvre(out.read_text("utf-8"))
 
 
-Packed = Union[LateralModel, Longitudinal, MultivariablePlant, Controller, Path, File]
+Packed = Union[LateralModel, Longitudinal, MultivariablePlant, Controller, SpeedController, Path, File]
 """What is packed as an FMU."""
 
 
@@ -289,5 +289,7 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 
 def load(file: File) -> Any:
-    """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller, path."""
-    return load_document(file, (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal, Controller, Path, Manoeuvre))
+    """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller of the
+    steering or of the speed, path, manoeuvre."""
+    models = (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal)
+    return load_document(file, (*models, Controller, SpeedController, Path, Manoeuvre))

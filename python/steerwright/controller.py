@@ -1,9 +1,9 @@
-"""PID steering controllers."""
+"""Controllers of the steering and of the speed."""
 
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ._errors import Error
 from ._libraries import library
 from ._options import documented, refuse_outputs
 from ._record import Array
-from .plant import Document, LateralModel, html, load_document
+from .plant import Bicycle, Document, LateralModel, Longitudinal, Plant, Vehicle, html, load_document
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -113,17 +113,56 @@ class Controller(Document, documents.Pid):
         return f"<Controller of {self.name}: specification {met}>"
 
 
-@documented("design")
-def design(model: LateralModel | str | os.PathLike[str], **options: Unpack[DesignOptions]) -> Controller:
-    """Designs a PID steering controller (eq 14) to a specification, and verifies it in the loop of FMUs.
+class SpeedController(Document, documents.SpeedController):
+    """A controller of the speed. The attributes are the keys of speed_controller.json."""
 
-    ``model`` is a :class:`Plant`, a :class:`Bicycle`, a :class:`Vehicle`, or the file of one. A specification that is not met is no
-    error: see ``met`` and ``evidence``.
+    FILE = "speed_controller.json"
+
+    @property
+    def met(self) -> bool:
+        """Whether the specification is met on the model that the controller was designed for."""
+        return bool(self.evidence.met)
+
+    def _repr_html_(self) -> str:
+        s = self.specification
+        rows = [
+            ("gains", f"kp {self.gains.kp_per_s:.4g} 1/s, ki {self.gains.ki_per_s2:.4g} 1/s²"),
+            ("speeds", f"{s.speeds_mps[0]:.1f} to {s.speeds_mps[1]:.1f} m/s"),
+            ("specification", "met" if self.met else "not met"),
+        ]
+        for row in self.evidence.speeds:
+            overshoot = max(row.up.overshoot_percent, row.down.overshoot_percent)
+            rows.append((f"overshoot at {row.speed_mps:.1f} m/s", f"{overshoot:.2f} %"))
+        return html(f"Speed controller of {self.name}", rows, ())
+
+    def __repr__(self) -> str:
+        met = "met" if self.met else "not met"
+        return f"<SpeedController of {self.name}: specification {met}>"
+
+
+@overload
+def design(model: LateralModel, **options: Unpack[DesignOptions]) -> Controller: ...
+@overload
+def design(model: Longitudinal, **options: Unpack[DesignOptions]) -> SpeedController: ...
+@overload
+def design(
+    model: str | os.PathLike[str], **options: Unpack[DesignOptions]
+) -> Controller | SpeedController: ...
+@documented("design")
+def design(
+    model: LateralModel | Longitudinal | str | os.PathLike[str], **options: Unpack[DesignOptions]
+) -> Controller | SpeedController:
+    """Designs a controller to a specification, and verifies it in the loop of FMUs: a PID steering controller (eq 14), or
+    of a :class:`Longitudinal` a controller of the speed.
+
+    ``model`` is a :class:`Plant`, a :class:`Bicycle`, a :class:`Vehicle`, a :class:`Longitudinal`, or the file of one. A
+    specification that is not met is no error: see ``met`` and ``evidence``.
 
     Raises :class:`Error` with a hint, for example where the model failed its validation.
     """
     refuse_outputs("design", options)
-    of: Any = model if isinstance(model, Document) else load_document(model)
+    kinds = (Plant, Bicycle, Vehicle, Longitudinal)
+    of: Any = model if isinstance(model, Document) else load_document(model, kinds)
     with _progress.shown() as progress:
         text = _native.design(of.to_json(), of._file, dict(options), progress)
-    return Controller(text, model=of)
+    return SpeedController(text) if isinstance(of, Longitudinal) else Controller(text, model=of)

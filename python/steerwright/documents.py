@@ -1317,6 +1317,9 @@ class SpeedEvidence(Record):
     """The requirements that the nominal model misses, each at its worst speed."""
     speeds: tuple[SpeedResponses, ...]
     """The responses of the nominal model at speeds of the range."""
+    fmu_loop: Union[tuple[SpeedResponses, ...], None]
+    """The same responses in the loop of the packed FMUs, coupled as by Gauss and Seidel, from the tick at
+    which the controller reads the reference."""
     ensemble: Union[SpeedEnsemble, None]
     """The vehicles drawn from the covariance of the model; absent where none were drawn."""
     advice: Union[tuple[str, ...], None]

@@ -61,6 +61,30 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(tmp_path: Path) -
     assert "Longitudinal" in repr(found)
 
 
+def test_its_controller_is_designed_packed_and_read_again(tmp_path: Path) -> None:
+    model = steerwright.identify(drive(300.0), structure="longitudinal")
+    controller = steerwright.design(model, speeds=(10, 22), grade=0.05)
+    assert isinstance(controller, steerwright.SpeedController) and controller.met
+    assert controller.specification.grade_percent == 5.0
+    of_model, of_fmus = controller.evidence.speeds, controller.evidence.fmu_loop
+    assert len(of_fmus) == len(of_model) == 5
+    for row, in_loop in zip(of_model, of_fmus):
+        assert abs(row.up.settling_time_s - in_loop.up.settling_time_s) < 1e-3
+        assert abs(row.up.overshoot_percent - in_loop.up.overshoot_percent) < 0.01
+
+    model.save(tmp_path / "longitudinal.json")
+    controller.save(tmp_path / "speed_controller.json")
+    again = steerwright.load(tmp_path / "speed_controller.json")
+    assert isinstance(again, steerwright.SpeedController) and again == controller
+    of_file = steerwright.design(tmp_path / "longitudinal.json", speeds=(10, 22), grade=0.05)
+    assert isinstance(of_file, steerwright.SpeedController) and of_file.gains == controller.gains
+    files = steerwright.package([model, again], out=tmp_path / "fmu")
+    assert set(files) == {"LongitudinalPlant", "SpeedController"}
+    with pytest.raises(steerwright.Error, match="modulus_margin"):
+        steerwright.design(model, modulus_margin=0.4)
+    assert "met" in repr(again) and "kp" in again._repr_html_()
+
+
 def test_a_log_of_another_response_is_rejected() -> None:
     time = 0.02 * np.arange(2000.0)
     steering = 0.05 * np.sin(time)

@@ -19,9 +19,16 @@ use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 /// R factors, of several machines, are merged to one, or by `identify`; the model is that of all logs together. An R
 /// factor whose logs are all in another counts once; two that share only some of their logs are an error.
 #[derive(clap::Args)]
+// What a factor does not hold is refused with its reason.
+#[command(
+    mut_arg("windows", |arg| arg.hide(true)),
+    mut_arg("drives", |arg| arg.hide(true)),
+    mut_arg("channels", |arg| arg.hide(true)),
+    mut_arg("gnss_latency", |arg| arg.hide(true)),
+    mut_arg("antenna_x", |arg| arg.hide(true))
+)]
 pub(crate) struct Arguments {
-    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors. --window,
-    /// --drive, --channel, --gnss-latency and --antenna-x are not available
+    /// Logs of any format, read in pieces; each is one drive, with steering and yaw rate. Or R factors
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// File of the R factor

@@ -12,7 +12,7 @@ use crate::terminal::design_summary::summary;
 use crate::terminal::progress::Progress;
 use crate::terminal::speed_controller_summary;
 use std::path::{Path, PathBuf};
-use steerwright_control::DesignPlant;
+use steerwright_control::{DesignPlant, SpeedDesignOptions};
 use steerwright_formats::{Longitudinal, Pid, SourceFile, SpeedController};
 use steerwright_report::figures::{self, OpenLoop};
 use steerwright_report::{Figure, StepResponse, WIDTH};
@@ -98,13 +98,26 @@ fn speed(
     let out = outputs.file(place, OutputKind::for_document::<SpeedController>())?;
     let specified = arguments.specification.read_speed(arguments.speeds.map(|range| range.0))?;
     let progress = Progress::start("designing");
-    let controller = steerwright_control::design_speed(model, source, &specified.design)?;
+    let controller = speed_controller(model, source, &specified.design, |what| progress.now(what))?;
     drop(progress);
     out.document(&controller)?;
     console::result(&speed_controller_summary::summary(&controller), &controller)?;
     console::note(format!("written to {out}"));
     let by_all = controller.evidence.ensemble.is_none_or(|e| e.keeping == e.vehicles);
     Ok(Outcome::when(controller.evidence.met && (by_all || !specified.must_be_robust)))
+}
+
+/// The speed controller, verified in the loop of FMUs. `now` is called with what is being done.
+pub(crate) fn speed_controller(
+    model: &Longitudinal,
+    source: &SourceFile,
+    options: &SpeedDesignOptions,
+    now: impl Fn(&str),
+) -> Result<SpeedController, Failure> {
+    let mut controller = steerwright_control::design_speed(model, source, options)?;
+    now("running the loop of FMUs");
+    steerwright_comparison::verify_speed(&mut controller)?;
+    Ok(controller)
 }
 
 /// The controller, verified in the loop of FMUs. `now` is called with what is being done.

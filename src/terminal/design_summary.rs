@@ -5,7 +5,7 @@ use std::fmt::Write;
 use steerwright_control::Requirement;
 use steerwright_formats::{
     Breaking, DesignEvidence, DesignedFor, Grade, LoopCoupling, OnACurve, Pid, Robustness,
-    StepMetrics,
+    Shortfall, StepMetrics,
 };
 use steerwright_report::Table;
 
@@ -65,19 +65,27 @@ pub(crate) fn summary(pid: &Pid) -> String {
         }
         (false, _) => "not every requirement is met\n",
     });
-    for shortfall in &e.shortfalls {
+    for missed in shortfalls(e) {
+        let _ = writeln!(text, "not met: {missed}");
+    }
+    for advice in &e.advice {
+        let _ = writeln!(text, "  {advice}");
+    }
+    text.trim_end().to_owned()
+}
+
+/// The requirements that are not met: what was reached, and what is required.
+pub(crate) fn shortfalls(e: &DesignEvidence) -> Vec<String> {
+    let one = |shortfall: &Shortfall| {
         let (label, value): (&str, Box<dyn Fn(f64) -> String>) =
             match Requirement::from_name(&shortfall.requirement) {
                 Some(r) => (r.label(), Box::new(move |v| r.text(v))),
                 None => (&shortfall.requirement, Box::new(|v| format!("{v:.4}"))),
             };
         let (reached, required) = (value(shortfall.reached), value(shortfall.required));
-        let _ = writeln!(text, "not met: {label} is {reached}, {required} is required");
-    }
-    for advice in &e.advice {
-        let _ = writeln!(text, "  {advice}");
-    }
-    text.trim_end().to_owned()
+        format!("{label} is {reached}, {required} is required")
+    };
+    e.shortfalls.iter().map(one).collect()
 }
 
 /// The bounds of the steering at the design speed.

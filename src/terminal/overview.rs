@@ -1,7 +1,7 @@
 //! The results of builds in one table, and as JSON.
 
 use crate::pipeline::{Basis, Built, Controller, PAGE, RECORDED_ROAD, STANDARD_ROAD};
-use crate::terminal::console;
+use crate::terminal::{console, design_summary};
 use serde::Serialize;
 use std::fmt::Write;
 use steerwright_formats::{
@@ -196,7 +196,18 @@ pub(crate) fn table(all: &[Built]) -> String {
     let mut text = console::table(&table);
     for b in all {
         let quality = b.model.quality();
-        let _ = write!(text, "\n{}: {}: {}\n", b.model.name(), quality.grade, quality.summary);
+        let name = b.model.name();
+        let _ = write!(text, "\n{name}: {}: {}\n", quality.grade, quality.summary);
+        // The grade is the model's.
+        for controller in &b.controllers {
+            for missed in design_summary::shortfalls(&controller.pid.evidence) {
+                let _ = writeln!(
+                    text,
+                    "{name}: {} controller: not met: {missed}",
+                    controller.basis.name()
+                );
+            }
+        }
         for remark in quality.remarks.iter().chain(&b.remarks) {
             let _ = writeln!(text, "  remark: {remark}");
         }

@@ -2,7 +2,7 @@
 
 use crate::terminal::console;
 use std::fmt::Write;
-use steerwright_formats::{Grade, SpeedController, SpeedStep};
+use steerwright_formats::{Grade, SpeedController, SpeedEvidence, SpeedResponses, SpeedStep};
 use steerwright_report::Table;
 
 pub(crate) fn summary(controller: &SpeedController) -> String {
@@ -45,6 +45,9 @@ pub(crate) fn summary(controller: &SpeedController) -> String {
         ]);
     }
     let _ = writeln!(text, "{}", console::table(&table));
+    if let Some(in_loop) = in_the_loop(e) {
+        let _ = writeln!(text, "{in_loop}");
+    }
     if let Some(ensemble) = e.ensemble {
         let longest = ensemble.settling_time_s.map_or("never".into(), |t| format!("{t:.2} s"));
         let _ = writeln!(
@@ -70,6 +73,36 @@ pub(crate) fn summary(controller: &SpeedController) -> String {
         let _ = write!(text, "\n  {}: {}", reason.grade, reason.message);
     }
     text
+}
+
+/// How far the loop of the packed FMUs is from the responses above.
+fn in_the_loop(e: &SpeedEvidence) -> Option<String> {
+    let steps = |all: &[SpeedResponses]| -> Vec<SpeedStep> {
+        all.iter().flat_map(|row| [row.up, row.down]).collect()
+    };
+    let (stated, found) = (steps(&e.speeds), steps(&e.fmu_loop));
+    if found.is_empty() || found.len() != stated.len() {
+        return None;
+    }
+    let mut largest = [0.0_f64; 2];
+    for (a, b) in stated.iter().zip(&found) {
+        largest[0] = largest[0].max((a.overshoot_percent - b.overshoot_percent).abs());
+        let apart = match (a.settling_time_s, b.settling_time_s) {
+            (Some(a), Some(b)) => (a - b).abs(),
+            (None, None) => 0.0,
+            _ => f64::INFINITY,
+        };
+        largest[1] = largest[1].max(apart);
+    }
+    let [overshoot, settling] = largest;
+    let settling = if settling.is_finite() {
+        format!("{settling:.3} s apart at most")
+    } else {
+        "where one of both never settles".into()
+    };
+    Some(format!(
+        "loop of the packed FMUs: overshoot {overshoot:.3} % apart at most, settling time {settling}"
+    ))
 }
 
 fn settling(step: &SpeedStep) -> String {

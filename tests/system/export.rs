@@ -151,7 +151,7 @@ fn bands_of_forty_drives_contain_the_delay_and_the_lag() {
     let mut inside = [0; 2];
     for seed in 100..140 {
         std::fs::write(folder.join("drive.csv"), kinematic(seed)).unwrap();
-        let identify = "identify drive.csv --steering-ratio 1 --intersample zoh --force";
+        let identify = "identify drive.csv --structure state-space --steering-ratio 1 --intersample zoh --force";
         done(folder, identify);
         let found = exported(folder, "plant.json --for autoware --force");
         let keys = [("steer_time_delay", DELAY), ("steer_time_constant", LAG)];

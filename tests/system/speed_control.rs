@@ -92,6 +92,16 @@ fn the_packed_loop_has_the_stated_responses() {
         .map(|fmu| Archive::open(at(&format!("fmu/{fmu}.fmu"))).unwrap());
     let s = &file.specification;
     let rows = &file.evidence.speeds;
+    assert_eq!(file.evidence.fmu_loop.len(), rows.len());
+    for (of_model, of_fmus) in rows.iter().zip(&file.evidence.fmu_loop) {
+        for (stated, found) in [(of_model.up, of_fmus.up), (of_model.down, of_fmus.down)] {
+            let later = found.settling_time_s.unwrap() - stated.settling_time_s.unwrap();
+            let overshoot = found.overshoot_percent - stated.overshoot_percent;
+            assert!(later.abs() < 1e-3 && overshoot.abs() < 0.01, "{stated:?} {found:?}");
+        }
+        let on_grade = of_fmus.largest_loss_on_grade_mps - of_model.largest_loss_on_grade_mps;
+        assert!(on_grade.abs() < 1e-3, "{of_model:?} {of_fmus:?}");
+    }
     // At the speeds of the design, and between them.
     let mut speeds: Vec<(f64, bool)> = rows.iter().map(|row| (row.speed_mps, true)).collect();
     speeds.extend(rows.windows(2).map(|w| (0.5 * (w[0].speed_mps + w[1].speed_mps), false)));

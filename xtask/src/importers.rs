@@ -7,12 +7,11 @@ use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// Packs every FMU and runs the tests on them all. `python` is an interpreter of the tests'
-/// environment, which holds libclang; `binaries` a folder of libraries to pack instead of this
-/// machine's own.
-pub(crate) fn importers(python: &Path, binaries: Option<&Path>) -> Result<(), String> {
+/// Packs every FMU and runs the tests on them all. `python` is an interpreter of the tests' environment, which holds
+/// libclang.
+pub(crate) fn importers(python: &Path) -> Result<(), String> {
     let out = target().join("importers-out");
-    every_fmu::pack(&out, binaries)?;
+    every_fmu::pack(&out, None)?;
     let manifest = root().join("tests/importers/Cargo.toml");
     let mut test = cargo(&["test", "--release", "--no-fail-fast", "--manifest-path"]);
     test.arg(manifest).args(["--", "--show-output"]);

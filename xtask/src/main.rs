@@ -100,7 +100,7 @@ fn main() -> ExitCode {
         Command::Experiment(options) => experiment::experiment(&options),
         Command::Snapshot(options) => snapshot::snapshot(&options),
         Command::Bench(options) => bench::bench(&options),
-        Command::Wheel { update } => wheel::wheel(None, update),
+        Command::Wheel { update } => wheel::wheel(update),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
     match result {

@@ -11,10 +11,9 @@ use std::time::Instant;
 /// Oldest glibc that the wheel for Linux runs with, as maturin names it.
 const COMPATIBILITY: &str = "manylinux2014";
 
-/// Builds the wheel, with the FMU libraries of a folder or this machine's own, and tests it. `update` writes the
-/// file that is generated instead; otherwise it has to be current.
-pub(crate) fn wheel(binaries: Option<&Path>, update: bool) -> Result<(), String> {
-    let (python, wheel) = installed(binaries)?;
+/// Builds the wheel and tests it. `update` writes the file that is generated instead; otherwise it has to be current.
+pub(crate) fn wheel(update: bool) -> Result<(), String> {
+    let (python, wheel) = installed()?;
     if update {
         let written = answer(command(&python).args(["-m", "steerwright._generate"]));
         let path = root().join("python/steerwright/options.py");
@@ -31,8 +30,8 @@ pub(crate) fn wheel(binaries: Option<&Path>, update: bool) -> Result<(), String>
 }
 
 /// The interpreter of the environment that the wheel is tested in, with the wheel.
-pub(crate) fn installed(binaries: Option<&Path>) -> Result<(PathBuf, PathBuf), String> {
-    let wheel = build(binaries)?;
+pub(crate) fn installed() -> Result<(PathBuf, PathBuf), String> {
+    let wheel = build()?;
     let requirements = root().join("python/tests/requirements.txt");
     let python = environment_in(&target().join("python-package"), &requirements)?;
     let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
@@ -62,7 +61,7 @@ fn fresh(wheel: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn build(binaries: Option<&Path>) -> Result<PathBuf, String> {
+fn build() -> Result<PathBuf, String> {
     let python = environment()?;
     let wheels = target().join("wheels");
     remove(&wheels)?;
@@ -72,8 +71,7 @@ fn build(binaries: Option<&Path>) -> Result<PathBuf, String> {
         .arg("--manifest-path")
         .arg(root().join("python/Cargo.toml"))
         .arg("--out")
-        .arg(&wheels)
-        .envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder)));
+        .arg(&wheels);
     if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
         // The linker alone decides on the glibc, so that everything else is what the tests compiled.
         let linker = cross::linker()?;

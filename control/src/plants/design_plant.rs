@@ -8,7 +8,9 @@ use crate::Error;
 use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mode};
 use crate::plants::logarithm;
 use nalgebra::{DMatrix, DVector};
-use steerwright_formats::{Bicycle, Document, InputKind, Matrix, Plant, Quality, StatedActuator};
+use steerwright_formats::{
+    Bicycle, Document, InputKind, Matrix, Plant, Quality, StatedActuator, Vehicle,
+};
 use steerwright_models::bicycle_body_frame;
 use steerwright_models::files::identified_model;
 
@@ -29,6 +31,8 @@ pub struct DesignPlant {
     pub quality: Quality,
     pub(crate) dynamics: Dynamics,
     pub(crate) family: Family,
+    /// The vehicle with its tyres, where the bicycle of the family is that of its gentle driving.
+    pub(crate) vehicle: Option<Box<Vehicle>>,
     /// What was put before the model of the document.
     pub(crate) actuator: Option<StatedActuator>,
     gain: f64,
@@ -101,6 +105,7 @@ impl DesignPlant {
             input_delay: plant.input_delay_s,
             quality: plant.quality.clone(),
             family: Family::Alone,
+            vehicle: None,
             actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,
@@ -130,6 +135,7 @@ impl DesignPlant {
             input_delay: vehicle.actuator_delay_s,
             quality: bicycle.quality.clone(),
             family: Family::Bicycle(Box::new(bicycle.clone())),
+            vehicle: None,
             actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,
@@ -161,6 +167,7 @@ impl DesignPlant {
             input_delay,
             quality: Quality::default(),
             family: Family::Alone,
+            vehicle: None,
             actuator: None,
             gain: steady_state_gain(&dynamics),
             dynamics,

@@ -107,6 +107,7 @@ impl DesignPlant {
             _ => return Err(Error::NotScheduled { model: self.name.clone() }),
         };
         moved.input_delay = self.input_delay;
+        moved.vehicle.clone_from(&self.vehicle);
         Ok(moved.with_actuator_of(self))
     }
 }

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::plants::design_plant::{DesignPlant, Family};
 use std::sync::Arc;
-use steerwright_formats::{Bicycle, Plant};
+use steerwright_formats::{Bicycle, Plant, StatedActuator, Vehicle};
 use steerwright_models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
 
 /// A plant that is driven along a path.
@@ -67,7 +67,27 @@ impl PlantModel {
         actuator.time_constant_s = vehicle.actuator_time_constant_s;
         actuator.delay_s = vehicle.actuator_delay_s;
         actuator.road_wheel_rate_max_radps = road_wheel_rate_max;
-        let plant = NonlinearVehicle::new(parameters).map_err(model_error(&vehicle.name))?;
+        Self::nonlinear(parameters, &vehicle.name)
+    }
+
+    /// The vehicle of `vehicle.json` behind an actuator, with the lower of its own largest rate of the road wheel and
+    /// `road_wheel_rate_max`, rad/s.
+    pub(crate) fn from_vehicle(
+        vehicle: &Vehicle,
+        behind: StatedActuator,
+        road_wheel_rate_max: f64,
+    ) -> Result<Self, Error> {
+        let mut parameters = steerwright_models::files::nonlinear_parameters(vehicle);
+        let actuator = &mut parameters.actuator;
+        actuator.time_constant_s += behind.time_constant_s;
+        actuator.delay_s += behind.delay_s;
+        actuator.road_wheel_rate_max_radps =
+            actuator.road_wheel_rate_max_radps.min(road_wheel_rate_max);
+        Self::nonlinear(parameters, &vehicle.name)
+    }
+
+    fn nonlinear(parameters: NonlinearParameters, name: &str) -> Result<Self, Error> {
+        let plant = NonlinearVehicle::new(parameters).map_err(model_error(name))?;
         Ok(Self::Nonlinear(Box::new(plant)))
     }
 

@@ -83,13 +83,30 @@ pub(crate) fn responses(
     vehicle: &Arc<Longitudinal>,
     speed: f64,
 ) -> Result<SpeedResponses, Error> {
-    let s = &controller.specification;
     let mut of = SpeedLoop::new(controller, inverted, vehicle, speed)?;
+    responses_of(controller, speed, |seconds, speed_reference, grade| {
+        of.run(seconds, speed_reference, grade)
+    })
+}
+
+/// The responses of any loop with the controller at a speed, m/s, one after the other: step up, step down, and the grade.
+///
+/// `run` advances the loop, which is at that speed, by a time, s, with a speed reference, m/s, and a grade that is not
+/// measured, rad; it returns the speeds, m/s, at the ticks from the first with this reference to the end.
+///
+/// # Errors
+/// Those of `run`.
+pub fn responses_of<E>(
+    controller: &SpeedController,
+    speed: f64,
+    mut run: impl FnMut(f64, f64, f64) -> Result<Vec<f64>, E>,
+) -> Result<SpeedResponses, E> {
+    let s = &controller.specification;
     let seconds = s.steady_state_time_s;
-    of.run(seconds, speed, 0.0)?;
-    let up = of.run(seconds, speed + s.step_mps, 0.0)?;
-    let down = of.run(seconds, speed, 0.0)?;
-    let on_grade = of.run(seconds, speed, (0.01 * s.grade_percent).atan())?;
+    run(seconds, speed, 0.0)?;
+    let up = run(seconds, speed + s.step_mps, 0.0)?;
+    let down = run(seconds, speed, 0.0)?;
+    let on_grade = run(seconds, speed, (0.01 * s.grade_percent).atan())?;
     let sample_time = controller.sample_time_s;
     let off = on_grade.last().map_or(0.0, |last| (last - speed).abs());
     let lowest = on_grade.iter().copied().fold(speed, f64::min);

@@ -6,7 +6,7 @@ use crate::common::{
 use steerwright_control::{
     DesignOptions, DesignPlant, Error, design, evaluate, metrics_of, step_response,
 };
-use steerwright_formats::{Document, Pid};
+use steerwright_formats::{Document, Model, Pid, Vehicle};
 
 /// The evidence is what the response shows, read here without the crate's metrics.
 fn assert_meets(plant: &DesignPlant, pid: &Pid) {
@@ -241,6 +241,25 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
             "{speed}: {acceleration}"
         );
     }
+}
+
+/// On ice a vehicle does not return from where its dry road lets it.
+#[test]
+fn the_envelope_of_a_vehicle_is_that_of_its_tyres() {
+    let offsets = |friction: f64| -> f64 {
+        let text = include_str!("../../../examples/drives/multibody/vehicle.json");
+        let mut vehicle = Vehicle::from_json(text, "vehicle.json").expect("the example");
+        vehicle.tyres.friction_coefficient = friction;
+        let model = Model::SingleTrack(Box::new(vehicle));
+        let plant = DesignPlant::from_model(&model).expect("a plant");
+        let rate = DesignOptions { max_rate_radps: Some(0.4), ..DesignOptions::default() };
+        let engagement = designed(&plant, &rate).evidence.engagement.expect("an envelope");
+        assert!(engagement.plant.contains("identified vehicle"), "{}", engagement.plant);
+        engagement.rows.iter().map(|row| row.largest_offset_m.unwrap_or(-1.0)).sum()
+    };
+    let [dry, ice] = [1.05, 0.2].map(offsets);
+    println!("sum of the largest offsets: {dry} m dry, {ice} m on ice");
+    assert!(ice < 0.7 * dry, "{ice} {dry}");
 }
 
 /// The phase of 40/(s + 8) and a delay of 50 ms at half a turn a second, as a lag of first order.

@@ -1,18 +1,15 @@
 //! `cargo xtask bench cluster`.
 
 use crate::run::{root, run, target};
-use crate::{cross, python, wheel};
+use crate::{python, wheel};
 
 /// Runs, and logs of a fleet.
 const WHOLE: [&str; 2] = ["1000000", "1000"];
 const SHORT: [&str; 2] = ["2000", "20"];
 
-/// Runs evaluation/cluster/cluster.py with the wheel; the libraries are those of `cargo xtask cross` where there are
-/// some, as in the wheel that was tested.
+/// Runs evaluation/cluster/cluster.py with the wheel.
 pub(crate) fn cluster(short: bool) -> Result<(), String> {
-    let binaries = cross::binaries();
-    let (interpreter, _) =
-        wheel::installed(if binaries.is_dir() { Some(binaries.as_path()) } else { None })?;
+    let (interpreter, _) = wheel::installed()?;
     run(python::command(&interpreter)
         .arg(root().join("evaluation/cluster/cluster.py"))
         .arg(root().join("examples/drives/multibody/drive.csv"))

@@ -21,9 +21,8 @@ use crate::files::remove;
 use crate::run::{root, target};
 pub(crate) use apt::{apt, find, is_root};
 use clap::Args;
-pub(crate) use platform::Platform;
-use platform::Runner;
-pub(crate) use setup::{check, linker};
+use platform::{Platform, Runner};
+pub(crate) use setup::linker;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -33,8 +32,8 @@ pub(crate) use toolchain::Source;
 static LIBRARIES: LazyLock<Vec<(String, String)>> =
     LazyLock::new(|| crate::fmus::fmus(root()).unwrap_or_default());
 
-/// What is built where no platform is named: what `cargo xtask test --cross` runs.
-pub(crate) const USUAL: [Platform; 2] = [Platform::Linux64, Platform::Win64];
+/// What is built where no platform is named.
+const USUAL: [Platform; 2] = [Platform::Linux64, Platform::Win64];
 
 /// What to build, and how.
 #[derive(Args)]
@@ -70,7 +69,7 @@ pub(crate) fn cross(options: &Options) -> Result<(), String> {
 
 /// Builds and checks the libraries for the platforms, and for no others: an older library next to
 /// them could be of other sources.
-pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), String> {
+fn libraries(platforms: &[Platform], source: Source) -> Result<(), String> {
     if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
         return Err("`cargo xtask cross` runs on x86-64 Linux\nhint: elsewhere, \
                     `cargo build --profile fmu --target TARGET --package FMU` builds one library"
@@ -90,7 +89,7 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
         }
         let run = match platform.runner() {
             Runner::Nothing => "built and inspected, never run",
-            _ => "`cargo xtask test --cross` runs it",
+            _ => "`cargo xtask cross --run` runs it",
         };
         eprintln!("{name}: {}; {run}", toolchain.name());
     }
@@ -99,7 +98,7 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
 
 /// Runs the libraries of the platforms and compares them with those for linux64 in `native`, a folder
 /// of a demo's archives.
-pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
+fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
     for &platform in platforms {
         if platform.runner() == Runner::Nothing {
             eprintln!("{}: built and inspected, never run", platform.name());
@@ -113,7 +112,7 @@ pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
 
 /// The platforms, each once, and this machine's own among them: the program that packs the archives
 /// runs its library.
-pub(crate) fn with_own(platforms: &[Platform]) -> Vec<Platform> {
+fn with_own(platforms: &[Platform]) -> Vec<Platform> {
     let mut all = if platforms.is_empty() { USUAL.to_vec() } else { platforms.to_vec() };
     all.push(Platform::Linux64);
     all.sort();
@@ -127,7 +126,7 @@ fn folder() -> PathBuf {
 }
 
 /// The libraries: what `STEERWRIGHT_FMU_BINARIES` takes.
-pub(crate) fn binaries() -> PathBuf {
+fn binaries() -> PathBuf {
     folder().join("binaries")
 }
 

@@ -44,9 +44,16 @@ pub(crate) fn engagement(plant: &DesignPlant, pid: &PidFile) -> Result<Option<En
         }
         Family::Bicycle(file) => {
             let rate = pid.limits.max_rate_radps / file.vehicle.steering_ratio;
-            let description = "the bicycle with saturating tyres, friction 1.05";
-            let driven = PlantModel::saturating(&bicycle_behind(file, actuator), rate)?;
-            (driven, true, description)
+            match &plant.vehicle {
+                Some(vehicle) => {
+                    let driven = PlantModel::from_vehicle(vehicle, actuator, rate)?;
+                    (driven, true, "the identified vehicle with its tyres")
+                }
+                None => {
+                    let driven = PlantModel::saturating(&bicycle_behind(file, actuator), rate)?;
+                    (driven, true, "the bicycle with saturating tyres, friction 1.05")
+                }
+            }
         }
     };
     let speeds: Vec<f64> = SPEEDS

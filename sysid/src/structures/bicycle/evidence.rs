@@ -41,19 +41,32 @@ pub(super) struct Known<'a> {
     pub(super) from_fixes: &'a FromFixes,
 }
 
+/// Leaves out the characteristic or critical speed where the 95 % band of the understeer gradient has 0 in it: the speed is
+/// infinite there, and of either kind.
+fn leave_out_speed_without_band(identified: &mut Vec<Estimated>) {
+    let is_neutral = identified
+        .iter()
+        .any(|e| e.name == "understeer_gradient" && e.value.abs() < 2.0 * e.standard_error);
+    if is_neutral {
+        identified.retain(|e| e.name != "characteristic_speed" && e.name != "critical_speed");
+    }
+}
+
 impl Known<'_> {
     pub(super) fn evidence(&self) -> Result<BicycleEvidence, Error> {
         let p = &self.estimate.parameters;
         let speed = self.recording.speed_summary();
-        let identified = combinations(p, self.options.front_share(), speed.mean_mps)
-            .into_iter()
-            .map(|(name, unit, c)| Estimated {
-                name: name.into(),
-                value: c.value,
-                standard_error: deviation(&c.by, self.covariance),
-                unit: unit.into(),
-            })
-            .collect();
+        let mut identified: Vec<Estimated> =
+            combinations(p, self.options.front_share(), speed.mean_mps)
+                .into_iter()
+                .map(|(name, unit, c)| Estimated {
+                    name: name.into(),
+                    value: c.value,
+                    standard_error: deviation(&c.by, self.covariance),
+                    unit: unit.into(),
+                })
+                .collect();
+        leave_out_speed_without_band(&mut identified);
         let (log, simulation) = (self.log, self.simulation);
         let as_held: Vec<String> =
             self.read.and_then(|read| read.warning.clone()).into_iter().collect();
