@@ -4,7 +4,7 @@
 use crate::Error;
 use steerwright_control::{DesignPlant, Sideslip, model_behind};
 use steerwright_formats::{
-    Document, Model, Path as PathFile, Pid, SpeedController, Start, StatedActuator, sha256_hex,
+    Document, Model, Path as PathFile, Pid, Start, StatedActuator, sha256_hex,
 };
 use steerwright_host::{Archive, Connection};
 use steerwright_packaging::ssp::{self, Component, Experiment};
@@ -202,10 +202,10 @@ fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Error> {
 }
 
 fn sample_time_of(documents: &[Named<'_>]) -> Result<Option<f64>, Error> {
-    if let Some((text, file)) = document_of_fmu(documents, Fmu::LateralPid) {
-        return Ok(Some(Pid::from_json(text, file)?.sample_time_s));
+    for fmu in [Fmu::LateralPid, Fmu::SpeedController, Fmu::Excitation] {
+        if let Some((text, file)) = document_of_fmu(documents, fmu) {
+            return Ok(Some(fmu.times_s(text, file, None)?.0));
+        }
     }
-    let read =
-        |(text, file)| SpeedController::from_json(text, file).map(|speed| speed.sample_time_s);
-    Ok(document_of_fmu(documents, Fmu::SpeedController).map(read).transpose()?)
+    Ok(None)
 }

@@ -64,5 +64,5 @@ pub use profile::{
 pub use requirement::Requirement;
 pub use speed::design::design_speed;
 pub use speed::options::SpeedDesignOptions;
-pub use speed::simulate::{responses_of as speed_responses, step as speed_step};
+pub use speed::simulate::{responses_of as speed_responses, speed_traces, step as speed_step};
 pub use steerwright_models::Sideslip;

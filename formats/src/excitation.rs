@@ -2,6 +2,7 @@
 
 use crate::bicycle_evidence::Estimated;
 use crate::document::{Checker, Document};
+use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
 use serde::{Deserialize, Serialize};
@@ -277,5 +278,30 @@ impl Document for Manoeuvre {
             c.not_negative(parameter.standard_error, &format!("{at}standard_error"));
         }
         self.quality.check(c, "quality.");
+    }
+}
+
+impl Described for Manoeuvre {
+    fn facts(self) -> Facts {
+        let speeds = |pick: fn(f64, f64) -> f64| {
+            self.signals.iter().map(|signal| signal.speed_mps).reduce(pick).unwrap_or_default()
+        };
+        let (lowest, highest) = (speeds(f64::min), speeds(f64::max));
+        let mut facts = vec![
+            Fact::new("kind", self.kind.name(), ""),
+            Fact::new("blocks", self.schedule.len(), ""),
+            Fact::new("time", self.time_s(), "s"),
+            Fact::new("lowest_speed", lowest, "m/s"),
+            Fact::new("highest_speed", highest, "m/s"),
+            Fact::new(
+                "largest_lateral_acceleration",
+                self.limits.max_lateral_acceleration_mps2,
+                "m/s2",
+            ),
+            Fact::new("largest_standard_error", self.expected.largest_error, ""),
+            Fact::new("requirements_met", self.expected.met, ""),
+        ];
+        facts.extend(quality_facts(self.quality));
+        Facts { name: self.name, provenance: Some(self.provenance), evidence: facts }
     }
 }

@@ -27,11 +27,6 @@ pub struct Binary<'a> {
     pub bytes: &'a [u8],
 }
 
-/// Seconds of the experiment that an archive recommends, and of its reference run.
-const DURATION: f64 = 10.0;
-/// Samples of those of a plant that is slower than vehicles.
-const SLOW_SAMPLES: f64 = 100.0;
-
 /// An archive in memory.
 #[derive(Debug, Clone)]
 pub struct Packed {
@@ -73,18 +68,7 @@ pub fn package(
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
     let origin = Origin::new(fmu, document, file)?;
-    let sample_time = match fmu {
-        Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
-        Fmu::SpeedController => {
-            Some(steerwright_formats::SpeedController::from_json(document, file)?.sample_time_s)
-        }
-        Fmu::MultivariablePlant => {
-            let plant = steerwright_formats::MultivariablePlant::from_json(document, file)?;
-            Some(plant.discrete.sample_time_s)
-        }
-        _ => None,
-    };
-    let step = step.or(sample_time).unwrap_or(0.01);
+    let (step, duration) = fmu.times_s(document, file, step)?;
     if !(step.is_finite() && step > 0.0) {
         return Err(Error::Step { step });
     }
@@ -92,10 +76,6 @@ pub fn package(
         return Err(Error::NoBinary { fmu: fmu.name() });
     }
     let platforms = platforms(fmu, binaries)?;
-    let duration = match fmu {
-        Fmu::MultivariablePlant => DURATION.max(SLOW_SAMPLES * step),
-        _ => DURATION,
-    };
 
     let start = start.map(|start| (Start::FILE.to_owned(), start.to_json().into_bytes()));
     let mut entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];

@@ -65,11 +65,13 @@ fn the_files_name_every_input_and_output() {
                 .map(|(name, _)| name)
                 .collect();
             // The road's end is out of reach in ten seconds, its curvature constant, and no limit
-            // need act. The response of the speed has one command, and no gears.
+            // need act. The response of the speed has one command, and no gears; the manoeuvre one speed, and no end
+            // after an interruption.
             let allowed = [
                 "finished",
                 "curvature",
                 "speed",
+                "speed_reference",
                 "saturated",
                 "steering_feedforward",
                 "acceleration_command",

@@ -28,6 +28,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(main, module)?,
         wrap_pyfunction!(describe, module)?,
         wrap_pyfunction!(words, module)?,
+        wrap_pyfunction!(in_python, module)?,
         wrap_pyfunction!(read, module)?,
         wrap_pyfunction!(save, module)?,
         wrap_pyfunction!(identify, module)?,
@@ -46,6 +47,12 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>, program: Vec<OsString>) -> u8 {
     py.detach(|| steerwright::run(arguments, Some(program)))
+}
+
+/// A message of the command line with its options as keywords.
+#[pyfunction]
+fn in_python(text: &str) -> String {
+    work::in_python(text)
 }
 
 /// Options of a subcommand, or of reading a log: (name, value, values, repeated, default, help).

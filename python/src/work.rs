@@ -68,7 +68,7 @@ pub(crate) fn raised(py: Python<'_>, class: &str, message: &str, hint: &str) -> 
 }
 
 /// Options of the command line as the keywords of Python: `--steering-ratio 15` is `steering_ratio=15`.
-fn in_python(text: &str) -> String {
+pub(crate) fn in_python(text: &str) -> String {
     let mut parts = text.split("--");
     let mut result = parts.next().unwrap_or_default().to_owned();
     for part in parts {

@@ -74,9 +74,9 @@ def run(
         status = process.wait()
         listener.join()
     for message in found:
-        warn(message)
+        warn(_native.in_python(message))
     if errors:
-        raise Error(errors[0]["message"], errors[0]["hint"])
+        raise Error(*(_native.in_python(errors[0][key]) for key in ("message", "hint")))
     if status not in (0, 1):
         cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
         said = "\n".join(other[-20:])

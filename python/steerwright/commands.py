@@ -122,7 +122,7 @@ def excite(model: LateralModel | File, **options: Unpack[ExciteOptions]) -> Mano
         return Manoeuvre(out.read_text("utf-8"))
 
 
-Packed = Union[LateralModel, Longitudinal, MultivariablePlant, Controller, SpeedController, Path, File]
+Packed = Union[LateralModel, Longitudinal, MultivariablePlant, Controller, SpeedController, Path, Manoeuvre, File]
 """What is packed as an FMU."""
 
 

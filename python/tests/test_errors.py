@@ -75,6 +75,16 @@ def test_arrays_are_identified(log: steerwright.Log) -> None:
         assert caught.value.hint
 
 
+def test_errors_of_commands_name_keywords(tmp_path: Path) -> None:
+    steerwright.path(speed=12.0).save(tmp_path / "path.json")
+    with pytest.raises(steerwright.Error) as caught:
+        steerwright.path(tmp_path / "none.csv", profile=True, max_jerk="fast")
+    assert "--" not in str(caught.value), str(caught.value)
+    with pytest.raises(steerwright.Error) as caught:
+        steerwright.excite(tmp_path / "path.json")
+    assert "--" not in str(caught.value), str(caught.value)
+
+
 def test_one_document_is_a_list_of_one_and_other_objects_are_refused(
     plant: steerwright.Plant, log: steerwright.Log, tmp_path: Path
 ) -> None:

@@ -14,11 +14,15 @@ use crate::terminal::speed_controller_summary;
 use std::path::{Path, PathBuf};
 use steerwright_control::{DesignPlant, SpeedDesignOptions};
 use steerwright_formats::{Longitudinal, Pid, SourceFile, SpeedController};
-use steerwright_report::figures::{self, OpenLoop};
+use steerwright_report::figures::{self, OpenLoop, SpeedResponse};
 use steerwright_report::{Figure, StepResponse, WIDTH};
 
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
+
+/// The figure of a speed controller, and its height, px.
+const SPEED_PLOT: &str = "speed-steps.svg";
+const SPEED_HEIGHT: u32 = 760;
 
 const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
 
@@ -37,7 +41,7 @@ pub(crate) struct Arguments {
     /// vehicle.json. Of longitudinal.json the range is by default that of its drive
     #[arg(long, value_name = "RANGE")]
     pub(crate) speeds: Option<SpeedRange>,
-    /// Write Bode, Nyquist and step plots (SVG) into this folder
+    /// Write plots (SVG) into this folder: Bode, Nyquist and step; of a speed controller its steps and the grade
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     #[command(flatten)]
@@ -90,12 +94,10 @@ fn speed(
     source: &SourceFile,
     outputs: &mut Outputs,
 ) -> Result<Outcome, Failure> {
-    if arguments.plots.is_some() {
-        let message = "--plots: there are no plots of a speed controller";
-        return Err(Failure::new(message, "omit it; its responses are in speed_controller.json"));
-    }
     let place = arguments.out.clone().unwrap_or_else(|| "speed_controller.json".into());
     let out = outputs.file(place, OutputKind::for_document::<SpeedController>())?;
+    let decided = |folder| outputs.files(folder, [SPEED_PLOT], OutputKind::Svg);
+    let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read_speed(arguments.speeds.map(|range| range.0))?;
     let progress = Progress::start("designing");
     let controller = speed_controller(model, source, &specified.design, |what| progress.now(what))?;
@@ -103,8 +105,31 @@ fn speed(
     out.document(&controller)?;
     console::result(&speed_controller_summary::summary(&controller), &controller)?;
     console::note(format!("written to {out}"));
+    if let Some(files) = &files {
+        let figure = speed_figure(&controller)?.to_svg(WIDTH, SPEED_HEIGHT)?;
+        let file = files.write(SPEED_PLOT, figure.as_bytes())?;
+        console::note(format!("written to {}", file.display()));
+    }
     let by_all = controller.evidence.ensemble.is_none_or(|e| e.keeping == e.vehicles);
     Ok(Outcome::when(controller.evidence.met && (by_all || !specified.must_be_robust)))
+}
+
+/// The responses of a speed controller at the speeds of its evidence.
+fn speed_figure(controller: &SpeedController) -> Result<Figure, Failure> {
+    let s = &controller.specification;
+    let mut responses = Vec::new();
+    for row in &controller.evidence.speeds {
+        let speed = row.speed_mps;
+        let [up, down, on_grade] = steerwright_control::speed_traces(controller, speed)?;
+        let change = |speeds: Vec<f64>, from: f64| speeds.iter().map(|v| v - from).collect();
+        responses.push(SpeedResponse {
+            speed_mps: speed,
+            up_mps: change(up, speed),
+            down_mps: change(down, speed + s.step_mps),
+            on_grade_mps: change(on_grade, speed),
+        });
+    }
+    Ok(figures::speed_steps(s, controller.sample_time_s, &responses))
 }
 
 /// The speed controller, verified in the loop of FMUs. `now` is called with what is being done.

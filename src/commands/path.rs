@@ -12,6 +12,10 @@ use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
 use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};
 use steerwright_formats::{Document, Model, Path as PathFile, Pid, SourceFile};
+use steerwright_report::{WIDTH, figures};
+
+/// Height of the figure of a profile, px.
+const PLOT_HEIGHT: u32 = 760;
 
 /// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
 /// NMEA: GGA, RMC) or from segments (TOML)
@@ -55,6 +59,9 @@ pub(crate) struct Arguments {
     /// Gain of the integral of the cross-track error, such as 0.05/s; none by default
     #[arg(long, value_name = "PER_SECOND", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
+    /// Draw the speed profile here (SVG): speed and accelerations over the distance, and which limit binds where
+    #[arg(long, value_name = "FILE", requires = "profile")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     profile: ProfileArguments,
 }
@@ -71,8 +78,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let speed_controller = &arguments.profile.speed_controller;
     let inputs = [&arguments.track, &arguments.pid, &arguments.plant, speed_controller];
     let inputs = inputs.into_iter().flatten();
-    let out = Outputs::new(global.force, inputs)
-        .file(&arguments.out, OutputKind::for_document::<PathFile>())?;
+    let mut outputs = Outputs::new(global.force, inputs);
+    let out = outputs.file(&arguments.out, OutputKind::for_document::<PathFile>())?;
+    let plot =
+        arguments.plot.as_ref().map(|file| outputs.file(file, OutputKind::Svg)).transpose()?;
     let mut outcome = Outcome::Done;
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
@@ -137,6 +146,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let text: Vec<String> = [Some(extent(&path)), profile].into_iter().flatten().collect();
     console::result(&text.join("\n"), &path)?;
     console::note(format!("written to {out}"));
+    if let (Some(plot), Some(profile)) = (&plot, &path.profile) {
+        let figure = figures::speed_profile(&path.points, profile);
+        plot.write(figure.to_svg(WIDTH, PLOT_HEIGHT)?.as_bytes())?;
+        console::note(format!("written to {plot}"));
+    }
     Ok(outcome)
 }
 

@@ -1,9 +1,9 @@
 //! `excite`: files, errors, and a car whose first drive determines too little, from its advice to a model that passes.
 
-use crate::support::{data, read_json, run, text_of};
+use crate::support::{column, data, document, done, read_json, run, text_of};
 use std::fmt::Write;
 use std::path::Path;
-use steerwright_formats::{Document, Manoeuvre, VehicleData};
+use steerwright_formats::{Bicycle, Document, Manoeuvre, VehicleData};
 use steerwright_models::BicyclePlant;
 use steerwright_models::files::bicycle_parameters;
 
@@ -135,6 +135,54 @@ fn files_are_written_by_the_ending_of_the_output() {
         assert_eq!(files.count(), count, "{name}");
     }
     assert!(std::fs::read_to_string(folder.path().join("a.html")).unwrap().contains("metronome"));
+}
+
+/// The packed manoeuvre drives the packed vehicle: the angles are those of excitation.csv, and the log of the run gives the
+/// vehicle back.
+#[test]
+fn the_packed_manoeuvre_makes_the_log_that_identifies_the_vehicle() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let sheet = "{data}/multibody/vehicle.toml";
+    done(here, &format!("bicycle {sheet} -o car.json"));
+    done(here, &format!("excite {sheet} --speed 15m/s --time 80s --max-rate 0.4rad/s -o drive"));
+    let checked = "package car.json drive/excitation.json --ssp Drive.ssp --out fmu";
+    done(here, checked);
+    done(here, "check fmu/Excitation.fmu --run --strict");
+    done(here, "simulate fmu/Drive.ssp --stop 82s -o run.csv");
+    let file: Manoeuvre = document(&here.join("drive/excitation.json"));
+    let table = here.join("run.csv");
+    let driven = column(&table, "Excitation.steering_angle");
+    let expected: Vec<f64> = file
+        .schedule
+        .iter()
+        .flat_map(|block| (0..file.block_samples()).map(|k| file.steering_rad(block, k)))
+        .collect();
+    let count = expected.len();
+    assert_eq!(count, 8000);
+    assert_eq!(driven[..count], expected[..]);
+    assert_eq!(*column(&table, "Excitation.finished").last().unwrap(), 1.0);
+    assert!(column(&table, "Excitation.interruption").iter().all(|code| *code == 0.0));
+
+    let channels =
+        "--input-channel Excitation.steering_angle --output-channel BicyclePlant.yaw_rate";
+    let units = "--unit Excitation.steering_angle=rad --unit BicyclePlant.yaw_rate=rad/s --unit Excitation.speed_reference=m/s --unit time=s";
+    let found = run(
+        here,
+        &format!(
+            "identify run.csv {channels} --speed-channel Excitation.speed_reference {units} --steering-ratio 1 --structure bicycle -o found.json"
+        ),
+    );
+    assert_eq!(found.status.code(), Some(0), "{}", text_of(&found));
+    // At one speed the steady gain is known, not wheelbase and understeer, or lag and inertia, apart.
+    let [truth, found] = ["car.json", "found.json"].map(|name| {
+        let car: Bicycle = document(&here.join(name));
+        let parameters = bicycle_parameters(&car.vehicle);
+        15.0 / (parameters.wheelbase() + parameters.understeer_gradient() * 225.0)
+    });
+    println!("steady gain: {truth}, found {found}");
+    assert!((found / truth - 1.0).abs() < 0.01, "{found} {truth}");
+    assert_eq!(read_json(&here.join("found.json"))["quality"]["grade"], "pass");
 }
 
 #[test]

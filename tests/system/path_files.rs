@@ -220,6 +220,15 @@ fn a_profile_has_the_limits_of_its_options_and_of_the_controller() {
     assert!(said.contains(&format!("speed profile: {time:.2} s, largest speed ")), "{said}");
     assert!(said.contains("lateral acceleration") && said.contains("% of the time"), "{said}");
 
+    // Drawn, with the limits that bind.
+    done(folder, "path bends.toml --profile --force --plot profile.svg");
+    let drawn = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    for part in
+        ["Speed (m/s)", "Lateral acceleration (m/s²)", "Speed profile", "lateral acceleration"]
+    {
+        assert!(drawn.contains(part), "{part}");
+    }
+
     // Without a controller the steering is not limited, which is reported; the jerk may be unlimited.
     let (free, said) = path(folder, "path bends.toml --profile --max-jerk none --force --json");
     assert!(free["profile"]["limits"].get("steering").is_none());

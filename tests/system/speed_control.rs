@@ -76,8 +76,12 @@ fn the_packed_loop_has_the_stated_responses() {
     let at = |name: &str| folder.path().join(name);
     record(&at("drive.csv"));
     done(folder.path(), "identify drive.csv --structure longitudinal");
-    let designed = run(folder.path(), "design longitudinal.json");
+    let designed = run(folder.path(), "design longitudinal.json --plots plots");
     println!("{}", text_of(&designed));
+    let plot = std::fs::read_to_string(at("plots/speed-steps.svg")).unwrap();
+    for part in ["Step up (m/s)", "On the grade (m/s)", "to settle by"] {
+        assert!(plot.contains(part), "{part}");
+    }
     done(folder.path(), "package longitudinal.json speed_controller.json --out fmu");
     for fmu in ["LongitudinalPlant", "SpeedController"] {
         let checked = done(folder.path(), &format!("check fmu/{fmu}.fmu --run --strict"));
@@ -203,7 +207,6 @@ fn options_of_the_other_controller_are_refused() {
     for (line, what) in [
         ("design longitudinal.json --max-angle 20deg", "--max-angle is an option of a steering"),
         ("design longitudinal.json --latency 20ms", "--latency is an option of a steering"),
-        ("design longitudinal.json --plots out", "no plots of a speed controller"),
         ("design longitudinal.json --speeds 5..6", "range of speeds is 1 m/s"),
         ("design bicycle.json --grade 4%", "--grade is an option of a speed controller"),
     ] {

@@ -29,6 +29,10 @@ pub(crate) fn docs(update: bool) -> Result<(), String> {
             if let Some(folder) = path.parent() {
                 fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
             }
+            // What is current keeps its time, so that nothing is built again for it.
+            if fs::read_to_string(&path).is_ok_and(|current| current == text) {
+                continue;
+            }
             fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         }
     }

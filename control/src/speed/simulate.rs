@@ -119,6 +119,24 @@ pub fn responses_of<E>(
     })
 }
 
+/// The speeds of the nominal model at a speed, m/s: after the step up, after the step down, and on the grade, at ticks.
+///
+/// # Errors
+/// Where the model or the controller is invalid.
+pub fn speed_traces(controller: &SpeedController, speed: f64) -> Result<[Vec<f64>; 3], Error> {
+    let model = Arc::new(controller.model.clone());
+    let mut of = SpeedLoop::new(controller, &model, &model, speed)?;
+    let mut runs = Vec::new();
+    responses_of(controller, speed, |seconds, speed_reference, grade| {
+        let speeds = of.run(seconds, speed_reference, grade)?;
+        runs.push(speeds.clone());
+        Ok::<_, Error>(speeds)
+    })?;
+    // The first run is at the steady speed.
+    let mut runs = runs.into_iter().skip(1);
+    Ok(std::array::from_fn(|_| runs.next().unwrap_or_default()))
+}
+
 /// The metrics of a step from `before` by `height`, both m/s.
 #[must_use]
 pub fn step(

@@ -14,6 +14,7 @@
 //! | [`sampled_system`] | the plant of named channels, on the grid of its sample time |
 //! | [`longitudinal`] | the speed that accelerator and brake, or an acceleration command, cause |
 //! | [`speed`] | the controller of that speed |
+//! | [`excitation`] | the manoeuvre that identifies a vehicle, as it is driven |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sideslip`] | sideslip as a law of the speed |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
@@ -30,6 +31,7 @@ pub mod bicycle;
 pub mod bicycle_plant;
 pub mod delay;
 pub mod error;
+pub mod excitation;
 pub mod files;
 pub mod guidance;
 pub mod identified;
@@ -57,6 +59,10 @@ pub use angle::wrap_angle;
 pub use bicycle::{BicycleParameters, bicycle_body_frame};
 pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
+pub use excitation::{
+    DrivenManoeuvre, Interruption, ManoeuvreInputs, ManoeuvreOutputs, ManoeuvreParameters,
+    SavedManoeuvre,
+};
 pub use guidance::{GuidanceParameters, GuidanceState, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};

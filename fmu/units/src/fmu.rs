@@ -36,6 +36,16 @@ pub trait Definition: CoSimulationUnit {
 
     /// The inputs of its reference run.
     fn scenario(file: Self::File) -> Scenario;
+
+    /// The step that its document asks for, s: the time between ticks. `None` of what any step suits.
+    fn step_s(_file: &Self::File) -> Option<f64> {
+        None
+    }
+
+    /// The time that an experiment with that step takes to show what is in its document, s.
+    fn experiment_s(_file: &Self::File, _step_s: f64) -> f64 {
+        10.0
+    }
 }
 
 /// What is done with the unit of an FMU, whichever it is; see [`Fmu::visit`](crate::Fmu::visit).
@@ -165,6 +175,26 @@ macro_rules! fmus {
                 match self {
                     $(Self::$name => {
                         <$name as Definition>::File::from_json(document, file).map(Described::facts)
+                    })*
+                }
+            }
+
+            /// The step of an experiment, s, by default the one that the document asks for, or 0.01 s, and the time that it
+            /// takes, s; `file` is named in errors.
+            ///
+            /// # Errors
+            /// Where it is no document of this FMU.
+            pub fn times_s(
+                self,
+                document: &str,
+                file: &str,
+                step: Option<f64>,
+            ) -> Result<(f64, f64), DocumentError> {
+                match self {
+                    $(Self::$name => {
+                        let file = <$name as Definition>::File::from_json(document, file)?;
+                        let step = step.or_else(|| $name::step_s(&file)).unwrap_or(0.01);
+                        Ok((step, $name::experiment_s(&file, step)))
                     })*
                 }
             }

@@ -142,6 +142,10 @@ impl Definition for LateralPid {
     const RESOURCE: &'static str = "pid.json";
     const ROLE: Role = Role::Controller;
 
+    fn step_s(file: &Self::File) -> Option<f64> {
+        Some(file.sample_time_s)
+    }
+
     /// A step of the reference with a yaw that lags it, feedforward, and one second disabled.
     fn scenario(file: steerwright_formats::Pid) -> Scenario {
         let step = file.specification.step_rad;

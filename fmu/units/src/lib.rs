@@ -10,6 +10,7 @@
 //! Times are seconds, angles radians; signs are ISO 8855.
 
 mod bicycle_plant;
+mod excitation;
 mod fmu;
 mod identified_plant;
 mod lateral_pid;
@@ -26,6 +27,7 @@ mod scenario;
 mod speed_controller;
 
 pub use bicycle_plant::BicyclePlant;
+pub use excitation::Excitation;
 pub use fmu::{Definition, Error, Icon, Role, Visitor};
 pub use identified_plant::IdentifiedPlant;
 pub use lateral_pid::LateralPid;
@@ -61,4 +63,6 @@ fmu::fmus! {
     ReferencePath in "reference-path";
     /// The filter for the pose.
     PoseEstimator in "pose-estimator";
+    /// The manoeuvre that identifies a vehicle.
+    Excitation in "excitation";
 }

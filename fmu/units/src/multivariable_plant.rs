@@ -127,6 +127,15 @@ impl Definition for MultivariablePlant {
     const RESOURCE: &'static str = "plant.json";
     const ROLE: Role = Role::Plant;
 
+    fn step_s(file: &Self::File) -> Option<f64> {
+        Some(file.discrete.sample_time_s)
+    }
+
+    /// Ten seconds, or a hundred samples of a slow plant.
+    fn experiment_s(_file: &Self::File, step_s: f64) -> f64 {
+        (100.0 * step_s).max(10.0)
+    }
+
     /// Each input about its offset, by the deviation that it had in the drive, at an instant of its own.
     fn scenario(file: steerwright_formats::MultivariablePlant) -> Scenario {
         let inputs = file.inputs;

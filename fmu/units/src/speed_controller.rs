@@ -106,6 +106,10 @@ impl Definition for SpeedController {
     const RESOURCE: &'static str = "speed_controller.json";
     const ROLE: Role = Role::Controller;
 
+    fn step_s(file: &Self::File) -> Option<f64> {
+        Some(file.sample_time_s)
+    }
+
     /// A start, a step up and down with a speed that lags the reference, a hill, one second disabled, and standstill.
     fn scenario(file: steerwright_formats::SpeedController) -> Scenario {
         let gear = file.model.gear_gains.first().map(|row| row.gear as f64);

@@ -5,7 +5,8 @@
 use crate::common;
 
 use common::{
-    bicycle, get, identified, kinds, longitudinal, nonlinear, path, pid, pose, speed_controller,
+    bicycle, excitation, get, identified, kinds, longitudinal, nonlinear, path, pid, pose,
+    speed_controller,
 };
 use fmi2_export::model_description::{Causality, Kind, Value};
 use fmi2_export::{CoSimulationUnit, Log, VariableId};
@@ -116,6 +117,7 @@ proptest! {
         survive(longitudinal(), &parameters, &steps)?;
         survive(pid(), &parameters, &steps)?;
         survive(speed_controller(), &parameters, &steps)?;
+        survive(excitation(), &parameters, &steps)?;
         survive(pose(), &parameters, &steps)?;
         for closed in [false, true] {
             survive(path(closed), &parameters, &steps)?;

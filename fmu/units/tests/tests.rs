@@ -3,6 +3,7 @@
 
 mod common;
 mod derivatives;
+mod excitation;
 mod extremes;
 mod longitudinal;
 mod multivariable;

@@ -8,6 +8,7 @@ mod design;
 mod evidence;
 mod identification;
 mod open_loop;
+mod speed;
 mod tracking;
 
 pub use channels::{ChannelSignals, gains, outputs};
@@ -18,6 +19,7 @@ pub use design::yaw_step;
 pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};
 pub use identification::{coherence, comparison, drive, order_table};
 pub use open_loop::{OpenLoop, bode, nyquist};
+pub use speed::{SpeedResponse, speed_profile, speed_steps};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
 use crate::figure::Figure;

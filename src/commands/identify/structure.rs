@@ -52,6 +52,10 @@ pub(crate) struct StructureArguments {
     /// wheelbase over 2.6 m
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
+    /// The drive of the structure longitudinal has one gear, as most electric ones: an accelerator whose log has no gear
+    /// is then no reason to doubt the model
+    #[arg(long)]
+    single_gear: bool,
     /// Rate of the steering angle at which the friction of the structure torque reaches 76 % of its value, in
     /// coordinates of the log. By default 0.05rad/s
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
@@ -133,6 +137,7 @@ impl StructureArguments {
             (self.sideslip.is_some(), "--sideslip"),
         ];
         let of_torque = [(self.friction_rate.is_some(), "--friction-rate")];
+        let of_longitudinal = [(self.single_gear, "--single-gear")];
         let scheduled = [(self.min_speed.is_some(), "--min-speed")];
         let is_stated = of_state_space.iter().any(|(is_stated, _)| *is_stated);
         let structure = match self.structure.0 {
@@ -145,6 +150,7 @@ impl StructureArguments {
             (&[bicycle, single_track, None], &of_vehicles),
             (&[single_track], &of_single_track),
             (&[torque], &of_torque),
+            (&[longitudinal], &of_longitudinal),
             (&[state_space, bicycle, single_track, None], &sampled),
             (&[bicycle, single_track, torque, longitudinal, None], &scheduled),
         ];
@@ -193,6 +199,7 @@ impl StructureArguments {
                 Box::new(LongitudinalOptions {
                     least_speed_mps: self.min_speed.unwrap_or(default.least_speed_mps),
                     validation_fraction: validation.fraction,
+                    single_gear: self.single_gear,
                 })
             }
         }))

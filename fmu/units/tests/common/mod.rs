@@ -6,7 +6,7 @@ use fmi2_export::{CoSimulationUnit, Log, Resources, VariableId};
 use steerwright_formats::{Document, InputKind, Longitudinal, Matrix, Plant};
 use steerwright_models::linear::discretize;
 use steerwright_units::{
-    BicyclePlant, Definition, Fmu, IdentifiedPlant, LateralPid, LongitudinalPlant,
+    BicyclePlant, Definition, Excitation, Fmu, IdentifiedPlant, LateralPid, LongitudinalPlant,
     NonlinearVehicle, PoseEstimator, ReferencePath, SpeedController,
 };
 
@@ -141,6 +141,12 @@ pub fn pid() -> LateralPid {
 pub fn speed_controller() -> SpeedController {
     let file = include_bytes!("../../../speed-controller/example.json").to_vec();
     SpeedController::open(&Resources::from(vec![("speed_controller.json".into(), file)])).unwrap()
+}
+
+/// The manoeuvre of the example, enabled.
+pub fn excitation() -> Excitation {
+    let file = include_bytes!("../../../excitation/example.json").to_vec();
+    Excitation::open(&Resources::from(vec![("excitation.json".into(), file)])).unwrap()
 }
 
 /// With fixes that are 0.05 s late and an antenna elsewhere.

@@ -68,6 +68,14 @@ pub fn identify_longitudinal(
         return Err(Error::TooSlow { least_mps: options.least_speed_mps, fastest_mps });
     }
     let signals = Signals::new(log);
+    if options.single_gear && signals.gears.len() > 1 {
+        let gears = format!("{:?}", signals.gears);
+        return Err(Error::option(
+            "single gear",
+            "true",
+            format!("the gear of the log to be one, and it is {gears}"),
+        ));
+    }
     let [estimation, validation] = signals.split(options)?;
     check_excitation(&signals, &estimation)?;
     let fit = Fit::estimate(&signals, &estimation)?;
@@ -96,7 +104,8 @@ pub fn identify_longitudinal(
     };
     let mut model = document(&signals, &fit, evidence, options);
     let change_mps = validated.change_rms(count(&validation));
-    model.quality = quality(&model, &fit, Demands::new(&signals, &fit, &estimation), change_mps);
+    let demands = Demands::new(&signals, &fit, &estimation);
+    model.quality = quality(&model, &fit, demands, change_mps, options.single_gear);
     model.checked("longitudinal.json").map_err(|e| Error::no_model(e.to_string()))?;
     Ok(model)
 }

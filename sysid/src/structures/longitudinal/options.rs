@@ -11,17 +11,19 @@ pub struct LongitudinalOptions {
     pub least_speed_mps: f64,
     /// Share of the samples that are validation data, in blocks over the whole log.
     pub validation_fraction: f64,
+    /// Whether the drive has one gear, as most electric ones: the accelerator's effect depends on no gear.
+    pub single_gear: bool,
 }
 
 impl Default for LongitudinalOptions {
     fn default() -> Self {
-        Self { least_speed_mps: 3.0, validation_fraction: 0.5 }
+        Self { least_speed_mps: 3.0, validation_fraction: 0.5, single_gear: false }
     }
 }
 
 impl LongitudinalOptions {
     pub(super) fn check(&self) -> Result<(), Error> {
-        let Self { least_speed_mps, validation_fraction } = self;
+        let Self { least_speed_mps, validation_fraction, single_gear: _ } = self;
         if !(*least_speed_mps >= 0.5 && least_speed_mps.is_finite()) {
             return Err(Error::option("lowest speed", least_speed_mps, "0.5 m/s or more"));
         }
@@ -36,6 +38,7 @@ impl LongitudinalOptions {
             ("structure".into(), "longitudinal".into()),
             ("least_speed_mps".into(), self.least_speed_mps.to_string()),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
+            ("single_gear".into(), self.single_gear.to_string()),
         ])
     }
 }

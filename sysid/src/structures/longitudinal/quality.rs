@@ -96,12 +96,13 @@ pub(super) fn quality(
     fit: &Fit,
     demands: Demands,
     change_mps: f64,
+    has_single_gear: bool,
 ) -> Quality {
     let mut reasons = Vec::new();
     gains(model, fit.mean_gain(), &mut reasons);
     units(demands, &mut reasons);
     parameters(model, fit, &mut reasons);
-    if model.command_unit != "m/s2" && model.gear_gains.is_empty() {
+    if model.command_unit != "m/s2" && model.gear_gains.is_empty() && !has_single_gear {
         reasons.push(Reason::new(ReasonCode::UnknownGear, Grade::Warn, UNKNOWN_GEAR));
     }
     fits(model, change_mps, &mut reasons);
@@ -158,7 +159,7 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
                 });
             }
             ReasonCode::UnknownGear => {
-                advice.push("log the gear, or identify the model from another drive too and compare the gains of both".into());
+                advice.push("log the gear, or identify the model from another drive too and compare the gains of both; where the drive has one gear, as most electric ones, state it (--single-gear, single_gear in Python)".into());
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),

@@ -141,6 +141,31 @@ fn usual_vehicles_pass() {
     assert!(usable >= 20, "{usable}");
 }
 
+/// With what their users know: the gear of an engine is logged, and that an electric motor has one is stated.
+#[test]
+#[ignore = "slow: cargo xtask test"]
+fn usual_vehicles_of_known_gears_pass() {
+    let mut passed = 0;
+    for seed in 0..24 {
+        let car = Car::usual(seed);
+        let (logs_gear, single_gear) =
+            (matches!(car.drive, Drive::Engine { .. }), matches!(car.drive, Drive::Motor { .. }));
+        let car = Car { logs_gear, ..car };
+        let log = read(&car.drive(seed, 420.0)).unwrap();
+        let options = LongitudinalOptions { single_gear, ..LongitudinalOptions::default() };
+        let model = identify_longitudinal(&log, &options).unwrap();
+        eprintln!("{seed} {:?}: {} {}", car.drive, model.quality.grade, model.quality.codes());
+        passed += usize::from(model.quality.grade == Grade::Pass);
+        if logs_gear {
+            let stated = LongitudinalOptions { single_gear: true, ..options };
+            let error = identify_longitudinal(&log, &stated).unwrap_err();
+            assert!(error.to_string().contains("single gear"), "{error}");
+        }
+    }
+    eprintln!("{passed} of 24 pass");
+    assert!(passed >= 20, "{passed}");
+}
+
 #[test]
 fn the_file_reproduces_the_stated_fit() {
     let csv = Car::usual(1).drive(3, 300.0);
