@@ -17,6 +17,7 @@ __all__ = [
     "figures_of_controller",
     "figures_of_model",
     "identify",
+    "in_python",
     "main",
     "page_of_model",
     "read",

@@ -229,6 +229,9 @@ class ModelOptions(TypedDict, total=False):
     min_speed: Quantity
     """Lowest speed that is used. By default 15 m/s for the structure torque, 3 m/s for longitudinal,
     otherwise 3 m/s times the root of the wheelbase over 2.6 m."""
+    single_gear: bool
+    """The drive of the structure longitudinal has one gear, as most electric ones: an accelerator whose
+    log has no gear is then no reason to doubt the model."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
@@ -287,12 +290,6 @@ class AccumulateOptions(TypedDict, total=False):
     repeated, as inputs."""
     speed_channel: str
     """Channel of the speed; recognised by its name by default, and optional."""
-    channel: Union[Mapping[str, Any], Sequence[str], str]
-    """Further channel: steering_command beside a measured steering angle, from which the actuator
-    between both is identified; for the structure torque steering (its angle), roll, engaged or override;
-    for single-track and auto lateral_acceleration, longitudinal_acceleration, lateral_velocity or
-    sideslip; for longitudinal brake, grade, pitch (positive with the nose down), altitude or gear; may
-    be repeated. All but steering_command are recognised by their names by default."""
     steering_full_scale: Quantity
     """Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
     taken as it is."""
@@ -301,11 +298,6 @@ class AccumulateOptions(TypedDict, total=False):
     vehicle_class: Literal["car", "truck", "bus", "scale"]
     """Class of the vehicle: a model whose wheelbase or mean speed is not of this class fails. By default
     they must be those of one of the classes."""
-    drive: Union[File, Sequence[File]]
-    """Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
-    drive, and all other files are channels of one drive."""
-    window: Union[Union[tuple[Quantity, Quantity], str], Sequence[Union[tuple[Quantity, Quantity], str]]]
-    """Part of each drive to use, counted from its first sample, such as 10s..60s; may be repeated."""
     speed_window: Union[tuple[Quantity, Quantity], str]
     """Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
     (m/s) or 50km/h..60km/h."""
@@ -316,13 +308,6 @@ class AccumulateOptions(TypedDict, total=False):
     angle) or along straight lines (foh); auto decides by name, unit and values (default auto)."""
     max_gap: Quantity
     """Longest gap in a channel that is bridged; a longer one splits the drive (default 0.5s)."""
-    gnss_latency: Quantity
-    """Age of a GNSS fix at the time the log states for it. From a log with fixes (x_m and y_m, or
-    latitude and longitude) course and gyro determine the sideslip in plant.json, and an error of the age
-    is an error of the sideslip. By default the age is estimated from speed changes on straights; without
-    them no sideslip is stated."""
-    antenna_x: Quantity
-    """Position of the antenna ahead of the centre of gravity; negative behind it (default 0m)."""
 
 
 class DesignOptions(TypedDict, total=False):

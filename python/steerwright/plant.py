@@ -57,7 +57,7 @@ class Document:
     @classmethod
     def _schema(cls) -> str:
         """The start of the schema."""
-        return f"steerwright/{cls.FILE.removesuffix('.json')}/{cls.VERSION}"
+        return f"steerwright/{cls.FILE.removesuffix('.json').replace('_', '-')}/{cls.VERSION}"
 
     def to_json(self) -> str:
         """The document, byte for byte as the command line writes it."""
