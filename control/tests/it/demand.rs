@@ -1,12 +1,12 @@
 //! What a road needs of a controller, computed before it is driven.
 
 use crate::common::{car, source};
-use steerwright_control::paths::PathComposer;
+use steerwright_control::paths::{PathComposer, reference_road};
 use steerwright_control::{
     Demand, DesignOptions, DesignPlant, OtherSpeed, PlantModel, Quantity, demands, design,
     guidance_for, model_sideslip, track_with, with_sideslip,
 };
-use steerwright_formats::{LoopCoupling, Model, Path, Pid, ScheduleEntry};
+use steerwright_formats::{Guidance, LoopCoupling, Model, Path, Pid, ScheduleEntry};
 
 /// A car at 15 m/s with an actuator of 0.6 rad/s, and its controller.
 fn controller() -> Pid {
@@ -151,4 +151,42 @@ fn another_speed_than_the_design_is_found_with_both() {
     assert_eq!(OtherSpeed::find(&pid, 12.0), None);
     let other = OtherSpeed::find(&pid, 20.0).unwrap();
     assert_eq!(other.to_string(), "the path is for 20.0 m/s, the controller for 8.0 to 18.0 m/s");
+}
+
+/// Where the pose jumps by 0.2 m on a road that needs 0.93 of the steering rate, the error is removed with the rest of it.
+/// With a shorter look-ahead the steering is at its limit in the next bend, and the car leaves the road.
+#[test]
+fn the_rate_that_a_road_leaves_removes_an_error() {
+    let (ratio, speed) = (16.0, 6.5);
+    let mut bicycle = car(ratio);
+    bicycle.vehicle.speed_mps = speed;
+    let plant = DesignPlant::from_bicycle(&bicycle).unwrap();
+    let options = DesignOptions { max_rate_radps: Some(0.4 * ratio), ..DesignOptions::default() };
+    let pid = design(&plant, &source(), &options).unwrap();
+    let road = reference_road(speed, 4.0).unwrap();
+    let share = find(&demands(&road, &pid, None).unwrap(), Quantity::SteeringRate).share();
+    assert!((0.9..1.0).contains(&share), "{share}");
+    let sideslip =
+        model_sideslip(&Model::Bicycle(Box::new(bicycle.clone())), Some(speed)).unwrap().unwrap();
+    let guidance = with_sideslip(guidance_for(&pid, speed), &sideslip, speed);
+    let largest_after = |lookahead_min_m: f64, jump: f64, place: f64| {
+        let mut shifted = road.clone();
+        for point in shifted.points.iter_mut().filter(|point| point.distance_m > place) {
+            point.x_m -= jump * point.heading_rad.sin();
+            point.y_m += jump * point.heading_rad.cos();
+        }
+        let law = Guidance { lookahead_min_m, ..guidance };
+        let model = PlantModel::from_bicycle(&bicycle).unwrap();
+        let trace =
+            track_with(model, &pid, &shifted, &law, 60.0, LoopCoupling::GaussSeidel).unwrap();
+        assert!(trace.finished);
+        let errors = trace.distance.iter().zip(&trace.cross_track_error);
+        errors.filter(|(d, _)| **d > place + 3.0).fold(0.0_f64, |most, (_, e)| most.max(e.abs()))
+    };
+    for (jump, place) in [(0.2, 10.0), (-0.2, 10.0), (-0.2, 14.0), (0.2, 30.0), (-0.2, 60.0)] {
+        let largest = largest_after(guidance.lookahead_min_m, jump, place);
+        assert!(largest < 0.2, "{jump} m at {place} m: {largest}");
+    }
+    let short = largest_after(5.0, -0.2, 14.0);
+    assert!(short > 1.0, "{short}");
 }

@@ -96,10 +96,32 @@ impl PidParameters {
         self.lateral_acceleration.largest_angle_rad(speed, self.max_angle)
     }
 
+    /// The speed below which a lower one counts as this, m/s: that at which the loop with a vehicle of a steady turn,
+    /// `(L/v + kd)·s² + kp·s + ki` with its steering angle per curvature L, is damped by ½, and at most that of a car. A
+    /// design has more damping at its speed, so this is a fraction of it, also for a vehicle of another size.
+    fn least_speed(&self) -> f64 {
+        let PidGains { kp, ki, kd, .. } = self.gains;
+        let least =
+            ki * self.lateral_acceleration.steering_per_curvature_radm / (kp * kp - ki * kd);
+        let largest = LateralAcceleration::LEAST_SPEED_MPS;
+        // Without integral action, or damping at any speed, no speed follows from the gains.
+        if least > 0.0 && least < largest { least } else { largest }
+    }
+
+    /// A speed in m/s, at least the least.
+    #[inline(always)]
+    fn counted_speed(&self, speed: f64) -> f64 {
+        if speed >= LateralAcceleration::LEAST_SPEED_MPS {
+            speed
+        } else {
+            speed.max(self.least_speed())
+        }
+    }
+
     /// Yaw rate per steering angle of a steady turn at a speed in m/s, 1/s.
     #[inline(always)]
     pub(crate) fn steady_gain(&self, speed: f64) -> f64 {
-        let v = speed.max(LateralAcceleration::LEAST_SPEED_MPS);
+        let v = self.counted_speed(speed);
         let bound = &self.lateral_acceleration;
         v / (bound.steering_per_curvature_radm + bound.understeer_gradient_rads2pm * v * v)
     }
@@ -108,17 +130,18 @@ impl PidParameters {
     /// the speed is known, as for a bound of the lateral acceleration, the integral waits there.
     #[inline(always)]
     pub(crate) fn integral_share(&self, speed: f64) -> f64 {
-        if self.lateral_acceleration.max_mps2 >= NO_ACCELERATION_BOUND {
+        let known = self.lateral_acceleration.max_mps2 < NO_ACCELERATION_BOUND;
+        if !known || speed >= LateralAcceleration::LEAST_SPEED_MPS {
             1.0
         } else {
-            (speed / LateralAcceleration::LEAST_SPEED_MPS).max(0.0).min(1.0)
+            (speed / self.least_speed()).max(0.0).min(1.0)
         }
     }
 
     /// Largest yaw rate that the lateral acceleration allows at a speed in m/s, rad/s.
     #[inline(always)]
     pub(crate) fn largest_yaw_rate(&self, speed: f64) -> f64 {
-        self.lateral_acceleration.max_mps2 / speed.max(LateralAcceleration::LEAST_SPEED_MPS)
+        self.lateral_acceleration.max_mps2 / self.counted_speed(speed)
     }
 
     /// Time by which the loop lags a ramp of the reference, s.
