@@ -94,7 +94,7 @@ def test_the_library_gives_the_reference_results(out: Path, name: str, tmp_path:
         for key, value in row.items():
             if key == "time":
                 continue
-            get = fmu.getBoolean if variables[key].type == "Boolean" else fmu.getReal
+            get = {"Boolean": fmu.getBoolean, "Integer": fmu.getInteger}.get(variables[key].type, fmu.getReal)
             found = get([variables[key].valueReference])[0]
             assert abs(found - value) <= about["absolute_tolerance"], f"{key} at {row['time']} s"
 
