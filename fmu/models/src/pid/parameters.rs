@@ -101,11 +101,15 @@ impl PidParameters {
     /// design has more damping at its speed, so this is a fraction of it, also for a vehicle of another size.
     fn least_speed(&self) -> f64 {
         let PidGains { kp, ki, kd, .. } = self.gains;
-        let least =
-            ki * self.lateral_acceleration.steering_per_curvature_radm / (kp * kp - ki * kd);
+        let (turned, damping) =
+            (ki * self.lateral_acceleration.steering_per_curvature_radm, kp * kp - ki * kd);
         let largest = LateralAcceleration::LEAST_SPEED_MPS;
-        // Without integral action, or damping at any speed, no speed follows from the gains.
-        if least > 0.0 && least < largest { least } else { largest }
+        // At most the largest. The divisor is positive whatever the gains: a compiler may divide before it compares, which
+        // hosts that trap it would see.
+        let least = turned / damping.max(turned / largest).max(f64::MIN_POSITIVE);
+        // Without integral action no speed follows from the gains, without a bound none is known.
+        let is_known = self.lateral_acceleration.max_mps2 < NO_ACCELERATION_BOUND;
+        if is_known && least > 0.0 { least } else { largest }
     }
 
     /// A speed in m/s, at least the least.
