@@ -465,23 +465,13 @@ fn small_errors_and_ramps_are_not_bounded() {
     assert!(largest > 0.12, "{largest}");
 }
 
-/// At standstill the steering stays where the error puts it, for however long; of half a metre per second a car has half of
-/// the integral action left, and a vehicle of a tenth of its size all of it. Without a bound the speed is not known, and the
-/// integral acts.
+/// At standstill the steering stays where the error puts it, for however long; of half a metre per second half of the
+/// integral action is left. Without a bound the speed is not known, and the integral acts.
 #[test]
 fn the_integral_waits_at_standstill() {
     let bounded = limited();
     let unbounded =
         PidParameters { lateral_acceleration: PidParameters::ANY_ACCELERATION, ..limited() };
-    // Of a design for a wheelbase of 0.17 m at 1.8 m/s.
-    let mut small = bounded;
-    (small.gains.kp, small.gains.ki, small.gains.kd) = (1.04, 0.6, 0.05);
-    small.lateral_acceleration.steering_per_curvature_radm = 0.16;
-    let damped = 0.6 * 0.16 / (1.04 * 1.04 - 0.05 * 0.6);
-    // The same vehicle, steered by a wheel that turns by 10 rad for one of the road wheel.
-    let mut geared = small;
-    (geared.gains.kp, geared.gains.ki, geared.gains.kd) = (10.4, 6.0, 0.5);
-    geared.lateral_acceleration.steering_per_curvature_radm = 1.6;
     let error = 0.0003;
     let after = |p: &PidParameters, speed: f64| {
         let mut pid = Pid::default();
@@ -493,20 +483,16 @@ fn the_integral_waits_at_standstill() {
         }
         last - first.unwrap()
     };
-    assert!(bounded.gains.ki * 10.0 * error < bounded.largest_angle(20.0));
+    let whole = bounded.gains.ki * 10.0 * error;
+    assert!(whole > 0.01 && whole < bounded.largest_angle(20.0));
     for (p, speed, share) in [
         (bounded, 0.0, 0.0),
         (bounded, 0.5, 0.5),
         (bounded, 1.0, 1.0),
         (bounded, 20.0, 1.0),
         (unbounded, 0.0, 1.0),
-        (small, 0.0, 0.0),
-        (small, 0.5 * damped, 0.5),
-        (small, 0.1, 1.0),
-        (small, 0.8, 1.0),
-        (geared, 0.5 * damped, 0.5),
     ] {
-        let (moved, whole) = (after(&p, speed), p.gains.ki * 10.0 * error);
+        let moved = after(&p, speed);
         assert!((moved - share * whole).abs() < 1e-9, "{speed}: {moved} of {whole}");
     }
 }

@@ -11,9 +11,8 @@
 //!   angle is obeyed at once. The angle before tick 0 is 0.
 //! - **Anti-windup** needs an integral action that forgets: with `ki = 0` the back-calculation
 //!   would leave a lasting bias in I, so it is left out. `Tt = 0` resets I at once.
-//! - **Standstill**: where the limits follow the speed v, the integral action is ki·min(v/v₀, 1): a vehicle that
-//!   stands does not turn, and an integral that went on would turn its wheels to their end. v₀ is 1 m/s, or less where the
-//!   loop is damped by ½ at less, as that of a small vehicle is.
+//! - **Standstill**: where the limits follow the speed v, the integral action is ki·min(v/(1 m/s), 1): a vehicle that
+//!   stands does not turn, and an integral that went on would turn its wheels to their end.
 //! - **Disabled**, the output is the limited feedforward; the memory of r, y and D goes on.
 //! - **Enabling** with `ki > 0` chooses I such that the output continues from the one before;
 //!   with `ki = 0` that bias would never go away, so the controller starts as at tick 0 and the

@@ -96,36 +96,10 @@ impl PidParameters {
         self.lateral_acceleration.largest_angle_rad(speed, self.max_angle)
     }
 
-    /// The speed below which a lower one counts as this, m/s: that at which the loop with a vehicle of a steady turn,
-    /// `(L/v + kd)·s² + kp·s + ki` with its steering angle per curvature L, is damped by ½, and at most that of a car. A
-    /// design has more damping at its speed, so this is a fraction of it, also for a vehicle of another size.
-    fn least_speed(&self) -> f64 {
-        let PidGains { kp, ki, kd, .. } = self.gains;
-        let (turned, damping) =
-            (ki * self.lateral_acceleration.steering_per_curvature_radm, kp * kp - ki * kd);
-        let largest = LateralAcceleration::LEAST_SPEED_MPS;
-        // At most the largest. The divisor is positive whatever the gains: a compiler may divide before it compares, which
-        // hosts that trap it would see.
-        let least = turned / damping.max(turned / largest).max(f64::MIN_POSITIVE);
-        // Without integral action no speed follows from the gains, without a bound none is known.
-        let is_known = self.lateral_acceleration.max_mps2 < NO_ACCELERATION_BOUND;
-        if is_known && least > 0.0 { least } else { largest }
-    }
-
-    /// A speed in m/s, at least the least.
-    #[inline(always)]
-    fn counted_speed(&self, speed: f64) -> f64 {
-        if speed >= LateralAcceleration::LEAST_SPEED_MPS {
-            speed
-        } else {
-            speed.max(self.least_speed())
-        }
-    }
-
     /// Yaw rate per steering angle of a steady turn at a speed in m/s, 1/s.
     #[inline(always)]
     pub(crate) fn steady_gain(&self, speed: f64) -> f64 {
-        let v = self.counted_speed(speed);
+        let v = speed.max(LateralAcceleration::LEAST_SPEED_MPS);
         let bound = &self.lateral_acceleration;
         v / (bound.steering_per_curvature_radm + bound.understeer_gradient_rads2pm * v * v)
     }
@@ -134,18 +108,17 @@ impl PidParameters {
     /// the speed is known, as for a bound of the lateral acceleration, the integral waits there.
     #[inline(always)]
     pub(crate) fn integral_share(&self, speed: f64) -> f64 {
-        let known = self.lateral_acceleration.max_mps2 < NO_ACCELERATION_BOUND;
-        if !known || speed >= LateralAcceleration::LEAST_SPEED_MPS {
+        if self.lateral_acceleration.max_mps2 >= NO_ACCELERATION_BOUND {
             1.0
         } else {
-            (speed / self.least_speed()).max(0.0).min(1.0)
+            (speed / LateralAcceleration::LEAST_SPEED_MPS).max(0.0).min(1.0)
         }
     }
 
     /// Largest yaw rate that the lateral acceleration allows at a speed in m/s, rad/s.
     #[inline(always)]
     pub(crate) fn largest_yaw_rate(&self, speed: f64) -> f64 {
-        self.lateral_acceleration.max_mps2 / self.counted_speed(speed)
+        self.lateral_acceleration.max_mps2 / speed.max(LateralAcceleration::LEAST_SPEED_MPS)
     }
 
     /// Time by which the loop lags a ramp of the reference, s.
