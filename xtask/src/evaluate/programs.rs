@@ -91,11 +91,7 @@ pub(crate) const PROGRAMS: &[Program] = &[
     program(
         "command_line",
         "seconds from a CSV file to plant.json, and where they go",
-<<<<<<< HEAD
-        &["--rows", "12000", "--runs", "3", "--limit", "100"],
-=======
         &["--rows", "12000", "--runs", "1"],
->>>>>>> parent of 59b8f249 (merge: identification in less processor time)
         "steerwright identify",
     ),
     program(
