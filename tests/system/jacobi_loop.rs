@@ -73,6 +73,5 @@ fn a_design_with_the_delays_of_path_and_estimator_tracks_under_jacobi() {
     let [path_unaware, estimator_unaware] = driven(folder.path(), "gauss-seidel");
     assert!(path < 0.04 && estimator < 0.04, "{path} {estimator}");
     assert!(path_unaware > 2.0 * path, "{path_unaware} {path}");
-    // What the estimator itself errs by is in both.
-    assert!(estimator_unaware > 1.5 * estimator, "{estimator_unaware} {estimator}");
+    assert!(estimator_unaware > 2.0 * estimator, "{estimator_unaware} {estimator}");
 }

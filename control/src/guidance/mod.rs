@@ -11,9 +11,9 @@ use steerwright_models::Sideslip;
 use steerwright_models::files::{guidance_over_speed, guidance_parameters};
 
 /// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
-/// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 0.87 for T = 3λ. An error of the heading or of the
+/// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ. An error of the heading or of the
 /// sideslip leaves a cross-track error in proportion to T.
-const LOOKAHEAD_PER_LAG: f64 = 3.0;
+const LOOKAHEAD_PER_LAG: f64 = 4.0;
 /// Shortest look-ahead time, s.
 const LEAST_LOOKAHEAD: f64 = 0.8;
 /// A cross-track error of so many metres is removed with this share of the largest steering rate, which a road that
