@@ -39,7 +39,7 @@ pub use packed::{
 pub use page::{OutputFile, PAGE, files};
 pub use plants::Plant;
 pub use runs::{ComparedRun, Effort};
-pub use speed::{SpeedLoop, verify_speed};
+pub use speed::verify_speed;
 pub use step::{LoopStep, verify, yaw_step, yaw_step_with_offset};
 pub use tables::text;
 pub use track::Loop;

@@ -7,7 +7,7 @@ use steerwright_formats::{Document, SpeedController};
 use steerwright_host::{Archive, Instance};
 
 /// `SpeedController` and `LongitudinalPlant`, coupled as by Gauss and Seidel: the plant first.
-pub struct SpeedLoop {
+struct SpeedLoop {
     plant: Instance,
     control: Instance,
     step_s: f64,
@@ -16,10 +16,7 @@ pub struct SpeedLoop {
 
 impl SpeedLoop {
     /// Both at a speed, m/s, with a speed reference, m/s, and a step, s.
-    ///
-    /// # Errors
-    /// Those of the FMUs.
-    pub fn new(
+    fn new(
         plant: &Archive,
         control: &Archive,
         speed: f64,
@@ -41,33 +38,9 @@ impl SpeedLoop {
         Ok(Self { plant, control, step_s, steps: 0 })
     }
 
-    /// The speed of the plant, m/s.
-    ///
-    /// # Errors
-    /// Those of the FMU.
-    pub fn speed(&mut self) -> Result<f64, Error> {
-        Ok(self.plant.real("speed")?)
-    }
-
-    /// An output of the controller.
-    ///
-    /// # Errors
-    /// Those of the FMU.
-    pub fn output(&mut self, name: &str) -> Result<f64, Error> {
-        Ok(self.control.real(name)?)
-    }
-
     /// The speeds, m/s, at the ticks of a time, s, with a speed reference, m/s, and a grade that is not measured, rad: from
     /// the tick at which the controller first reads the reference.
-    ///
-    /// # Errors
-    /// Those of the FMUs.
-    pub fn run(
-        &mut self,
-        seconds: f64,
-        speed_reference: f64,
-        grade: f64,
-    ) -> Result<Vec<f64>, Error> {
+    fn run(&mut self, seconds: f64, speed_reference: f64, grade: f64) -> Result<Vec<f64>, Error> {
         let count = (seconds / self.step_s).round() as usize + 1;
         let mut speeds = Vec::with_capacity(count);
         for _ in 0..count {

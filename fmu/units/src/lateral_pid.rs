@@ -5,6 +5,7 @@ use crate::fmu::{Definition, Role};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::scenario::{Moment, Scenario};
+use crate::ticking::{ticks_in, warn_of_long_step};
 use fmi2_export::{Capabilities, CoSimulationUnit, Log, Resources, variables};
 use model_description::DependsOn::Nothing;
 use model_description::{Table, Value};
@@ -69,10 +70,6 @@ variables! {
     YawRateLag = 37, real "yaw_rate_lag", Parameter, Tunable, at parameters.large_errors.yaw_rate_lag_s,
         .unit("s").min(0.0).nominal(0.1).description("lag of the yaw rate behind the steering angle sent, by which a slow actuator is noticed; 0 for not");
 }
-
-/// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
-/// gets an error instead of a long wait.
-const MOST_TICKS: f64 = 3_600_000.0;
 
 /// The steering controller (eq 14).
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -227,14 +224,8 @@ impl CoSimulationUnit for LateralPid {
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        let ticks_in_step = step / self.parameters.sample_time;
-        if ticks_in_step > MOST_TICKS {
-            return Err(format!(
-                "the step of {step} s spans {ticks_in_step:.3e} ticks of {} s, at most \
-                 {MOST_TICKS:e} are taken; hint: step by sample_time",
-                self.parameters.sample_time
-            ));
-        }
+        let sample_time = self.parameters.sample_time;
+        let ticks_in_step = ticks_in(step, sample_time)?;
         if let Phase::BeforeFirstStep { last_read } = self.phase {
             let (pid, output) = self.tick_zero(&last_read);
             self.pid = pid;
@@ -245,13 +236,14 @@ impl CoSimulationUnit for LateralPid {
             return Ok(());
         };
         let count = ticks.advance(ticks_in_step);
-        if count > 1 && !*warned_of_long_step {
-            *warned_of_long_step = true;
-            log.warning(format!(
-                "the step of {step} s spans {count} ticks of {} s: they see the same inputs; \
-                 step by sample_time for the loop that was designed",
-                self.parameters.sample_time
-            ));
+        if count > 1 {
+            warn_of_long_step(
+                warned_of_long_step,
+                log,
+                [step, sample_time],
+                count,
+                "they see the same inputs; step by sample_time for the loop that was designed",
+            );
         }
         for _ in 0..count {
             *output = self.pid.tick(&parameters, &self.inputs.pid);

@@ -25,6 +25,7 @@ mod run;
 mod saved;
 mod scenario;
 mod speed_controller;
+mod ticking;
 
 pub use bicycle_plant::BicyclePlant;
 pub use excitation::Excitation;
