@@ -147,7 +147,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     console::result(&text.join("\n"), &path)?;
     console::note(format!("written to {out}"));
     if let (Some(plot), Some(profile)) = (&plot, &path.profile) {
-        let figure = figures::speed_profile(&path.points, profile);
+        let figure = figures::speed_profile(&path, profile);
         plot.write(figure.to_svg(WIDTH, PLOT_HEIGHT)?.as_bytes())?;
         console::note(format!("written to {plot}"));
     }

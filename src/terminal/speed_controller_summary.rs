@@ -96,12 +96,12 @@ fn in_the_loop(e: &SpeedEvidence) -> Option<String> {
     }
     let [overshoot, settling] = largest;
     let settling = if settling.is_finite() {
-        format!("{settling:.3} s apart at most")
+        format!("settling times by at most {settling:.3} s")
     } else {
-        "where one of both never settles".into()
+        "settling times in that one of both never settles".into()
     };
     Some(format!(
-        "loop of the packed FMUs: overshoot {overshoot:.3} % apart at most, settling time {settling}"
+        "in a loop of the packed FMUs the overshoots differ from these by at most {overshoot:.3} %, the {settling}"
     ))
 }
 

@@ -3,19 +3,20 @@
 use super::text;
 use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style};
 use crate::palette::{BLACK, GREEN, GREY, VERMILION, nth};
-use steerwright_formats::{PathPoint, ProfileLimit, SpeedProfile, SpeedSpecification};
+use steerwright_formats::{Path, ProfileLimit, ProfilePoint, SpeedProfile, SpeedSpecification};
 
 /// Speed and accelerations of a profile over the distance along its path, each part in the colour of the limit that binds
-/// there; `points` are those of the path, whose curvature makes the lateral acceleration.
-pub fn speed_profile(points: &[PathPoint], profile: &SpeedProfile) -> Figure {
+/// there.
+pub fn speed_profile(path: &Path, profile: &SpeedProfile) -> Figure {
     let label = "Distance along the path (m)";
     let over = |value: &dyn Fn(f64, f64, f64) -> f64| -> Vec<(f64, f64)> {
-        let at = |p: &steerwright_formats::ProfilePoint| {
+        let at = |p: &ProfilePoint| {
             (p.distance_m, value(p.distance_m, p.speed_mps, p.acceleration_mps2))
         };
         profile.points.iter().map(at).collect()
     };
-    let curvature = |distance: f64| curvature_at(points, distance);
+    let points = curvatures(path, profile);
+    let curvature = |distance: f64| curvature_at(&points, distance);
     let speed = over(&|_, speed, _| speed);
     let along = over(&|_, _, acceleration| acceleration);
     let across = over(&|distance, speed, _| speed * speed * curvature(distance));
@@ -69,15 +70,26 @@ pub fn speed_profile(points: &[PathPoint], profile: &SpeedProfile) -> Figure {
     Figure::new("Speed profile", panels).stating(result)
 }
 
-/// The curvature of a path at a distance, 1/m, linear between its points.
-fn curvature_at(points: &[PathPoint], distance: f64) -> f64 {
-    let after = points.partition_point(|p| p.distance_m <= distance);
-    let (Some(a), Some(b)) = (points.get(after.saturating_sub(1)), points.get(after)) else {
-        return points.last().map_or(0.0, |p| p.curvature_per_m);
+/// Distance and curvature, 1/m, of the points of a path up to the end of its profile, where a lap ends as it begins.
+fn curvatures(path: &Path, profile: &SpeedProfile) -> Vec<(f64, f64)> {
+    let mut all: Vec<_> = path.points.iter().map(|p| (p.distance_m, p.curvature_per_m)).collect();
+    if let (true, Some(first), Some(end)) =
+        (path.closed, path.points.first(), profile.points.last())
+    {
+        all.push((end.distance_m, first.curvature_per_m));
+    }
+    all
+}
+
+/// The curvature at a distance, linear between the points.
+fn curvature_at(points: &[(f64, f64)], distance: f64) -> f64 {
+    let after = points.partition_point(|(at, _)| *at <= distance);
+    let before = points.get(after.saturating_sub(1));
+    let (Some((from, a)), Some((to, b))) = (before, points.get(after)) else {
+        return points.last().map_or(0.0, |(_, curvature)| *curvature);
     };
-    let span = b.distance_m - a.distance_m;
-    let share = if span > 0.0 { (distance - a.distance_m) / span } else { 0.0 };
-    a.curvature_per_m + share.clamp(0.0, 1.0) * (b.curvature_per_m - a.curvature_per_m)
+    let share = if to > from { (distance - from) / (to - from) } else { 0.0 };
+    a + share.clamp(0.0, 1.0) * (b - a)
 }
 
 /// The responses of a speed controller at one speed: the change of the speed, m/s, at ticks.
@@ -139,4 +151,20 @@ pub fn speed_steps(
         text(-lost, 2)
     );
     Figure::new("Responses of the speed", panels).stating(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::curvature_at;
+
+    #[test]
+    fn the_curvature_of_a_lap_is_linear_up_to_its_first_point() {
+        let lap = [(0.0, 0.02), (10.0, 0.04), (20.0, 0.0), (30.0, 0.02)];
+        for (distance, expected) in
+            [(-1.0, 0.02), (0.0, 0.02), (5.0, 0.03), (15.0, 0.02), (25.0, 0.01), (30.0, 0.02)]
+        {
+            let found = curvature_at(&lap, distance);
+            assert!((found - expected).abs() < 1e-12, "{distance}: {found}");
+        }
+    }
 }
