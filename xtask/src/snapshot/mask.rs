@@ -80,6 +80,25 @@ pub(super) fn without_study(text: &str) -> String {
     masked
 }
 
+/// A text without the platforms whose libraries a build may have beside those of linux64.
+pub(super) fn without_other_platforms(text: &str) -> String {
+    const OTHERS: [&str; 4] = ["win64", "aarch64-linux", "darwin64", "aarch64-darwin"];
+    let is_of_other =
+        |line: &str| OTHERS.iter().any(|platform| line.contains(&format!("binaries/{platform}/")));
+    let mut rest: String = text.split_inclusive('\n').filter(|line| !is_of_other(line)).collect();
+    // In tables after a blank, in JSON after a comma, on a line of its own.
+    for platform in OTHERS {
+        rest = rest.replace(&format!("linux64 {platform}"), "linux64");
+        let quoted = format!("\"{platform}\"");
+        while let Some(at) = rest.find(&quoted) {
+            let before = rest[..at].trim_end();
+            let Some(before) = before.strip_suffix(',') else { break };
+            rest = format!("{before}{}", &rest[at + quoted.len()..]);
+        }
+    }
+    rest
+}
+
 /// Progress is printed by the clock.
 fn is_progress(line: &str) -> bool {
     line.starts_with("progress: ") || line.starts_with("{\"progress\"")
@@ -88,6 +107,15 @@ fn is_progress(line: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn other_platforms_than_linux64_are_left_out() {
+        let own = "<td>binaries/linux64/A.so</td>\n\"platforms\": [\n  \"linux64\"\n], A.fmu linux64 {1}\n";
+        let both = "<td>binaries/linux64/A.so</td>\n<td>binaries/win64/A.dll</td>\n\"platforms\": [\n  \
+                    \"linux64\",\n  \"win64\"\n], A.fmu linux64 win64 {1}\n";
+        assert_eq!(without_other_platforms(both), own);
+        assert_eq!(without_other_platforms(own), own);
+    }
 
     #[test]
     fn hash_and_size_of_an_archive_are_masked() {
