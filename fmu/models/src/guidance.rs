@@ -5,21 +5,22 @@
 //!
 //! ```text
 //! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),     s' = s + v·preview_time
-//! steering_feedforward = feedforward_gain·κ(m),          m  = s' − v·Sₐ,   Sₐ = S + Q·a²
+//! steering_feedforward = feedforward_gain·κ_a,           m  = s' − v·Sₐ,   Sₐ = S + Q·a²
 //! ż                    = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
 //! ϑ̇                    = (e/Δ)/(1 + e²/e₀²)·r/(r² + r₀²)/sideslip_correction_time,   r = v·κ
-//! ψ(s')                = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = Sₐ²/2 − C + G,   K = Sₐ·C − Sₐ³/3 + J
+//! ψ(s')                = ψ_a + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = G − C,   K = Sₐ·C + J
+//! ψ_a, κ_a             = ∫₀^∞ e⁻ˣ·(ψ_p, κ)(s' − v·Sₐ·x) dx
 //! ```
 //!
 //! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g; S, Q and C are those of
 //! the speed v ([`crate::sideslip`]), S with the correction ϑ and with the offset σ that an estimator has learnt, which
 //! is followed with the time constant Δ/v. In a steady turn with an error of S the cross-track error is
 //! Δ·r times that error, which ϑ takes away in the stated time, slowly where r is below r₀ and not at all far off the
-//! path. The derivatives
-//! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
-//! h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more than the heading.
-//! C = 0 means that C is not known: A is then G, and K is J. `yaw_reference` is not wrapped: it is as
-//! continuous as the path.
+//! path. Yaw follows the course by `1/(1 + Sₐ·s + C·s²)` of Laplace's s: the average ψ_a is exactly `1/(1 + Sₐ·s)`, by
+//! Gauss–Laguerre quadrature, since a delay by Sₐ would ask for more steering rate where a bend begins and ends than the
+//! road needs. A and K are the rest to third order. The derivatives are differences of headings v·h apart, which are smooth
+//! where the curvature's derivative would jump; h² is |8A|, or h³ is |16K| where that is more, so that no difference weighs
+//! more than a quarter of the heading. `yaw_reference` is not wrapped: it is as continuous as the path.
 
 use crate::Error;
 use crate::angle::wrap_angle;
@@ -91,6 +92,30 @@ fn line_of_sight(aside: f64, ahead: f64) -> f64 {
     if ahead > 0.0 { atan(&[aside / ahead])[0] } else { aside.atan2(ahead) }
 }
 
+/// Nodes and weights of the Gauss–Laguerre quadrature, Abramowitz and Stegun, table 25.9.
+const LAGUERRE: [[f64; 2]; 6] = [
+    [0.222_846_604_179_260_7, 0.458_964_673_949_964_76],
+    [1.188_932_101_672_622_6, 0.417_000_830_772_12],
+    [2.992_736_326_059_314, 0.113_373_382_074_044_88],
+    [5.775_143_569_104_51, 0.010_399_197_453_149_087],
+    [9.837_467_418_382_59, 2.610_172_028_149_326_5e-4],
+    [15.982_873_980_601_703, 8.985_479_064_296_213e-7],
+];
+
+/// Heading and curvature of a path, followed at a distance with a lag, m, which is negative for a lead.
+fn followed(path: &PathGeometry, distance: f64, lag: f64) -> [f64; 2] {
+    if lag == 0.0 {
+        return path.direction(distance);
+    }
+    let mut sum = [0.0; 2];
+    for [node, weight] in LAGUERRE {
+        let [heading, curvature] = path.direction(distance - lag * node);
+        sum[0] += weight * heading;
+        sum[1] += weight * curvature;
+    }
+    sum
+}
+
 /// r₀, rad/s: slower turns say little of the sideslip.
 const LEAST_YAW_RATE: f64 = 0.1;
 /// e₀, m: a vehicle further off the path is there for other reasons.
@@ -151,31 +176,23 @@ impl GuidanceParameters {
         sideslip.per_yaw_rate += added;
         let mut lag = sideslip.per_yaw_rate;
         let mut middle = distance - speed * lag;
-        let mut direction = path.direction(middle);
         if sideslip.growth != 0.0 {
-            lag = sideslip.in_turn(speed * speed * direction[1]);
+            lag = sideslip.in_turn(speed * speed * path.direction(middle)[1]);
             middle = distance - speed * lag;
-            direction = path.direction(middle);
         }
-        // C(v) may be 0 at a speed where C is known.
-        let [second, third] = match (self.guidance.sideslip_per_yaw_acceleration_s2, sideslip) {
-            (0.0, _) => [0.0; 2],
-            (_, Sideslip { per_yaw_acceleration: lead, .. }) => {
-                [0.5 * lag * lag - lead, lag * lead - lag.powi(3) / 3.0]
-            }
-        };
-        let second = second + self.guidance.yaw_acceleration_gain_s2;
-        let third = third + self.guidance.yaw_jerk_gain_s3;
-        // The larger of |2A|^½ and |2K|^⅓, found without the other root.
+        let lead = sideslip.per_yaw_acceleration;
+        let second = self.guidance.yaw_acceleration_gain_s2 - lead;
+        let third = self.guidance.yaw_jerk_gain_s3 + lag * lead;
+        let followed = followed(path, distance, speed * lag);
+        // Twice the larger of |2A|^½ and |2K|^⅓, found without the other root.
         let (square, cube) = ((2.0 * second).abs(), (2.0 * third).abs());
-        let apart = if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
+        let apart = 2.0 * if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
         if apart == 0.0 {
-            return direction;
+            return followed;
         }
         // Each difference is of time; at a standstill all headings are the same.
-        let [own, curvature] = direction;
         let heading = |steps: f64| path.direction(middle + speed * (steps * apart))[0];
-        let (before, after) = (heading(-1.0), heading(1.0));
+        let (before, own, after) = (heading(-1.0), heading(0.0), heading(1.0));
         let bent = second / (apart * apart) * (after - 2.0 * own + before);
         let twisted = match third {
             0.0 => 0.0,
@@ -184,7 +201,8 @@ impl GuidanceParameters {
                 0.5 * third / apart.powi(3) * difference
             }
         };
-        [own + bent + twisted, curvature]
+        let [heading, curvature] = followed;
+        [heading + bent + twisted, curvature]
     }
 }
 

@@ -299,7 +299,6 @@ fn significant_terms(
             let (value, error) = (found.values[term], found.error(term));
             let away = match term {
                 _ if is_known(term) => f64::INFINITY,
-                ACCELERATION => value.abs().max((value - 0.5 * found.values[RATE].powi(2)).abs()),
                 // An S that does not change with the speed: b/v₀ is S/2.
                 DISTANCE => (value - 0.5 * found.values[RATE]).abs(),
                 _ => value.abs(),
