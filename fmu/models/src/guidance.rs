@@ -5,10 +5,10 @@
 //!
 //! ```text
 //! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),     s' = s + v·preview_time
-//! steering_feedforward = feedforward_gain·κ_a,           m  = s' − v·Sₐ,   Sₐ = S + Q·a²
+//! steering_feedforward = feedforward_gain·κ_a,           Sₐ = S + Q·a²
 //! ż                    = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
 //! ϑ̇                    = (e/Δ)/(1 + e²/e₀²)·r/(r² + r₀²)/sideslip_correction_time,   r = v·κ
-//! ψ(s')                = ψ_a + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = G − C,   K = Sₐ·C + J
+//! ψ(s')                = ψ_a + A·ψ̈_a + K·ψ⃛_a,   A = G − C,   K = Sₐ·C + J
 //! ψ_a, κ_a             = ∫₀^∞ e⁻ˣ·(ψ_p, κ)(s' − v·Sₐ·x) dx
 //! ```
 //!
@@ -18,9 +18,9 @@
 //! Δ·r times that error, which ϑ takes away in the stated time, slowly where r is below r₀ and not at all far off the
 //! path. Yaw follows the course by `1/(1 + Sₐ·s + C·s²)` of Laplace's s: the average ψ_a is exactly `1/(1 + Sₐ·s)`, by
 //! Gauss–Laguerre quadrature, since a delay by Sₐ would ask for more steering rate where a bend begins and ends than the
-//! road needs. A and K are the rest to third order. The derivatives are differences of headings v·h apart, which are smooth
-//! where the curvature's derivative would jump; h² is |8A|, or h³ is |16K| where that is more, so that no difference weighs
-//! more than a quarter of the heading. `yaw_reference` is not wrapped: it is as continuous as the path.
+//! road needs. A and K are the rest to third order. The derivatives are differences of ψ_a, of fewer nodes, v·h apart, which
+//! are smooth where the curvature's derivative would jump; h² is |2A|, or h³ is |2K| where that is more, so that no difference
+//! weighs more than the heading. `yaw_reference` is not wrapped: it is as continuous as the path.
 
 use crate::Error;
 use crate::angle::wrap_angle;
@@ -93,7 +93,7 @@ fn line_of_sight(aside: f64, ahead: f64) -> f64 {
 }
 
 /// Nodes and weights of the Gauss–Laguerre quadrature, Abramowitz and Stegun, table 25.9.
-const LAGUERRE: [[f64; 2]; 6] = [
+const SIX_NODES: [[f64; 2]; 6] = [
     [0.222_846_604_179_260_7, 0.458_964_673_949_964_76],
     [1.188_932_101_672_622_6, 0.417_000_830_772_12],
     [2.992_736_326_059_314, 0.113_373_382_074_044_88],
@@ -102,13 +102,20 @@ const LAGUERRE: [[f64; 2]; 6] = [
     [15.982_873_980_601_703, 8.985_479_064_296_213e-7],
 ];
 
-/// Heading and curvature of a path, followed at a distance with a lag, m, which is negative for a lead.
-fn followed(path: &PathGeometry, distance: f64, lag: f64) -> [f64; 2] {
+/// The same of three nodes, which are enough for differences.
+const THREE_NODES: [[f64; 2]; 3] = [
+    [0.415_774_556_783_479_1, 0.711_093_009_929_172_9],
+    [2.294_280_360_279_042, 0.278_517_733_569_241],
+    [6.289_945_082_937_479_4, 0.010_389_256_501_586_133],
+];
+
+/// ψ_a and κ_a at a distance with a lag, m, which is negative for a lead.
+fn average_behind(path: &PathGeometry, distance: f64, lag: f64, nodes: &[[f64; 2]]) -> [f64; 2] {
     if lag == 0.0 {
         return path.direction(distance);
     }
     let mut sum = [0.0; 2];
-    for [node, weight] in LAGUERRE {
+    for [node, weight] in nodes {
         let [heading, curvature] = path.direction(distance - lag * node);
         sum[0] += weight * heading;
         sum[1] += weight * curvature;
@@ -169,39 +176,40 @@ impl GuidanceParameters {
         self.guidance.lookahead_min_m.max(self.guidance.lookahead_time_s * speed)
     }
 
-    /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
+    /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ_a, 1/m, as which
     /// it changes; with what is added to the sideslip per yaw rate, s.
     fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64, added: f64) -> [f64; 2] {
         let mut sideslip = self.sideslip().at_speed(speed);
         sideslip.per_yaw_rate += added;
         let mut lag = sideslip.per_yaw_rate;
-        let mut middle = distance - speed * lag;
         if sideslip.growth != 0.0 {
-            lag = sideslip.in_turn(speed * speed * path.direction(middle)[1]);
-            middle = distance - speed * lag;
+            let curvature = path.direction(distance - speed * lag)[1];
+            lag = sideslip.in_turn(speed * speed * curvature);
         }
         let lead = sideslip.per_yaw_acceleration;
         let second = self.guidance.yaw_acceleration_gain_s2 - lead;
         let third = self.guidance.yaw_jerk_gain_s3 + lag * lead;
-        let followed = followed(path, distance, speed * lag);
-        // Twice the larger of |2A|^½ and |2K|^⅓, found without the other root.
+        let [heading, curvature] = average_behind(path, distance, speed * lag, &SIX_NODES);
+        // The larger of |2A|^½ and |2K|^⅓, found without the other root.
         let (square, cube) = ((2.0 * second).abs(), (2.0 * third).abs());
-        let apart = 2.0 * if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
+        let apart = if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
         if apart == 0.0 {
-            return followed;
+            return [heading, curvature];
         }
         // Each difference is of time; at a standstill all headings are the same.
-        let heading = |steps: f64| path.direction(middle + speed * (steps * apart))[0];
-        let (before, own, after) = (heading(-1.0), heading(0.0), heading(1.0));
+        let near = |steps: f64| {
+            let place = distance + speed * (steps * apart);
+            average_behind(path, place, speed * lag, &THREE_NODES)[0]
+        };
+        let (before, own, after) = (near(-1.0), near(0.0), near(1.0));
         let bent = second / (apart * apart) * (after - 2.0 * own + before);
         let twisted = match third {
             0.0 => 0.0,
             third => {
-                let difference = heading(2.0) - 2.0 * after + 2.0 * before - heading(-2.0);
+                let difference = near(2.0) - 2.0 * after + 2.0 * before - near(-2.0);
                 0.5 * third / apart.powi(3) * difference
             }
         };
-        let [heading, curvature] = followed;
         [heading + bent + twisted, curvature]
     }
 }

@@ -127,13 +127,13 @@ pub(super) fn quality(
     }
     let length = found.parameter(Parameter::Wheelbase);
     let wheelbase = Some([length.value, length.standard_error]);
-    if let Some((reason, cause)) =
-        implausible_vehicle(log.vehicle_class, wheelbase, e.speed.mean_mps)
-    {
-        reasons.push(reason);
-        advice.push(cause);
-    }
-    if let Some((reason, cause)) = unusual_parameters(&e.parameters) {
+    let implausible = implausible_vehicle(log.vehicle_class, wheelbase, e.speed.mean_mps);
+    // Of a vehicle that is none, the parameters are those of none: the same reason once more.
+    let unusual = match &implausible {
+        Some((reason, _)) if reason.grade == Grade::Fail => None,
+        _ => unusual_parameters(&e.parameters),
+    };
+    for (reason, cause) in implausible.into_iter().chain(unusual) {
         reasons.push(reason);
         advice.push(cause);
     }
