@@ -2,7 +2,7 @@
 
 use super::archive::{is_archive, opened};
 use super::commands::Command;
-use super::mask::{Masks, of_archive, replaced, without_other_platforms, without_study};
+use super::mask::{Masks, of_archive, replaced, without_study};
 use super::recording::Output;
 use crate::files::all_below;
 use std::fs;
@@ -128,10 +128,7 @@ impl Runner<'_> {
         let is_sweep = command.arguments.iter().any(|argument| argument == "sweep");
         let study = |text: String| if is_sweep { without_study(&text) } else { text };
         let content = match String::from_utf8(content) {
-            Ok(text) => {
-                let text = without_other_platforms(&self.masks.mask(&text));
-                study(replaced(text, of_archives)).into_bytes()
-            }
+            Ok(text) => study(replaced(self.masks.mask(&text), of_archives)).into_bytes(),
             Err(error) => error.into_bytes(),
         };
         Output { command: command.name.clone(), file: study(name), content }

@@ -26,7 +26,7 @@ impl Masks {
     pub(super) fn mask(&self, text: &str) -> String {
         let mut lines = String::with_capacity(text.len());
         for line in text.split_inclusive('\n').filter(|line| !is_progress(line)) {
-            lines += line;
+            lines += &without_needs(line);
         }
         replaced(lines, &self.texts)
     }
@@ -80,23 +80,17 @@ pub(super) fn without_study(text: &str) -> String {
     masked
 }
 
-/// A text without the platforms whose libraries a build may have beside those of linux64.
-pub(super) fn without_other_platforms(text: &str) -> String {
-    const OTHERS: [&str; 4] = ["win64", "aarch64-linux", "darwin64", "aarch64-darwin"];
-    let is_of_other =
-        |line: &str| OTHERS.iter().any(|platform| line.contains(&format!("binaries/{platform}/")));
-    let mut rest: String = text.split_inclusive('\n').filter(|line| !is_of_other(line)).collect();
-    // In tables after a blank, in JSON after a comma, on a line of its own.
-    for platform in OTHERS {
-        rest = rest.replace(&format!("linux64 {platform}"), "linux64");
-        let quoted = format!("\"{platform}\"");
-        while let Some(at) = rest.find(&quoted) {
-            let before = rest[..at].trim_end();
-            let Some(before) = before.strip_suffix(',') else { break };
-            rest = format!("{before}{}", &rest[at + quoted.len()..]);
-        }
+/// A line without the libraries of the system and the glibc that a library of an FMU needs: those of its build.
+fn without_needs(line: &str) -> String {
+    const WORD: &str = "needs ";
+    let Some(at) = line.find(WORD).map(|at| at + WORD.len()) else { return line.into() };
+    let (before, after) = line.split_at(at);
+    let end = after.find(['"', '[']).unwrap_or(after.len());
+    let (needs, rest) = after.split_at(end);
+    match needs.contains(".so") || needs.starts_with("glibc ") {
+        true => format!("{before}<of the build>{rest}"),
+        false => line.into(),
     }
-    rest
 }
 
 /// Progress is printed by the clock.
@@ -107,15 +101,6 @@ fn is_progress(line: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn other_platforms_than_linux64_are_left_out() {
-        let own = "<td>binaries/linux64/A.so</td>\n\"platforms\": [\n  \"linux64\"\n], A.fmu linux64 {1}\n";
-        let both = "<td>binaries/linux64/A.so</td>\n<td>binaries/win64/A.dll</td>\n\"platforms\": [\n  \
-                    \"linux64\",\n  \"win64\"\n], A.fmu linux64 win64 {1}\n";
-        assert_eq!(without_other_platforms(both), own);
-        assert_eq!(without_other_platforms(own), own);
-    }
 
     #[test]
     fn hash_and_size_of_an_archive_are_masked() {
@@ -133,6 +118,12 @@ mod tests {
             format!("/here/work/a.csv /here/b steerwright {version}\nprogress: reading, 2 s\nend");
         assert_eq!(masks.mask(&text), "<work>/a.csv <root>/b steerwright <version>\nend");
         assert_eq!(masks.mask("{\"progress\":{}}\n{\"note\":1}\n"), "{\"note\":1}\n");
+        assert_eq!(
+            masks.mask("A.so: needs libc.so.6, libm.so.6 [2.3]\n"),
+            "A.so: needs <of the build>[2.3]\n"
+        );
+        assert_eq!(masks.mask("\"needs glibc 2.14\",\n"), "\"needs <of the build>\",\n");
+        assert_eq!(masks.mask("the road needs 0.4 rad/s\n"), "the road needs 0.4 rad/s\n");
         let study = "runs-0-3-0123456789abcdef.csv";
         assert_eq!(without_study(study), "runs-0-3-<study>.csv");
         let numbers = "1,0.1234567890123456,0.12345e-12,0123456789abcdef0";

@@ -2,7 +2,8 @@
 //! of the code changes a result.
 //!
 //! The table has a fingerprint of each output and is compared with a tolerance. `--record` writes the outputs
-//! themselves, which `--compare` compares bit for bit: those of two builds on one machine.
+//! themselves, which `--compare` compares bit for bit: those of two builds on one machine. With `STEERWRIGHT_FMU_BINARIES`
+//! the libraries are those of one platform: the texts about archives name each.
 
 mod archive;
 mod commands;
