@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
 use steerwright_drivelog::{DriveLog, Response, in_memory, read_recordings};
 use steerwright_formats::{
-    AccumulatedDrives, Bicycle, Document, Longitudinal, Manoeuvre, Model, Path as PathFile, Pid,
-    Plant, Provenance, SourceFile, SpeedController, Torque, Vehicle, sha256_hex,
+    AccumulatedDrives, Document, Manoeuvre, Model, Path as PathFile, Pid, Provenance, SourceFile,
+    SpeedController, Structure, sha256_hex,
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
@@ -267,24 +267,23 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     }
     let unknown = || Failure::new("this is no document of this program", "pass one that it wrote");
     let tag: Tag = serde_json::from_str(document).map_err(|_| unknown())?;
-    /// Those after these are models.
-    const MODELS_FROM: usize = 7;
-    let kinds = [
+    let others = [
         OutputKind::for_document::<Pid>(),
         OutputKind::for_document::<SpeedController>(),
         OutputKind::for_document::<PathFile>(),
         OutputKind::for_document::<Manoeuvre>(),
-        OutputKind::for_document::<Torque>(),
-        OutputKind::for_document::<Longitudinal>(),
         OutputKind::for_document::<AccumulatedDrives>(),
-        OutputKind::for_document::<Plant>(),
-        OutputKind::for_document::<Bicycle>(),
-        OutputKind::for_document::<Vehicle>(),
     ];
     let has = |kind: &OutputKind| matches!(kind, OutputKind::Document(schema) if tag.schema.starts_with(schema));
-    let place = kinds.iter().position(has).ok_or_else(unknown)?;
-    // Models replace each other.
-    let kind = if place < MODELS_FROM { kinds[place] } else { OutputKind::Model };
+    let structure = Structure::ALL
+        .into_iter()
+        .find(|structure| has(&OutputKind::for_schema(structure.schema())));
+    let kind = match structure {
+        // They replace each other.
+        Some(structure) if structure.is_lateral() => OutputKind::Model,
+        Some(structure) => OutputKind::for_schema(structure.schema()),
+        None => others.into_iter().find(has).ok_or_else(unknown)?,
+    };
     let is_source = |bytes: &Vec<u8>| {
         let hash = sha256_hex(bytes);
         tag.provenance.iter().flat_map(|p| &p.sources).any(|source| source.sha256 == hash)

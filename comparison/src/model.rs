@@ -18,8 +18,6 @@ pub(crate) fn validate_model(
         Model::Bicycle(bicycle) => validate_bicycle(log, options, bicycle)?,
         Model::SingleTrack(vehicle) => validate_vehicle(log, options.validation.fraction, vehicle)?,
         // Which `models` makes none of.
-        Model::Torque(_) => return Err(steerwright_control::Error::SteeredByTorque.into()),
-        Model::Multivariable(_) => return Err(steerwright_control::Error::NamedChannels.into()),
-        Model::Longitudinal(_) => return Err(steerwright_control::Error::NoSteering.into()),
+        other => return Err(steerwright_control::no_steering(other).into()),
     })
 }

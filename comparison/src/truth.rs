@@ -90,7 +90,8 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Err
     Ok((vehicle.to_json(), remark))
 }
 
-/// The limits of a plant's steering, in steering coordinates.
+/// The limits of a plant's steering that an archive states, in steering coordinates; a controller has more and always states
+/// them ([`steerwright_formats::Limits`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Limits {
     pub(crate) angle_rad: Option<f64>,

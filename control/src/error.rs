@@ -1,15 +1,14 @@
 //! The errors of the crate with their numbers, and a hint for each.
 
 use miette::Diagnostic;
+use steerwright_formats::VehicleData;
 
 /// A bicycle, a design or a path is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, Diagnostic)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     #[error("{file}:{line}:{column}: {problem}")]
-    #[diagnostic(help(
-        "vehicle data are a TOML file; its keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, actuator_delay_s (optional), steering_ratio and speed_mps"
-    ))]
+    #[diagnostic(help("vehicle data are a TOML file; its keys are {}", VehicleData::KEYS))]
     VehicleFile { file: String, line: usize, column: usize, problem: String },
     #[error("{file}:{line}:{column}: {problem}")]
     #[diagnostic(help(
@@ -50,11 +49,11 @@ pub enum Error {
         "identify a model from the steering angle, or export this one: steerwright export"
     ))]
     SteeredByTorque,
-    #[error("a model of the structure longitudinal has no steering to control")]
+    #[error("a model of the structure {structure} has no steering to control")]
     #[diagnostic(help(
-        "identify a model from the steering angle: steerwright identify --structure auto; the speed of this one is controlled by: steerwright design longitudinal.json"
+        "identify a model from the steering angle: steerwright identify --structure auto{elsewhere}"
     ))]
-    NoSteering,
+    NoSteering { structure: &'static str, elsewhere: &'static str },
     #[error(
         "a plant of named channels is of any system: no steering controller is designed for it"
     )]

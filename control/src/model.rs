@@ -4,7 +4,7 @@ use crate::Error;
 use crate::bicycle::bicycle_of_vehicle;
 use crate::plants::behind_actuator::{bicycle_behind, plant_behind};
 use crate::plants::design_plant::DesignPlant;
-use steerwright_formats::{Bicycle, Model, Plant, StatedActuator};
+use steerwright_formats::{Bicycle, Model, Plant, StatedActuator, Structure};
 use steerwright_models::Sideslip;
 
 impl DesignPlant {
@@ -22,9 +22,26 @@ impl DesignPlant {
                 gentle.vehicle = Some(vehicle.clone());
                 Ok(gentle)
             }
-            Model::Torque(_) => Err(Error::SteeredByTorque),
-            Model::Longitudinal(_) => Err(Error::NoSteering),
-            Model::Multivariable(_) => Err(Error::NamedChannels),
+            other => Err(no_steering(other)),
+        }
+    }
+}
+
+/// Why no controller of the steering is designed on a model of any other structure than those of the lateral dynamics.
+#[must_use]
+pub fn no_steering(model: &Model) -> Error {
+    match model {
+        Model::Torque(_) => Error::SteeredByTorque,
+        Model::Multivariable(_) => Error::NamedChannels,
+        other => {
+            let structure = other.structure();
+            let elsewhere = match structure {
+                Structure::Longitudinal => {
+                    "; the speed of this one is controlled by: steerwright design longitudinal.json"
+                }
+                _ => "",
+            };
+            Error::NoSteering { structure: structure.name(), elsewhere }
         }
     }
 }
@@ -43,7 +60,7 @@ pub fn model_behind(model: &Model, actuator: Option<StatedActuator>) -> Model {
             behind.actuator.delay_s += actuator.delay_s;
             Model::SingleTrack(behind)
         }
-        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => model.clone(),
+        other => other.clone(),
     }
 }
 
@@ -55,10 +72,7 @@ pub fn model_bicycle(model: &Model) -> Result<Option<Bicycle>, Error> {
     Ok(match model {
         Model::Bicycle(bicycle) => Some(bicycle.as_ref().clone()),
         Model::SingleTrack(vehicle) => Some(bicycle_of_vehicle(vehicle)?),
-        Model::StateSpace(_)
-        | Model::Torque(_)
-        | Model::Longitudinal(_)
-        | Model::Multivariable(_) => None,
+        _ => None,
     })
 }
 
@@ -72,7 +86,7 @@ pub fn model_sideslip(model: &Model, speed: Option<f64>) -> Result<Option<Sidesl
         Model::StateSpace(plant) => plant_sideslip(plant),
         Model::Bicycle(bicycle) => bicycle_sideslip(bicycle, speed),
         Model::SingleTrack(vehicle) => bicycle_sideslip(&bicycle_of_vehicle(vehicle)?, speed),
-        Model::Torque(_) | Model::Longitudinal(_) | Model::Multivariable(_) => None,
+        _ => None,
     })
 }
 
@@ -85,11 +99,7 @@ pub fn evidence_acceleration(model: &Model) -> Option<f64> {
                 vehicle.evidence.as_ref().map(|evidence| evidence.lateral_acceleration_mps2);
             stated.filter(|largest| *largest > 0.0)
         }
-        Model::StateSpace(_)
-        | Model::Bicycle(_)
-        | Model::Torque(_)
-        | Model::Longitudinal(_)
-        | Model::Multivariable(_) => None,
+        _ => None,
     }
 }
 

@@ -157,25 +157,18 @@ impl DriveLog {
         self.options.contains_key("steering_full_scale_rad") || channels.all(|c| is_angle(&c.unit))
     }
 
-    /// Period of the steering, s, where it is read as moving on between its samples and neither an option, its name, its
-    /// unit nor its values show that it is not held.
+    /// Period of the steering, s, where it is read as held or as moving on between its samples without an option that states
+    /// so: its name, its unit and its values are no proof. An angle may be held, and a command set more often than it is
+    /// logged.
     #[must_use]
-    pub fn open_hold_s(&self) -> Option<f64> {
+    pub fn assumed_period_s(&self, between_samples: Intersample) -> Option<f64> {
         let is_stated = self.options.get("intersample").is_some_and(|stated| stated != "auto");
         let channel = self.channels.iter().find(|c| c.role == Role::Steering.key())?;
-        let is_open = channel.intersample == Some(Intersample::Bl) && !is_stated;
-        Some(1.0 / channel.rate_hz).filter(|period| is_open && period.is_finite() && *period > 0.0)
-    }
-
-    /// Period of the steering, s, where it is read as held between its samples by its name, unit or values alone: a command may
-    /// be set more often than it is logged.
-    #[must_use]
-    pub fn assumed_hold_s(&self) -> Option<f64> {
-        let is_stated = self.options.get("intersample").is_some_and(|stated| stated != "auto");
-        let channel = self.channels.iter().find(|c| c.role == Role::Steering.key())?;
-        let is_assumed = channel.intersample == Some(Intersample::Zoh) && !is_stated;
-        Some(1.0 / channel.rate_hz)
-            .filter(|period| is_assumed && period.is_finite() && *period > 0.0)
+        if is_stated || channel.intersample != Some(between_samples) {
+            return None;
+        }
+        let period_s = 1.0 / channel.rate_hz;
+        if period_s.is_finite() && period_s > 0.0 { Some(period_s) } else { None }
     }
 
     /// What was read from each column of a role by its word in files, such as `output`.

@@ -201,6 +201,26 @@ impl Vehicle {
 }
 
 impl VehicleData {
+    /// Its keys in a file, in words.
+    pub const KEYS: &str = "name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, actuator_delay_s (optional), steering_ratio and speed_mps";
+
+    /// The data in words, each with its value and its unit.
+    #[must_use]
+    pub fn in_words(&self) -> [(&'static str, f64, &'static str); 10] {
+        [
+            ("mass", self.mass_kg, "kg"),
+            ("yaw inertia", self.yaw_inertia_kgm2, "kg·m²"),
+            ("centre of gravity to front axle", self.distance_front_m, "m"),
+            ("centre of gravity to rear axle", self.distance_rear_m, "m"),
+            ("cornering stiffness, front axle", self.cornering_stiffness_front_npr, "N/rad"),
+            ("cornering stiffness, rear axle", self.cornering_stiffness_rear_npr, "N/rad"),
+            ("time constant of the actuator", self.actuator_time_constant_s, "s"),
+            ("delay of the actuator", self.actuator_delay_s, "s"),
+            ("steering ratio", self.steering_ratio, ""),
+            ("speed", self.speed_mps, "m/s"),
+        ]
+    }
+
     /// The data of the bicycle that a vehicle is in gentle driving, without its name and speed.
     #[must_use]
     pub fn in_gentle_driving(body: &Body, tyres: &Tyres, actuator: &SteeringActuator) -> Self {

@@ -81,7 +81,7 @@ pub struct ManoeuvrePurpose {
     pub max_error: Option<f64>,
 }
 
-/// Limits of a manoeuvre; absent where not limited.
+/// Limits of a manoeuvre, in steering coordinates; absent where not limited.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ManoeuvreLimits {

@@ -51,6 +51,25 @@ impl Structure {
             Self::Longitudinal => "longitudinal.json",
         }
     }
+
+    /// The schema of a model's file.
+    #[must_use]
+    pub fn schema(self) -> &'static str {
+        match self {
+            Self::StateSpace => Plant::SCHEMA,
+            Self::Bicycle => Bicycle::SCHEMA,
+            Self::SingleTrack => Vehicle::SCHEMA,
+            Self::Torque => Torque::SCHEMA,
+            Self::Longitudinal => Longitudinal::SCHEMA,
+        }
+    }
+
+    /// Whether its models are of the lateral dynamics, from a steering angle to the yaw rate: `auto` chooses one of these,
+    /// controllers of the steering are designed on them, and one replaces another.
+    #[must_use]
+    pub fn is_lateral(self) -> bool {
+        matches!(self, Self::StateSpace | Self::Bicycle | Self::SingleTrack)
+    }
 }
 
 /// The kind of document of a schema such as `steerwright/plant/1`, empty where it is another program's; `None` without
@@ -77,7 +96,7 @@ pub enum Model {
     Torque(Box<Torque>),
     /// `longitudinal.json`.
     Longitudinal(Box<Longitudinal>),
-    /// `plant.json` of version 2: of any system.
+    /// `plant.json`, version 2: of any system.
     Multivariable(Box<MultivariablePlant>),
 }
 
@@ -86,7 +105,8 @@ impl Model {
     #[must_use]
     pub fn is_in(text: &str) -> bool {
         let schema = schema_of(text).unwrap_or_default();
-        matches!(kind(&schema), Some("plant" | "bicycle" | "vehicle" | "torque" | "longitudinal"))
+        let found = kind(&schema);
+        Structure::ALL.iter().any(|structure| kind(structure.schema()) == found)
     }
 
     /// Reads a model; `file` is its name in errors.

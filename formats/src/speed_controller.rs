@@ -48,6 +48,7 @@ pub struct SpeedGains {
 }
 
 /// Limits and thresholds of a speed controller.
+// `ProfileLimits` are others: a share of these, so that the controller can follow the profile, or unlimited.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedLimits {

@@ -82,6 +82,8 @@ pub struct ProfileLimits {
 }
 
 /// Limits of the steering angle δ = (L + K·v²)·κ of a steady turn and of its rate dδ/dt, in steering coordinates.
+// L and K are those of `LateralAcceleration` where the controller states one: there they bound the angle by the speed, here
+// the speed by angle and rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SteeringLimits {

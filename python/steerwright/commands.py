@@ -13,14 +13,12 @@ from ._libraries import library
 from ._options import documented, lines
 from .controller import Controller, SpeedController
 from .plant import (
-    Bicycle,
+    MODELS,
     Document,
     LateralModel,
     Longitudinal,
     MultivariablePlant,
-    Plant,
     Torque,
-    Vehicle,
     load_document,
 )
 from .reading import Source, one_file
@@ -291,5 +289,4 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 def load(file: File) -> Any:
     """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller of the
     steering or of the speed, path, manoeuvre."""
-    models = (Plant, MultivariablePlant, Bicycle, Vehicle, Torque, Longitudinal)
-    return load_document(file, (*models, Controller, SpeedController, Path, Manoeuvre))
+    return load_document(file, (*MODELS, Controller, SpeedController, Path, Manoeuvre))

@@ -152,35 +152,6 @@ class Plant(Record):
     """The sources of the file."""
 
 
-class MultivariablePlant(Record):
-    """The identified plant: model, operating point, noise, evidence and provenance. `x⁺ = A x + B (u −
-    offset of u) + K e`, `y − offset of y = C x + D (u − offset of u) + e` (eq 3–5), each input delayed
-    by its `delay_s`. All values are in the units of the channels."""
-
-    schema: str
-    """`steerwright/plant/2`."""
-    name: str
-    """A name, such as the log's."""
-    inputs: tuple[PlantInput, ...]
-    """The inputs u, in the order of the columns of B and D."""
-    outputs: tuple[PlantOutput, ...]
-    """The outputs y, in the order of the rows of C and D."""
-    discrete: Discrete
-    """The model in innovation form: A n by n, B n by nu, C ny by n, D ny by nu, K n by ny."""
-    continuous: Union[Continuous, None]
-    """The continuous model (eq 6–11): F n by n, G n by nu, H ny by n; absent if A has no real logarithm."""
-    innovation_covariance: Array
-    """Covariance of the innovation e, ny by ny, in the products of the outputs' units."""
-    uncertainty: Union[MultivariableUncertainty, None]
-    """The uncertainty of the model; absent if it was not estimated."""
-    evidence: MultivariableEvidence
-    """The evidence for the quality of the model."""
-    quality: Union[Quality, None]
-    """Whether the model may be used."""
-    provenance: Provenance
-    """The sources of the file."""
-
-
 class Bicycle(Record):
     """The five-state model of eq 13 at constant speed, with the vehicle data."""
 
@@ -203,6 +174,32 @@ class Bicycle(Record):
     """Whether a controller may be designed on it."""
     provenance: Provenance
     """The sources of the file."""
+
+
+class Vehicle(Record):
+    """A vehicle up to its limits."""
+
+    schema: str
+    """`steerwright/vehicle/1`."""
+    name: str
+    """A name."""
+    body: Body
+    """Mass, inertia and dimensions."""
+    tyres: Tyres
+    """The tyres: equal at all wheels except for the stiffness."""
+    actuator: SteeringActuator
+    """The steering."""
+    speed_mps: float
+    """Longitudinal velocity that the `speed` input starts with, m/s."""
+    sideslip: Union[Sideslip, None]
+    """The sideslip that the drive determines, which may differ from that of the model; absent if it
+    determines none."""
+    evidence: Union[VehicleEvidence, None]
+    """The evidence for its quality, if it was identified from a log."""
+    quality: Union[Quality, None]
+    """Whether a controller may be designed on it."""
+    provenance: Union[Provenance, None]
+    """The sources of the file, if it was identified from a log."""
 
 
 class Torque(Record):
@@ -287,30 +284,33 @@ class Longitudinal(Record):
     """The sources of the file."""
 
 
-class Vehicle(Record):
-    """A vehicle up to its limits."""
+class MultivariablePlant(Record):
+    """The identified plant: model, operating point, noise, evidence and provenance. `x⁺ = A x + B (u −
+    offset of u) + K e`, `y − offset of y = C x + D (u − offset of u) + e` (eq 3–5), each input delayed
+    by its `delay_s`. All values are in the units of the channels."""
 
     schema: str
-    """`steerwright/vehicle/1`."""
+    """`steerwright/plant/2`."""
     name: str
-    """A name."""
-    body: Body
-    """Mass, inertia and dimensions."""
-    tyres: Tyres
-    """The tyres: equal at all wheels except for the stiffness."""
-    actuator: SteeringActuator
-    """The steering."""
-    speed_mps: float
-    """Longitudinal velocity that the `speed` input starts with, m/s."""
-    sideslip: Union[Sideslip, None]
-    """The sideslip that the drive determines, which may differ from that of the model; absent if it
-    determines none."""
-    evidence: Union[VehicleEvidence, None]
-    """The evidence for its quality, if it was identified from a log."""
+    """A name, such as the log's."""
+    inputs: tuple[PlantInput, ...]
+    """The inputs u, in the order of the columns of B and D."""
+    outputs: tuple[PlantOutput, ...]
+    """The outputs y, in the order of the rows of C and D."""
+    discrete: Discrete
+    """The model in innovation form: A n by n, B n by nu, C ny by n, D ny by nu, K n by ny."""
+    continuous: Union[Continuous, None]
+    """The continuous model (eq 6–11): F n by n, G n by nu, H ny by n; absent if A has no real logarithm."""
+    innovation_covariance: Array
+    """Covariance of the innovation e, ny by ny, in the products of the outputs' units."""
+    uncertainty: Union[MultivariableUncertainty, None]
+    """The uncertainty of the model; absent if it was not estimated."""
+    evidence: MultivariableEvidence
+    """The evidence for the quality of the model."""
     quality: Union[Quality, None]
-    """Whether a controller may be designed on it."""
-    provenance: Union[Provenance, None]
-    """The sources of the file, if it was identified from a log."""
+    """Whether the model may be used."""
+    provenance: Provenance
+    """The sources of the file."""
 
 
 class Pid(Record):
@@ -691,82 +691,6 @@ class Provenance(Record):
     """The options in force, defaults included, by name."""
 
 
-class PlantInput(Record):
-    """An input of the plant."""
-
-    name: str
-    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
-    column: str
-    """The channel in the log."""
-    unit: str
-    """Unit, such as `V`; `1` without one."""
-    offset: float
-    """The value about which the model is linear."""
-    standard_deviation: float
-    """Standard deviation in the estimation data."""
-    delay_s: float
-    """Pure delay of the input, a whole number of samples, s."""
-
-
-class PlantOutput(Record):
-    """An output of the plant."""
-
-    name: str
-    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
-    column: str
-    """The channel in the log."""
-    unit: str
-    """Unit, such as `degC`; `1` without one."""
-    offset: float
-    """The value about which the model is linear."""
-    standard_deviation: float
-    """Standard deviation in the estimation data."""
-
-
-class MultivariableUncertainty(Record):
-    """The uncertainty of the model; standard errors are one standard deviation, to first order."""
-
-    focus: EstimationFocus
-    """The errors that the estimate minimises, which determines the covariance."""
-    poles: tuple[UncertainPole, ...]
-    """The eigenvalues of A."""
-    directions: Array
-    """The covariance factor, with one row for each independent standard normal number ξ: the change of the
-    entries of A, B, C, D, K, each row by row, for ξ = 1. Changes of the state's basis only are left out."""
-
-
-class MultivariableEvidence(Record):
-    """The evidence for the quality of the model."""
-
-    method: str
-    """`n4sid`, `moesp`, `cva`, `ssarx` or `pbsid`: the method of the initial estimate."""
-    horizon: int
-    """Block rows s of the Hankel matrices (past and future horizon)."""
-    estimation_samples: int
-    """Number of estimation samples."""
-    validation_samples: int
-    """Number of validation samples."""
-    fit: Fits
-    """Fits of all outputs together, each in units of its standard deviation, percent."""
-    outputs: tuple[OutputEvidence, ...]
-    """The evidence of each output."""
-    pairs: tuple[PairEvidence, ...]
-    """The evidence of each pair: of the first output all inputs, then of the second."""
-    order_table: tuple[OrderRow, ...]
-    """One row for each order tried."""
-    feedback: Union[ResidualTest, None]
-    """Test of the estimation data for feedback from outputs to inputs; it passes where none is seen. Absent
-    where the data are too few for it."""
-    stabilised_from: Union[float, None]
-    """Largest eigenvalue modulus of A before stability was enforced; absent if it was stable."""
-    conversion_round_trip: Union[float, None]
-    """Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10)."""
-    channels: tuple[ChannelSummary, ...]
-    """The channels of the log."""
-    warnings: tuple[str, ...]
-    """Warnings of the log reader and of the identification."""
-
-
 class VehicleData(Record):
     """Vehicle data (also the TOML that `steerwright bicycle` reads)."""
 
@@ -867,6 +791,114 @@ class BicycleEvidence(Record):
     versions."""
     channels: tuple[ChannelSummary, ...]
     """The channels of the log, after resampling."""
+    warnings: tuple[str, ...]
+    """Warnings of the log reader and of the identification."""
+
+
+class Body(Record):
+    """Mass, inertia and dimensions."""
+
+    mass_kg: float
+    """Mass m, kg."""
+    yaw_inertia_kgm2: float
+    """Yaw inertia J, kg·m²."""
+    distance_front_m: float
+    """Centre of gravity to front axle L_f, m."""
+    distance_rear_m: float
+    """Centre of gravity to rear axle L_r, m."""
+    centre_of_gravity_height_m: float
+    """Height of the centre of gravity h, m."""
+    track_width_m: float
+    """Left to right wheel, m."""
+    roll_stiffness_front: float
+    """Share of the front axle in the roll stiffness, 0 to 1."""
+    roll_time_constant_s: float
+    """Time constant of the load transfer, s."""
+    drive_share_front: Union[float, None]
+    """Share of the front axle in the driving force, 0 to 1; 0.5 where it is not stated."""
+    brake_share_front: Union[float, None]
+    """Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated."""
+
+
+class Tyres(Record):
+    """Tyres by the magic formula."""
+
+    cornering_stiffness_front_npr: float
+    """Cornering stiffness of the front axle at the static load, N/rad."""
+    cornering_stiffness_rear_npr: float
+    """Cornering stiffness of the rear axle at the static load, N/rad."""
+    friction_coefficient: float
+    """Peak lateral force over load at the static wheel load, of the front axle."""
+    friction_balance_rear: Union[float, None]
+    """That of the rear axle over that of the front axle; 1 where it is not stated."""
+    shape_factor: float
+    """C of the magic formula, 1 to 1.99."""
+    curvature_factor: float
+    """E of the magic formula, −1.5 to 1."""
+    friction_load_sensitivity: float
+    """Relative loss of friction at twice the static wheel load, 0 to 0.9."""
+    stiffness_load_sensitivity: float
+    """Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9."""
+    combined_slip: Union[float, None]
+    """Share of the driving and braking force that the friction bears beside the lateral force, 0 to 1; 0
+    where it is not stated: the lateral force is then that of wheels that roll freely."""
+
+
+class SteeringActuator(Record):
+    """The actuator of the road wheels."""
+
+    steering_ratio: float
+    """Steering angle over road-wheel angle."""
+    time_constant_s: float
+    """Time constant, s."""
+    delay_s: float
+    """Pure delay before it, s."""
+    road_wheel_rate_max_radps: float
+    """Largest rate of the road-wheel angle, rad/s."""
+    road_wheel_angle_max_rad: float
+    """Largest road-wheel angle to either side, rad."""
+
+
+class VehicleEvidence(Record):
+    """The results of the identification of a vehicle from a log, by the single-track model of
+    docs/methods/single-track.md."""
+
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log, after resampling."""
+    estimation_samples: int
+    """Samples used for estimation."""
+    validation_samples: int
+    """Number of validation samples."""
+    sample_time_s: float
+    """Sample time, s."""
+    speed: SpeedSummary
+    """Speed over the estimation data."""
+    lateral_acceleration_mps2: float
+    """Largest lateral acceleration of the estimation data, m/s²: its 99th percentile, from yaw rate times
+    speed."""
+    fitted: tuple[str, ...]
+    """Roles of the channels that were fitted."""
+    open_hold_s: Union[float, None]
+    """Period of the steering, s, where the data do not determine whether it is held between its samples."""
+    estimation: SimulationFit
+    """Free simulation of the estimation data."""
+    validation: Union[SimulationFit, None]
+    """Free simulation of the validation data."""
+    parameters: tuple[VehicleParameter, ...]
+    """The parameters in the order of the covariance."""
+    covariance: Array
+    """Covariance of the parameters' coordinates; zero for those that are stated."""
+    directions: tuple[VehicleDirection, ...]
+    """The covariance factor of the vehicle's data in gentle driving: one standard deviation along each
+    independent axis of the parameters that these depend on."""
+    largest_steering_rate_radps: float
+    """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
+    actuator: Union[IdentifiedActuator, None]
+    """The actuator behind the steering command beside the measured angle; absent where no such command was
+    read."""
+    spin_margin: float
+    """How much less friction the rear axle can have, relative, before the free simulation of estimation or
+    validation data spins: at most 0.2, in steps of 0.005 near 0."""
     warnings: tuple[str, ...]
     """Warnings of the log reader and of the identification."""
 
@@ -986,110 +1018,78 @@ class LongitudinalEvidence(Record):
     """Warnings of the reader and of the identification."""
 
 
-class Body(Record):
-    """Mass, inertia and dimensions."""
+class PlantInput(Record):
+    """An input of the plant."""
 
-    mass_kg: float
-    """Mass m, kg."""
-    yaw_inertia_kgm2: float
-    """Yaw inertia J, kg·m²."""
-    distance_front_m: float
-    """Centre of gravity to front axle L_f, m."""
-    distance_rear_m: float
-    """Centre of gravity to rear axle L_r, m."""
-    centre_of_gravity_height_m: float
-    """Height of the centre of gravity h, m."""
-    track_width_m: float
-    """Left to right wheel, m."""
-    roll_stiffness_front: float
-    """Share of the front axle in the roll stiffness, 0 to 1."""
-    roll_time_constant_s: float
-    """Time constant of the load transfer, s."""
-    drive_share_front: Union[float, None]
-    """Share of the front axle in the driving force, 0 to 1; 0.5 where it is not stated."""
-    brake_share_front: Union[float, None]
-    """Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated."""
-
-
-class Tyres(Record):
-    """Tyres by the magic formula."""
-
-    cornering_stiffness_front_npr: float
-    """Cornering stiffness of the front axle at the static load, N/rad."""
-    cornering_stiffness_rear_npr: float
-    """Cornering stiffness of the rear axle at the static load, N/rad."""
-    friction_coefficient: float
-    """Peak lateral force over load at the static wheel load, of the front axle."""
-    friction_balance_rear: Union[float, None]
-    """That of the rear axle over that of the front axle; 1 where it is not stated."""
-    shape_factor: float
-    """C of the magic formula, 1 to 1.99."""
-    curvature_factor: float
-    """E of the magic formula, −1.5 to 1."""
-    friction_load_sensitivity: float
-    """Relative loss of friction at twice the static wheel load, 0 to 0.9."""
-    stiffness_load_sensitivity: float
-    """Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9."""
-    combined_slip: Union[float, None]
-    """Share of the driving and braking force that the friction bears beside the lateral force, 0 to 1; 0
-    where it is not stated: the lateral force is then that of wheels that roll freely."""
-
-
-class SteeringActuator(Record):
-    """The actuator of the road wheels."""
-
-    steering_ratio: float
-    """Steering angle over road-wheel angle."""
-    time_constant_s: float
-    """Time constant, s."""
+    name: str
+    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
+    column: str
+    """The channel in the log."""
+    unit: str
+    """Unit, such as `V`; `1` without one."""
+    offset: float
+    """The value about which the model is linear."""
+    standard_deviation: float
+    """Standard deviation in the estimation data."""
     delay_s: float
-    """Pure delay before it, s."""
-    road_wheel_rate_max_radps: float
-    """Largest rate of the road-wheel angle, rad/s."""
-    road_wheel_angle_max_rad: float
-    """Largest road-wheel angle to either side, rad."""
+    """Pure delay of the input, a whole number of samples, s."""
 
 
-class VehicleEvidence(Record):
-    """The results of the identification of a vehicle from a log, by the single-track model of
-    docs/methods/single-track.md."""
+class PlantOutput(Record):
+    """An output of the plant."""
 
-    channels: tuple[ChannelSummary, ...]
-    """The channels of the log, after resampling."""
+    name: str
+    """Name: letters, digits and `_`, unlike that of any other channel of the plant."""
+    column: str
+    """The channel in the log."""
+    unit: str
+    """Unit, such as `degC`; `1` without one."""
+    offset: float
+    """The value about which the model is linear."""
+    standard_deviation: float
+    """Standard deviation in the estimation data."""
+
+
+class MultivariableUncertainty(Record):
+    """The uncertainty of the model; standard errors are one standard deviation, to first order."""
+
+    focus: EstimationFocus
+    """The errors that the estimate minimises, which determines the covariance."""
+    poles: tuple[UncertainPole, ...]
+    """The eigenvalues of A."""
+    directions: Array
+    """The covariance factor, with one row for each independent standard normal number ξ: the change of the
+    entries of A, B, C, D, K, each row by row, for ξ = 1. Changes of the state's basis only are left out."""
+
+
+class MultivariableEvidence(Record):
+    """The evidence for the quality of the model."""
+
+    method: str
+    """`n4sid`, `moesp`, `cva`, `ssarx` or `pbsid`: the method of the initial estimate."""
+    horizon: int
+    """Block rows s of the Hankel matrices (past and future horizon)."""
     estimation_samples: int
-    """Samples used for estimation."""
+    """Number of estimation samples."""
     validation_samples: int
     """Number of validation samples."""
-    sample_time_s: float
-    """Sample time, s."""
-    speed: SpeedSummary
-    """Speed over the estimation data."""
-    lateral_acceleration_mps2: float
-    """Largest lateral acceleration of the estimation data, m/s²: its 99th percentile, from yaw rate times
-    speed."""
-    fitted: tuple[str, ...]
-    """Roles of the channels that were fitted."""
-    open_hold_s: Union[float, None]
-    """Period of the steering, s, where the data do not determine whether it is held between its samples."""
-    estimation: SimulationFit
-    """Free simulation of the estimation data."""
-    validation: Union[SimulationFit, None]
-    """Free simulation of the validation data."""
-    parameters: tuple[VehicleParameter, ...]
-    """The parameters in the order of the covariance."""
-    covariance: Array
-    """Covariance of the parameters' coordinates; zero for those that are stated."""
-    directions: tuple[VehicleDirection, ...]
-    """The covariance factor of the vehicle's data in gentle driving: one standard deviation along each
-    independent axis of the parameters that these depend on."""
-    largest_steering_rate_radps: float
-    """Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`."""
-    actuator: Union[IdentifiedActuator, None]
-    """The actuator behind the steering command beside the measured angle; absent where no such command was
-    read."""
-    spin_margin: float
-    """How much less friction the rear axle can have, relative, before the free simulation of estimation or
-    validation data spins: at most 0.2, in steps of 0.005 near 0."""
+    fit: Fits
+    """Fits of all outputs together, each in units of its standard deviation, percent."""
+    outputs: tuple[OutputEvidence, ...]
+    """The evidence of each output."""
+    pairs: tuple[PairEvidence, ...]
+    """The evidence of each pair: of the first output all inputs, then of the second."""
+    order_table: tuple[OrderRow, ...]
+    """One row for each order tried."""
+    feedback: Union[ResidualTest, None]
+    """Test of the estimation data for feedback from outputs to inputs; it passes where none is seen. Absent
+    where the data are too few for it."""
+    stabilised_from: Union[float, None]
+    """Largest eigenvalue modulus of A before stability was enforced; absent if it was stable."""
+    conversion_round_trip: Union[float, None]
+    """Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10)."""
+    channels: tuple[ChannelSummary, ...]
+    """The channels of the log."""
     warnings: tuple[str, ...]
     """Warnings of the log reader and of the identification."""
 
@@ -1426,7 +1426,7 @@ class ManoeuvrePurpose(Record):
 
 
 class ManoeuvreLimits(Record):
-    """Limits of a manoeuvre; absent where not limited."""
+    """Limits of a manoeuvre, in steering coordinates; absent where not limited."""
 
     max_lateral_acceleration_mps2: float
     """Largest lateral acceleration, m/s²."""
@@ -1865,46 +1865,6 @@ class SourceFile(Record):
     """Whether the hash is of the samples that were read: a large file is not read as a whole for it."""
 
 
-class OutputEvidence(Record):
-    """The evidence of one output, on validation data."""
-
-    output: str
-    """Name of the output."""
-    fit: Fits
-    """Fits, percent."""
-    fit_standard_error: Union[float, None]
-    """Standard error of the simulation fit on validation data, percentage points (block jackknife); absent
-    where the validation data are too short."""
-    one_step_error: float
-    """Standard deviation of the one-step prediction errors on validation data, in the unit of the output."""
-    whiteness: ResidualTest
-    """Autocorrelation of the one-step residuals."""
-    coherence: tuple[CoherencePoint, ...]
-    """Multiple coherence: the share of the output's power that all inputs together explain, by frequency."""
-    coherence_of_chance: float
-    """The multiple coherence of unrelated signals stays below with a probability of 95 %."""
-
-
-class PairEvidence(Record):
-    """The evidence of one pair of output and input."""
-
-    output: str
-    """Name of the output."""
-    input: str
-    """Name of the input."""
-    delay: Union[PairDelay, None]
-    """Pure delay that the impulse response shows; absent where it shows no response."""
-    independence: ResidualTest
-    """Correlation of the one-step residuals with the past input, on validation data."""
-    steady_state_gain: Union[Estimate, None]
-    """Gain at rest; absent without uncertainty, and for an integrator."""
-    frequency_response: tuple[FrequencyBand, ...]
-    """Response of the model with standard errors, with the delay of the input, in the output's unit over
-    the input's."""
-    measured: tuple[MeasuredPoint, ...]
-    """Measured response by spectra of the whole log."""
-
-
 class SpeedSummary(Record):
     """Speeds of a recording, m/s."""
 
@@ -2023,6 +1983,46 @@ class VehicleParameter(Record):
     """Whether the drive determines it: a posterior of at most half the prior's deviation."""
     is_at_bound: bool
     """Whether the value is at one of its bounds."""
+
+
+class OutputEvidence(Record):
+    """The evidence of one output, on validation data."""
+
+    output: str
+    """Name of the output."""
+    fit: Fits
+    """Fits, percent."""
+    fit_standard_error: Union[float, None]
+    """Standard error of the simulation fit on validation data, percentage points (block jackknife); absent
+    where the validation data are too short."""
+    one_step_error: float
+    """Standard deviation of the one-step prediction errors on validation data, in the unit of the output."""
+    whiteness: ResidualTest
+    """Autocorrelation of the one-step residuals."""
+    coherence: tuple[CoherencePoint, ...]
+    """Multiple coherence: the share of the output's power that all inputs together explain, by frequency."""
+    coherence_of_chance: float
+    """The multiple coherence of unrelated signals stays below with a probability of 95 %."""
+
+
+class PairEvidence(Record):
+    """The evidence of one pair of output and input."""
+
+    output: str
+    """Name of the output."""
+    input: str
+    """Name of the input."""
+    delay: Union[PairDelay, None]
+    """Pure delay that the impulse response shows; absent where it shows no response."""
+    independence: ResidualTest
+    """Correlation of the one-step residuals with the past input, on validation data."""
+    steady_state_gain: Union[Estimate, None]
+    """Gain at rest; absent without uncertainty, and for an integrator."""
+    frequency_response: tuple[FrequencyBand, ...]
+    """Response of the model with standard errors, with the delay of the input, in the output's unit over
+    the input's."""
+    measured: tuple[MeasuredPoint, ...]
+    """Measured response by spectra of the whole log."""
 
 
 class LargeErrors(Record):
@@ -2445,6 +2445,19 @@ class Spread(Record):
     """Covariance of the two."""
 
 
+class Prior(Record):
+    """A normal distribution of a parameter's coordinate, and the bounds of the value."""
+
+    mean: float
+    """Mean; of a logarithm the median. In the parameter's unit."""
+    standard_deviation: float
+    """Standard deviation of the coordinate: of a logarithm relative. Zero states the parameter."""
+    min: float
+    """Least value."""
+    max: float
+    """Largest value."""
+
+
 class PairDelay(Record):
     """The pure delay of a pair by the first lags of its impulse response."""
 
@@ -2465,19 +2478,6 @@ class MeasuredPoint(Record):
     """Phase, rad, within ±π."""
     radius: float
     """Radius of the confidence disk (95 %) about the response, in the unit of the gain."""
-
-
-class Prior(Record):
-    """A normal distribution of a parameter's coordinate, and the bounds of the value."""
-
-    mean: float
-    """Mean; of a logarithm the median. In the parameter's unit."""
-    standard_deviation: float
-    """Standard deviation of the coordinate: of a logarithm relative. Zero states the parameter."""
-    min: float
-    """Least value."""
-    max: float
-    """Largest value."""
 
 
 class EngagementRow(Record):

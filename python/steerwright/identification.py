@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +14,12 @@ from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
 from .plant import (
+    RESPONSES,
     Bicycle,
     LateralModel,
     Longitudinal,
     MultivariablePlant,
+    OtherModel,
     Plant,
     Signals,
     Torque,
@@ -89,7 +91,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque | Longitudinal | MultivariablePlant: ...
+) -> LateralModel | OtherModel | MultivariablePlant: ...
 @documented("identify")
 def identify(
     log: AnyLog,
@@ -98,7 +100,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | Torque | Longitudinal | MultivariablePlant:
+) -> LateralModel | OtherModel | MultivariablePlant:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options; or three
@@ -126,10 +128,9 @@ def identify(
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
-        responses = {"torque": "lateral-acceleration", "single-track": "motion", "longitudinal": "speed"}
         structure = keywords.get("structure")
-        if structure in responses:
-            of_log["response"] = responses[structure]
+        if structure in RESPONSES:
+            of_log["response"] = RESPONSES[structure]
         log = read(log, **of_log)
     else:
         misplaced = {name.replace("-", "_") for name, *_ in _native.describe("read")}
@@ -141,7 +142,7 @@ def identify(
     if channels is not None:
         return _warned(MultivariablePlant(text, signals=Signals(*channels)), log.warnings)
     if traces is None:
-        other: Torque | Longitudinal = kind_of(text, (Torque, Longitudinal))(text)
+        other: OtherModel = kind_of(text, get_args(OtherModel))(text)
         return _warned(other, log.warnings)
     model: LateralModel = kind_of(text)(text, traces=traces)
     return _warned(model, log.warnings)
@@ -176,7 +177,7 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, MultivariablePlant, "Torque | Longitudinal", "LateralModel")
+M = TypeVar("M", Plant, MultivariablePlant, "OtherModel", "LateralModel")
 
 
 def _warned(model: M, known: Sequence[str]) -> M:

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -784,6 +784,14 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
 
 LateralModel = Union[Plant, Bicycle, Vehicle]
 """A model that a controller is designed on."""
+
+OtherModel = Union[Torque, Longitudinal]
+"""A model of another response than that from the steering angle to the yaw rate."""
+
+MODELS: tuple[type[Document], ...] = (*get_args(LateralModel), MultivariablePlant, *get_args(OtherModel))
+
+RESPONSES = {"torque": "lateral-acceleration", "single-track": "motion", "longitudinal": "speed"}
+"""What a log is read for, of the structures that need more than the yaw rate."""
 
 
 def kind_of(text: str, kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:

@@ -8,9 +8,9 @@ use crate::output::{OutputKind, Outputs};
 use crate::terminal::{console, manoeuvre_summary};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use steerwright_formats::{Bicycle, Manoeuvre, Model, SourceFile};
+use steerwright_formats::{Bicycle, Manoeuvre, ManoeuvreLimits, Model, SourceFile};
 use steerwright_report::manoeuvre_page;
-use steerwright_sysid::{ExcitationLimits, ExcitationOptions, excite};
+use steerwright_sysid::{ExcitationOptions, excite};
 
 /// Standard deviation of a gyro where no model states its noise, rad/s: 0.1 °/s.
 const USUAL_NOISE_RADPS: f64 = 0.1 * std::f64::consts::PI / 180.0;
@@ -197,7 +197,7 @@ fn options(arguments: &Arguments, bicycle: &Bicycle) -> Result<ExcitationOptions
         block_s: arguments.block,
         band_hz: arguments.band.0,
         max_error: arguments.response_error.map(|percent| 0.01 * percent),
-        limits: ExcitationLimits {
+        limits: ManoeuvreLimits {
             max_lateral_acceleration_mps2: arguments.max_lateral_acceleration,
             max_angle_rad: arguments.max_angle,
             max_rate_radps: arguments.max_rate,

@@ -86,11 +86,12 @@ fn exported(arguments: &Arguments, model: &Model) -> Result<Export, Failure> {
                 "export a plant from steering to yaw rate, a bicycle, a vehicle or a torque",
             ));
         }
-        Model::Longitudinal(_) => {
+        other => {
             return Err(Failure::new(
                 format!(
-                    "{}: a model of the structure longitudinal has no parameters of a steering",
-                    arguments.model.display()
+                    "{}: a model of the structure {} has no parameters of a steering",
+                    arguments.model.display(),
+                    other.structure()
                 ),
                 "export a plant, a bicycle, a vehicle or a torque",
             ));

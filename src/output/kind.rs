@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use steerwright_formats::{Bicycle, Document, Longitudinal, Plant, Structure, Torque, Vehicle};
+use steerwright_formats::{Document, Structure, Vehicle};
 use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
@@ -37,18 +37,20 @@ pub(crate) enum OutputKind {
 impl OutputKind {
     /// The kind of a document, of any version.
     pub(crate) fn for_document<D: Document>() -> Self {
-        let end = D::SCHEMA.rfind('/').map_or(D::SCHEMA.len(), |slash| slash + 1);
-        Self::Document(&D::SCHEMA[..end])
+        Self::for_schema(D::SCHEMA)
+    }
+
+    /// The kind of the document of a schema, of any version.
+    pub(crate) fn for_schema(schema: &'static str) -> Self {
+        let end = schema.rfind('/').map_or(schema.len(), |slash| slash + 1);
+        Self::Document(&schema[..end])
     }
 
     /// The kind of a model's file.
     pub(crate) fn of_model(structure: Structure) -> Self {
         match structure {
-            Structure::StateSpace => Self::for_document::<Plant>(),
-            Structure::Bicycle => Self::for_document::<Bicycle>(),
             Structure::SingleTrack => Self::IdentifiedVehicle,
-            Structure::Torque => Self::for_document::<Torque>(),
-            Structure::Longitudinal => Self::for_document::<Longitudinal>(),
+            other => Self::for_schema(other.schema()),
         }
     }
 
@@ -82,13 +84,8 @@ impl OutputKind {
                 schema_of(file).is_some_and(|found| found.starts_with(schema))
             }
             Self::Model => {
-                let kinds = [
-                    Self::for_document::<Plant>(),
-                    Self::for_document::<Bicycle>(),
-                    Self::IdentifiedVehicle,
-                ];
-                for kind in kinds {
-                    if kind.is_in(path)? {
+                for structure in Structure::ALL {
+                    if structure.is_lateral() && Self::of_model(structure).is_in(path)? {
                         return Ok(true);
                     }
                 }

@@ -3,6 +3,10 @@
 //! The steering output (−1 to 1) is `ATC_STR_RAT_FF·(yaw rate in rad/s)`, times `MOT_SPD_SCA_BASE/v` above that
 //! speed. With the road wheel at `max_angle` times the output, the yaw rate is the demanded one for
 //! `ATC_STR_RAT_FF = L/(MOT_SPD_SCA_BASE·max_angle)`.
+//!
+//! | stack | formula | parameters | source |
+//! |---|---|---|---|
+//! | ArduPilot Rover | output = `ATC_STR_RAT_FF·(yaw rate)·MOT_SPD_SCA_BASE/v` | `ATC_STR_RAT_FF`, `MOT_SPD_SCA_BASE`, `TURN_RADIUS` | `AR_AttitudeControl` and `AP_MotorsUGV` |
 
 use crate::export::{Export, StatedValues};
 use crate::lateral::{Lateral, Quantity};

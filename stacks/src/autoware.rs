@@ -2,6 +2,10 @@
 //!
 //! Both hold a road-wheel angle δ with `δ̇ = (δ_command(t − delay) − δ)/τ` and `yaw rate = v·tan δ/wheel_base`; the
 //! simulator reports `δ + steer_bias` as its measurement.
+//!
+//! | stack | formula | parameters | source |
+//! |---|---|---|---|
+//! | Autoware | `d(steer)/dt = (command(t − delay) − steer)/tau`, `yaw rate = v·tan(steer)/wheel_base`, measured angle = `steer + steer_bias` | `steer_time_delay`, `steer_time_constant`, `steer_bias`, `steer_lim`, `steer_rate_lim`; MPC: `input_delay`, `vehicle_model_steer_tau`; `wheel_base` | `simple_planning_simulator` and `mpc_lateral_controller` |
 
 use crate::export::{Export, StatedValues};
 use crate::lateral::{Lateral, Quantity};

@@ -262,19 +262,14 @@ fn spread<const N: usize>(
 /// Effective wheelbase of a vehicle in m, and mean in s and variance in s² of the impulse response of its yaw rate,
 /// all of the two states (v_y, r) of eq 13 without the actuator.
 fn turn(v: &VehicleData) -> [f64; 3] {
-    let (front, rear) = (v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr);
-    let (a, b, u) = (v.distance_front_m, v.distance_rear_m, v.speed_mps);
-    let (m, j) = (v.mass_kg, v.yaw_inertia_kgm2);
-    let f = [
-        [-(front + rear) / (m * u), -u - (a * front - b * rear) / (m * u)],
-        [-(a * front - b * rear) / (j * u), -(a * a * front + b * b * rear) / (j * u)],
-    ];
+    let (u, coefficients) = (v.speed_mps, v.coefficients());
+    let [a, b, c, d] = coefficients.lateral(u);
     let solve = |[p, q]: [f64; 2]| {
-        let determinant = f[0][0] * f[1][1] - f[0][1] * f[1][0];
-        [(f[1][1] * p - f[0][1] * q) / determinant, (f[0][0] * q - f[1][0] * p) / determinant]
+        let determinant = a * d - b * c;
+        [(d * p - b * q) / determinant, (a * q - c * p) / determinant]
     };
     // G(s) = −Σ s^k·H F^(−k−1) G.
-    let once = solve([front / m, a * front / j]);
+    let once = solve([coefficients.b1, coefficients.b2]);
     let twice = solve(once);
     let thrice = solve(twice);
     let (mean, second) = (-twice[1] / once[1], 2.0 * thrice[1] / once[1]);

@@ -3,6 +3,10 @@
 //! Its vehicle model is the steady state of eq 13: `yaw rate = v/(L·(1 − sf·v²))·δ/steerRatio` with
 //! `sf = m(C_f·L_f − C_r·L_r)/(L²·C_f·C_r)`; its lag from command to lateral acceleration is
 //! `steerActuatorDelay + 0.2 s`.
+//!
+//! | stack | formula | parameters | source |
+//! |---|---|---|---|
+//! | openpilot | `yaw rate = v·angle/(steerRatio·wheelbase·(1 − sf·v²))`, `sf = m(Cf·a − Cr·b)/(L²·Cf·Cr)`; lateral delay = `steerActuatorDelay + 0.2 s` | `steerActuatorDelay`, `steerRatio`, `wheelbase`, `mass`, `rotationalInertia`, `centerToFront`, `tireStiffnessFront`, `tireStiffnessRear` | `vehicle_model.py` |
 
 use crate::autoware::LEADS;
 use crate::export::{Export, StatedValues};

@@ -1,6 +1,10 @@
 //! The Ackermann rover of PX4.
 //!
 //! The road-wheel angle is `atan(RO_YAW_RATE_CORR·(yaw rate)·RA_WHEEL_BASE/v)`, divided by `RA_MAX_STR_ANG`.
+//!
+//! | stack | formula | parameters | source |
+//! |---|---|---|---|
+//! | PX4 rover | angle = `atan(RO_YAW_RATE_CORR·(yaw rate)·RA_WHEEL_BASE/v)` | `RA_WHEEL_BASE`, `RA_MAX_STR_ANG`, `RA_STR_RATE_LIM`, `RO_YAW_RATE_CORR` | `rover_ackermann` with its guide to rate tuning |
 
 use crate::autoware::wheelbase;
 use crate::export::{Export, StatedValues};

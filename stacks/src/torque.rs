@@ -2,6 +2,10 @@
 //!
 //! Its controller commands `desired lateral acceleration/latAccelFactor + friction·sign`, the friction within a small
 //! error of the acceleration, and compensates the roll of the road with 9.81 m/s²·sin(roll).
+//!
+//! | stack | formula | parameters | source |
+//! |---|---|---|---|
+//! | openpilot, `torque.json` | acceleration = `latAccelFactor·(command − friction·sign(steering rate)) + 9.81·sin(roll) + latAccelOffset`; lateral delay = `steerActuatorDelay + 0.2 s` | `latAccelFactor`, `latAccelOffset`, `friction`, `steerActuatorDelay` | `torqued.py` |
 
 use crate::Error;
 use crate::export::{Export, FileForm};

@@ -9,6 +9,8 @@ mod fmus;
 mod formats;
 #[path = "../../xtask/src/python_types.rs"]
 mod python_types;
+#[path = "../../xtask/src/stacks.rs"]
+mod stacks;
 
 use std::path::Path;
 
@@ -34,6 +36,17 @@ fn generated_files_are_current_and_state_their_command() {
             assert!(text == generated, "{file} is out of date: run `{command}`");
         }
     }
+}
+
+#[test]
+fn the_table_of_the_stacks_is_that_of_their_modules() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (file, generated) = stacks::page(root).unwrap();
+    for stack in steerwright_stacks::Stack::ALL {
+        assert!(generated.to_lowercase().contains(&format!("| {}", stack.name())), "{stack}");
+    }
+    let text = std::fs::read_to_string(root.join(&file)).unwrap();
+    assert!(text.replace("\r\n", "\n") == generated, "{file} is out of date: run `{DOCS}`");
 }
 
 /// What each FMU has with nothing of its own in it, and the lists of all FMUs.

@@ -2,7 +2,7 @@
 
 use crate::files::{below, read};
 use crate::run::{answer, cargo, root, run, target};
-use crate::{fmus, formats, python_types};
+use crate::{fmus, formats, python_types, stacks};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -21,6 +21,7 @@ pub(crate) fn docs(update: bool) -> Result<(), String> {
         for (file, text) in [
             ("docs/formats.md".to_owned(), formats::page(&sources)?),
             ("python/steerwright/documents.py".to_owned(), python_types::module(&sources)?),
+            stacks::page(root())?,
         ]
         .into_iter()
         .chain(fmus::files(root())?)

@@ -6,14 +6,8 @@ use std::fs;
 use std::path::Path;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
-/// The documents, each with its type and its usual file name.
-const DOCUMENTS: [(&str, &str); 13] = [
-    ("Plant", "plant.json"),
-    ("MultivariablePlant", "plant.json, version 2"),
-    ("Bicycle", "bicycle.json"),
-    ("Torque", "torque.json"),
-    ("Longitudinal", "longitudinal.json"),
-    ("Vehicle", "vehicle.json"),
+/// The documents that are no models, each with its type and its usual file name.
+const OTHERS: [(&str, &str); 7] = [
     ("Pid", "pid.json"),
     ("SpeedController", "speed_controller.json"),
     ("Path", "path.json"),
@@ -42,12 +36,24 @@ pub(crate) struct Described {
     pub(crate) is_struct: bool,
 }
 
+/// The documents, each with its type and its usual file name: the models, which the variants of `Model` name, and the others.
+fn documents(types: &BTreeMap<String, Described>) -> Result<Vec<(String, String)>, String> {
+    let models = types.get("Model").ok_or("formats has no type `Model`")?;
+    let mut documents = Vec::new();
+    for (name, (.., description)) in models.refers_to.iter().zip(&models.rows) {
+        let file = description.split(':').next().unwrap_or_default();
+        documents.push((name.clone(), file.trim_end_matches('.').replace('`', "")));
+    }
+    documents.extend(OTHERS.map(|(name, file)| (name.to_owned(), file.to_owned())));
+    Ok(documents)
+}
+
 /// The types of the documents and of their parts by name, each after those that refer to it; `sources` is the folder of
 /// the crate `formats`.
 pub(crate) fn types(sources: &Path) -> Result<Vec<(String, Described)>, String> {
     let mut types = BTreeMap::new();
     read(sources, &mut types)?;
-    let mut next: VecDeque<String> = DOCUMENTS.map(|(name, _)| name.to_owned()).into();
+    let mut next: VecDeque<String> = documents(&types)?.into_iter().map(|(name, _)| name).collect();
     let mut found = Vec::new();
     while let Some(name) = next.pop_front() {
         if let Some(described) = types.remove(&name) {
@@ -64,9 +70,15 @@ pub(crate) fn page(sources: &Path) -> Result<String, String> {
     read(sources, &mut types)?;
     let mut page = INTRODUCTION.to_owned();
     let mut written = BTreeSet::new();
-    for (name, file) in DOCUMENTS {
+    let documents = documents(&types)?;
+    for (name, file) in &documents {
         let document = types.get(name).ok_or(format!("formats has no type `{name}`"))?;
-        let _ = write!(page, "\n## {file}\n\n{}\n\n{}", document.text, table(document, &types));
+        let _ = write!(
+            page,
+            "\n## {file}\n\n{}\n\n{}",
+            document.text,
+            table(document, &types, &documents)
+        );
         written.insert(name.to_owned());
         let mut next: VecDeque<String> = document.refers_to.iter().cloned().collect();
         while let Some(name) = next.pop_front() {
@@ -74,20 +86,29 @@ pub(crate) fn page(sources: &Path) -> Result<String, String> {
             if !written.insert(name.clone()) {
                 continue;
             }
-            let _ = write!(page, "\n### {name}\n\n{}\n\n{}", part.text, table(part, &types));
+            let _ = write!(
+                page,
+                "\n### {name}\n\n{}\n\n{}",
+                part.text,
+                table(part, &types, &documents)
+            );
             next.extend(part.refers_to.iter().cloned());
         }
     }
     Ok(page)
 }
 
-fn table(of: &Described, types: &BTreeMap<String, Described>) -> String {
+fn table(
+    of: &Described,
+    types: &BTreeMap<String, Described>,
+    documents: &[(String, String)],
+) -> String {
     let heading =
         if of.is_struct { "| key | type | |\n|---|---|---|\n" } else { "| value | |\n|---|---|\n" };
     let mut text = heading.to_owned();
     for (key, kind, description) in &of.rows {
         let _ = if of.is_struct {
-            writeln!(text, "| `{key}` | {} | {description} |", linked(kind, types))
+            writeln!(text, "| `{key}` | {} | {description} |", linked(kind, types, documents))
         } else {
             writeln!(text, "| `{key}` | {description} |")
         };
@@ -96,10 +117,14 @@ fn table(of: &Described, types: &BTreeMap<String, Described>) -> String {
 }
 
 /// The type in words, with links to the types of this page.
-fn linked(kind: &str, types: &BTreeMap<String, Described>) -> String {
+fn linked(
+    kind: &str,
+    types: &BTreeMap<String, Described>,
+    documents: &[(String, String)],
+) -> String {
     let words = kind.split(' ').map(|word| {
         let name = word.trim_end_matches(',');
-        if types.contains_key(name) && DOCUMENTS.iter().all(|(document, _)| *document != name) {
+        if types.contains_key(name) && documents.iter().all(|(document, _)| document != name) {
             word.replace(name, &format!("[{name}](#{})", name.to_lowercase()))
         } else {
             word.to_owned()
@@ -142,14 +167,18 @@ fn described(item: &Item) -> Option<(String, Described)> {
         }
         Item::Enum(of) => {
             let case = serde(&of.attrs, "rename_all");
+            let mut refers_to = Vec::new();
             let row = |variant: &syn::Variant| {
+                for field in &variant.fields {
+                    in_words(&field.ty, &mut refers_to);
+                }
                 let name = variant.ident.to_string();
                 let renamed = serde(&variant.attrs, "rename");
                 let name = renamed.unwrap_or_else(|| cased(&name, case.as_deref()));
                 (name, String::new(), doc(&variant.attrs))
             };
             let rows = of.variants.iter().map(row).collect();
-            (of.ident.to_string(), &of.attrs, rows, Vec::new(), false)
+            (of.ident.to_string(), &of.attrs, rows, refers_to, false)
         }
         _ => return None,
     };
@@ -189,6 +218,7 @@ fn in_words(kind: &Type, refers_to: &mut Vec<String>) -> String {
             let name = last.ident.to_string();
             match (name.as_str(), inner) {
                 ("Option", Some(inner)) => format!("{inner}, optional"),
+                ("Box", Some(inner)) => inner,
                 ("Vec", Some(inner)) => format!("list of {inner}"),
                 ("f64", _) => "number".into(),
                 ("usize" | "u64" | "u32" | "i64", _) => "integer".into(),

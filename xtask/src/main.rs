@@ -20,6 +20,7 @@ mod python_types;
 mod readme;
 mod run;
 mod snapshot;
+mod stacks;
 mod stress;
 mod test;
 mod wheel;

@@ -47,7 +47,7 @@ impl DesignOptions {
             .max_rate_radps
             .or(driven.map(|rate| TIMES_DRIVEN * rate))
             .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
-        let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
+        let turn = plant.steady_turn();
         Ok(Limits {
             max_angle_rad: self
                 .max_angle_rad
@@ -59,8 +59,8 @@ impl DesignOptions {
             large_errors: None,
             lateral_acceleration: Some(LateralAcceleration {
                 max_mps2: self.max_lateral_acceleration_mps2,
-                steering_per_curvature_radm,
-                understeer_gradient_rads2pm,
+                steering_per_curvature_radm: turn.slow,
+                understeer_gradient_rads2pm: turn.understeer,
             }),
         })
     }

@@ -18,6 +18,7 @@
 //! ([`evidence_acceleration`](crate::evidence_acceleration)), and none where that states none either.
 
 use crate::Error;
+use crate::plants::family::SteadyTurn;
 use crate::plants::plant_model::model_error;
 use std::fmt;
 use std::sync::Arc;
@@ -242,15 +243,6 @@ impl Road {
         let per_mps = if low < 1.0 { 100.0 } else { 10.0 };
         Some((low * per_mps).floor() / per_mps)
     }
-}
-
-/// The steering of a steady turn, in steering coordinates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SteadyTurn {
-    /// L, rad·m.
-    pub(crate) slow: f64,
-    /// K, rad·s²/m.
-    pub(crate) understeer: f64,
 }
 
 impl SteadyTurn {

@@ -4,8 +4,9 @@ pub(crate) mod demand;
 pub(crate) mod track;
 
 use crate::Error;
-use crate::guidance::demand::{SteadyTurn, largest_rate};
+use crate::guidance::demand::largest_rate;
 use crate::model::model_sideslip;
+use crate::plants::family::SteadyTurn;
 use steerwright_formats::{Guidance, GuidanceAdvice, GuidanceEntry, Model, Pid};
 use steerwright_models::Sideslip;
 use steerwright_models::files::{guidance_over_speed, guidance_parameters};

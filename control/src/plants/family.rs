@@ -5,6 +5,15 @@ use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::Dynamics;
 use steerwright_formats::InputKind;
 
+/// The steering of a steady turn, `(L + K·v²)·κ`, in steering coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SteadyTurn {
+    /// L, rad·m.
+    pub(crate) slow: f64,
+    /// K, rad·s²/m.
+    pub(crate) understeer: f64,
+}
+
 impl DesignPlant {
     /// Number of random numbers that [`DesignPlant::member`] requires; 0 where no uncertainty is stated.
     #[must_use]
@@ -49,12 +58,10 @@ impl DesignPlant {
         Some(drawn.with_actuator_of(self))
     }
 
-    /// Steering angle of a steady turn: per curvature, rad·m, and the understeer gradient, rad·s²/m. A model
-    /// of one speed does not separate them: its gradient is 0, which is exact at that speed and less than an
-    /// understeering vehicle needs above it.
-    #[must_use]
-    pub fn steady_turn(&self) -> [f64; 2] {
-        let gradient = match &self.family {
+    /// The steering of a steady turn. A model of one speed does not separate its two numbers: the gradient is 0, which is
+    /// exact at that speed and less than an understeering vehicle needs above it.
+    pub(crate) fn steady_turn(&self) -> SteadyTurn {
+        let understeer = match &self.family {
             Family::Bicycle(bicycle) => {
                 let parameters = steerwright_models::files::bicycle_parameters(&bicycle.vehicle);
                 // An oversteering vehicle is treated like a model of one speed.
@@ -63,7 +70,7 @@ impl DesignPlant {
             _ => 0.0,
         };
         let v = self.speed;
-        [v / self.gain() - gradient * v * v, gradient]
+        SteadyTurn { slow: v / self.gain() - understeer * v * v, understeer }
     }
 
     /// Fastest steering of the drive that the plant was identified from, rad/s in steering coordinates; `None`

@@ -28,9 +28,10 @@ mod solver;
 
 use crate::Error;
 use crate::error::{positive, require};
-use crate::guidance::demand::{LARGEST_SHARE, SteadyTurn, largest_rate};
+use crate::guidance::demand::{LARGEST_SHARE, largest_rate};
 use crate::model::evidence_acceleration;
 use crate::plants::design_plant::DesignPlant;
+use crate::plants::family::SteadyTurn;
 use binding::binding;
 use grid::Grid;
 use pointwise::GRAVITY;
@@ -90,22 +91,23 @@ pub fn speed_profile(path: &Path, limits: &ProfileLimits) -> Result<SpeedProfile
 /// The steering of a controller: angle and rate as far as a path may need them, 0.9 of its limits.
 #[must_use]
 pub fn steering_limits(pid: &Pid) -> SteeringLimits {
-    let turn = SteadyTurn::new(pid);
     SteeringLimits {
-        steering_per_curvature_radm: turn.slow,
-        understeer_gradient_rads2pm: turn.understeer,
         max_angle_rad: Some(LARGEST_SHARE * pid.limits.max_angle_rad),
         max_rate_radps: Some(LARGEST_SHARE * largest_rate(pid)),
+        ..without_limits(SteadyTurn::new(pid))
     }
 }
 
 /// The steering of a plant in a steady turn, without limits of its angle and rate.
 #[must_use]
 pub fn unlimited_steering(plant: &DesignPlant) -> SteeringLimits {
-    let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
+    without_limits(plant.steady_turn())
+}
+
+fn without_limits(turn: SteadyTurn) -> SteeringLimits {
     SteeringLimits {
-        steering_per_curvature_radm,
-        understeer_gradient_rads2pm,
+        steering_per_curvature_radm: turn.slow,
+        understeer_gradient_rads2pm: turn.understeer,
         max_angle_rad: None,
         max_rate_radps: None,
     }

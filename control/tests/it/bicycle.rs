@@ -90,6 +90,22 @@ fn faults_in_the_file_have_a_place() {
     assert!(refused("name = \"car\"", "name = car").starts_with("car.toml:1:"));
 }
 
+#[test]
+fn the_hint_of_a_fault_lists_every_key_of_the_file() {
+    let error = bicycle_from_toml("", "car.toml").expect_err("a fault");
+    let mut b = bicycle_from_toml(CAR, "car.toml").expect("a bicycle");
+    // Left out where it is 0.
+    b.vehicle.actuator_delay_s = 0.1;
+    let json = b.to_json();
+    let vehicle = json.split("\"vehicle\": {").nth(1).and_then(|rest| rest.split('}').next());
+    let keys: Vec<&str> =
+        vehicle.unwrap_or_default().lines().filter_map(|line| line.split('"').nth(1)).collect();
+    assert!(keys.len() >= 11, "{keys:?}");
+    for key in keys {
+        assert!(error.hint().contains(key), "{key}: {}", error.hint());
+    }
+}
+
 /// An oversteering car above its critical speed √(−L/K).
 #[test]
 fn an_unstable_vehicle_is_refused() {

@@ -218,10 +218,13 @@ fn what_the_steering_does_between_its_samples_is_detected() {
             read_one(text.clone(), &options).unwrap()
         };
         // What is stated is not open.
-        assert_eq!(read(Some(Intersample::Bl)).open_hold_s(), None);
+        assert_eq!(read(Some(Intersample::Bl)).assumed_period_s(Intersample::Bl), None);
         let log = read(None);
-        let is_open = log.open_hold_s().is_some_and(|period| (period - 0.01).abs() < 1e-6);
-        assert_eq!(is_open, log.channels[0].intersample == Some(Intersample::Bl), "{name}");
+        for between in [Intersample::Bl, Intersample::Zoh] {
+            let period = log.assumed_period_s(between);
+            let is_assumed = period.is_some_and(|period| (period - 0.01).abs() < 1e-6);
+            assert_eq!(is_assumed, log.channels[0].intersample == Some(between), "{name}");
+        }
         log.channels[0].intersample
     };
     let smooth = |k: usize| steer(k as f64 * 0.01);

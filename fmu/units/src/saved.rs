@@ -9,7 +9,19 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Rises with every change of a struct that is in a state: bytes of the same length would be read into other fields.
-const LAYOUT: u8 = 9;
+const LAYOUT: u8 = first_number(include_str!("saved_layouts.txt"));
+
+/// The number on the first line of a text; it does not compile without one, or above 255.
+const fn first_number(text: &str) -> u8 {
+    let bytes = text.as_bytes();
+    let (mut number, mut i) = (0, 0);
+    while bytes[i].is_ascii_digit() {
+        number = 10 * number + (bytes[i] - b'0');
+        i += 1;
+    }
+    assert!(i > 0, "saved_layouts.txt begins with the version of the layouts");
+    number
+}
 
 /// The bytes of a state.
 pub(crate) fn encode<T: Serialize>(state: &T) -> Vec<u8> {

@@ -76,9 +76,9 @@ pub(crate) fn bicycle() -> String {
         cornering_stiffness_front_npr: 129_696.69,
         cornering_stiffness_rear_npr: 105_400.27,
         actuator_time_constant_s: 0.05,
-        actuator_delay_s: 0.0,
         steering_ratio: 1.0,
         speed_mps: 15.0,
+        ..VehicleData::default()
     };
     Bicycle::new(vehicle).to_json()
 }

@@ -11,18 +11,7 @@ use steerwright_formats::{Bicycle, Engagement, Grade, Pid, Shortfall, StepMetric
 pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
     let (v, c) = (&bicycle.vehicle, &bicycle.coefficients);
     let mut table = Table::new(["quantity", "value"]);
-    for (name, number, unit) in [
-        ("mass", v.mass_kg, "kg"),
-        ("yaw inertia", v.yaw_inertia_kgm2, "kg·m²"),
-        ("centre of gravity to front axle", v.distance_front_m, "m"),
-        ("centre of gravity to rear axle", v.distance_rear_m, "m"),
-        ("cornering stiffness, front axle", v.cornering_stiffness_front_npr, "N/rad"),
-        ("cornering stiffness, rear axle", v.cornering_stiffness_rear_npr, "N/rad"),
-        ("time constant of the actuator", v.actuator_time_constant_s, "s"),
-        ("delay of the actuator", v.actuator_delay_s, "s"),
-        ("steering ratio", v.steering_ratio, ""),
-        ("speed", v.speed_mps, "m/s"),
-    ] {
+    for (name, number, unit) in v.in_words() {
         table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
     }
     let coefficients = Table::new(["A1", "A2", "A3", "A4", "B1", "B2", "n", "Tn"])

@@ -94,9 +94,9 @@ pub fn bicycle() -> Bicycle {
         cornering_stiffness_front_npr: 160_000.0,
         cornering_stiffness_rear_npr: 160_000.0,
         actuator_time_constant_s: 0.1,
-        actuator_delay_s: 0.0,
         steering_ratio: 15.0,
         speed_mps: 20.0,
+        ..VehicleData::default()
     };
     Bicycle { provenance: provenance(), ..Bicycle::new(vehicle) }
 }

@@ -95,10 +95,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
         return accumulated::run(&arguments.logs, &arguments.log, &arguments.identify, out);
     }
-    if matches!(structure, Some(Structure::Torque | Structure::Longitudinal))
-        && let Some(name) = of_signals
+    if let (Some(structure), Some(name)) = (structure, of_signals)
+        && !structure.is_lateral()
     {
-        let structure = structure.map_or("", Structure::name);
         let message = format!("{name} is not available for the structure {structure}");
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
     }

@@ -84,10 +84,7 @@ pub(super) fn next_drive(model: &Model, out: &Output, logs: &[PathBuf]) -> Optio
                 logs.join(" ")
             )
         }
-        Model::StateSpace(_)
-        | Model::Torque(_)
-        | Model::Longitudinal(_)
-        | Model::Multivariable(_) => return None,
+        _ => return None,
     };
     Some(format!("the log determines too little; design the drive to record: {command}"))
 }
@@ -100,9 +97,8 @@ pub(crate) fn evidence_text(model: &Model) -> String {
         Model::StateSpace(plant) => evidence(plant),
         Model::Bicycle(bicycle) => bicycle_text(bicycle, &tables),
         Model::SingleTrack(vehicle) => vehicle_text(vehicle, &tables),
-        Model::Torque(torque) => torque_text(torque, &tables),
-        Model::Longitudinal(model) => longitudinal_text(model, &tables),
         Model::Multivariable(plant) => multivariable::evidence(plant, &tables),
+        other => text_of_tables(other, &tables),
     }
 }
 
@@ -302,10 +298,20 @@ fn fit_text(fit: &SimulationFit) -> String {
     text
 }
 
-fn torque_text(torque: &Torque, tables: &str) -> String {
-    let e = &torque.evidence;
-    let channels = console::table(&channel_table(&e.channels));
+/// Channels, tables, what a structure adds to them, and the conclusion.
+fn text_of_tables(model: &Model, tables: &str) -> String {
+    let channels = console::table(&channel_table(model.channels()));
     let mut text = format!("{channels}\n{tables}");
+    match model {
+        Model::Torque(torque) => torque_text(&mut text, torque),
+        Model::Longitudinal(longitudinal) => longitudinal_text(&mut text, longitudinal),
+        _ => {}
+    }
+    text + &conclusion(model.warnings(), model.quality())
+}
+
+fn torque_text(text: &mut String, torque: &Torque) {
+    let e = &torque.evidence;
     let _ = writeln!(
         text,
         "fit      {:.2} % on validation data, {:.2} % on estimation data; errors of {:.3} m/s²",
@@ -320,13 +326,10 @@ fn torque_text(torque: &Torque, tables: &str) -> String {
         samples(e.validation_samples),
         e.least_speed_mps
     );
-    text + &conclusion(&e.warnings, &torque.quality)
 }
 
-fn longitudinal_text(model: &Longitudinal, tables: &str) -> String {
+fn longitudinal_text(text: &mut String, model: &Longitudinal) {
     let e = &model.evidence;
-    let channels = console::table(&channel_table(&e.channels));
-    let mut text = format!("{channels}\n{tables}");
     let without = "too few windows".into();
     let fit = with_error(e.validation_fit, e.validation_fit_standard_error, without);
     let _ = writeln!(
@@ -356,5 +359,4 @@ fn longitudinal_text(model: &Longitudinal, tables: &str) -> String {
         "noise    {:.4} m/s of the speed; a disturbance of {:.3} m/s² that lasts {:.1} s; prediction errors on validation data are {:.2} times those",
         n.speed_mps, n.disturbance_mps2, n.disturbance_time_constant_s, e.prediction_error_ratio
     );
-    text + &conclusion(&e.warnings, &model.quality)
 }

@@ -2,20 +2,7 @@
 //! within its uncertainty.
 
 use super::motion::Motion;
-use steerwright_formats::{NORMAL_95, VehicleData, VehicleDirection};
-
-/// Limits, in steering coordinates; absent where not limited.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExcitationLimits {
-    /// Largest lateral acceleration, m/s².
-    pub max_lateral_acceleration_mps2: f64,
-    /// Largest steering angle, rad.
-    pub max_angle_rad: Option<f64>,
-    /// Largest rate of the steering angle, rad/s.
-    pub max_rate_radps: Option<f64>,
-    /// Largest lateral offset to either side, m.
-    pub max_offset_m: Option<f64>,
-}
+use steerwright_formats::{ManoeuvreLimits, NORMAL_95, VehicleData, VehicleDirection};
 
 /// Limited quantities: lateral acceleration, lateral offset, steering angle, steering rate.
 pub(super) const QUANTITIES: usize = 4;
@@ -36,17 +23,15 @@ pub(super) struct Mover {
     displaced: Vec<Motion>,
 }
 
-impl ExcitationLimits {
-    /// The limits of the [`QUANTITIES`]; infinite where not limited.
-    pub(super) fn values(&self) -> [f64; QUANTITIES] {
-        let optional = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
-        [
-            self.max_lateral_acceleration_mps2,
-            optional(self.max_offset_m),
-            optional(self.max_angle_rad),
-            optional(self.max_rate_radps),
-        ]
-    }
+/// The limits of the [`QUANTITIES`]; infinite where not limited.
+pub(super) fn limit_values(limits: &ManoeuvreLimits) -> [f64; QUANTITIES] {
+    let optional = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+    [
+        limits.max_lateral_acceleration_mps2,
+        optional(limits.max_offset_m),
+        optional(limits.max_angle_rad),
+        optional(limits.max_rate_radps),
+    ]
 }
 
 fn largest(signal: &[f64]) -> f64 {
@@ -102,9 +87,10 @@ impl Mover {
     }
 
     /// The factor by which a signal may be multiplied to use its limits to the full.
-    pub(super) fn factor(&self, steering_rad: &[f64], limits: &ExcitationLimits) -> f64 {
+    pub(super) fn factor(&self, steering_rad: &[f64], limits: &ManoeuvreLimits) -> f64 {
         let peaks = self.peaks(steering_rad);
-        let ratios = limits.values().into_iter().zip(peaks.upper).map(|(limit, peak)| limit / peak);
+        let ratios =
+            limit_values(limits).into_iter().zip(peaks.upper).map(|(limit, peak)| limit / peak);
         ratios.fold(f64::INFINITY, f64::min)
     }
 }

@@ -30,15 +30,13 @@ mod limits;
 mod motion;
 mod shape;
 
-pub use limits::ExcitationLimits;
-
 use crate::Error;
 use crate::structures::bicycle::information::BicycleInformation;
 use amplitudes::Tones;
 use criterion::{Criterion, Square};
 use driver::{DriverSignal, selections};
 use expected::{Driven, Expected};
-use limits::{Mover, Peaks};
+use limits::{Mover, Peaks, limit_values};
 use shape::{Block, Shape, TonesOfBlock};
 use steerwright_formats::{
     Alternative, Bicycle, Document, ExpectedErrors, Manoeuvre, ManoeuvreBlock, ManoeuvreKind,
@@ -76,7 +74,7 @@ pub struct ExcitationOptions {
     /// Two standard errors of the response that are to be reached.
     pub max_error: Option<f64>,
     /// Limits.
-    pub limits: ExcitationLimits,
+    pub limits: ManoeuvreLimits,
     /// Spectral density of the errors of the yaw rate, (rad/s)²/Hz, two-sided: a variance times its sample time and, where the
     /// errors last, over the long run.
     pub noise_density: f64,
@@ -98,7 +96,7 @@ impl Default for ExcitationOptions {
             block_s: 20.0,
             band_hz: [0.2, 2.0],
             max_error: None,
-            limits: ExcitationLimits {
+            limits: ManoeuvreLimits {
                 max_lateral_acceleration_mps2: 3.0,
                 max_angle_rad: None,
                 max_rate_radps: None,
@@ -271,7 +269,8 @@ impl<'a> Design<'a> {
         let tones = TonesOfBlock::new(options.signal_s(), TAPER_S, beyond);
         let size = self.criterion.size;
         let step_s = options.sample_time_s.max(DESIGN_S);
-        let limited = options.limits.values().iter().filter(|limit| limit.is_finite()).count();
+        let limited =
+            limit_values(&options.limits).iter().filter(|limit| limit.is_finite()).count();
         // A signal within the limits with their uncertainty is scaled to them in the end.
         let mut blocks = Vec::new();
         for speed in &options.speeds_mps {
@@ -415,12 +414,7 @@ impl<'a> Design<'a> {
             name: self.bicycle.vehicle.name.clone(),
             kind,
             purpose: ManoeuvrePurpose { band_hz: options.band_hz, max_error: options.max_error },
-            limits: ManoeuvreLimits {
-                max_lateral_acceleration_mps2: options.limits.max_lateral_acceleration_mps2,
-                max_angle_rad: options.limits.max_angle_rad,
-                max_rate_radps: options.limits.max_rate_radps,
-                max_offset_m: options.limits.max_offset_m,
-            },
+            limits: options.limits,
             noise_density: options.noise_density,
             estimation_share: ESTIMATION_SHARE,
             steering_ratio: self.bicycle.vehicle.steering_ratio,

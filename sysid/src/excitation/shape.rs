@@ -10,8 +10,9 @@
 //! the bound of the convex problem qualifies.
 
 use super::criterion::{Criterion, Square};
-use super::limits::{ExcitationLimits, Mover, QUANTITIES};
+use super::limits::{Mover, QUANTITIES, limit_values};
 use std::f64::consts::{PI, TAU};
+use steerwright_formats::ManoeuvreLimits;
 
 /// Exponents of the p-norm, and steps with each.
 const EXPONENTS: [(f64, usize); 5] = [(8.0, 60), (16.0, 60), (32.0, 80), (64.0, 100), (128.0, 120)];
@@ -96,7 +97,7 @@ impl Block {
     pub(super) fn new(
         tones: &TonesOfBlock,
         mover: &Mover,
-        limits: &ExcitationLimits,
+        limits: &ManoeuvreLimits,
         sample_time_s: f64,
         repeats: f64,
         size: usize,
@@ -105,7 +106,7 @@ impl Block {
         let count = 2 * tones.frequencies_hz.len();
         let mut by: Vec<Vec<Vec<f64>>> = Vec::with_capacity(count);
         let mut columns: Vec<Vec<f64>> = Vec::with_capacity(count);
-        let limit = limits.values();
+        let limit = limit_values(limits);
         for k in 0..count {
             let mut unit = vec![0.0; count];
             unit[k] = 1.0;
@@ -404,8 +405,8 @@ mod tests {
     use crate::structures::bicycle::information::BicycleInformation;
     use steerwright_formats::VehicleData;
 
-    fn limits() -> ExcitationLimits {
-        ExcitationLimits {
+    fn limits() -> ManoeuvreLimits {
+        ManoeuvreLimits {
             max_lateral_acceleration_mps2: 3.0,
             max_angle_rad: None,
             max_rate_radps: Some(0.4),

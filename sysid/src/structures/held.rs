@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Role};
-use steerwright_formats::LEAST_SPREAD;
+use steerwright_formats::{Intersample, LEAST_SPREAD};
 
 /// Most times that the input is held as suits the vehicle that the input before it determines. Of a log of few samples in a
 /// period of the bandwidth, estimates in a row lie on either side of the one that agrees with its input, each about half as
@@ -178,9 +178,11 @@ impl<'a> Steering<'a> {
         read.as_ref().map_err(Clone::clone)
     }
 
-    /// Period of the steering, s, where it stays open whether it is held.
+    /// Period of the steering, s, where it stays open whether it is held; of a log too short to show it, where its reader
+    /// takes it for moving on.
     pub(crate) fn open_hold_s(&self) -> Option<f64> {
-        self.read().map_or_else(|_| self.log.open_hold_s(), |read| read.open_hold_s)
+        self.read()
+            .map_or_else(|_| self.log.assumed_period_s(Intersample::Bl), |read| read.open_hold_s)
     }
 }
 
@@ -210,7 +212,7 @@ pub(crate) struct Read<'a> {
     /// Whether the reader of the log took it for held, but it moves on.
     moves_on_instead: bool,
     /// Period of the steering, s, where it stays open which of the two it is.
-    pub(crate) open_hold_s: Option<f64>,
+    open_hold_s: Option<f64>,
     /// Period of the steering, s, where it goes along straight lines between its samples, and the reader of the log took it
     /// for band-limited.
     pub(crate) lines_s: Option<f64>,
@@ -240,7 +242,9 @@ impl<'a> Read<'a> {
             lines_s: None,
             warning: None,
         };
-        if let Some(period_s) = log.assumed_hold_s().filter(|period| matters(*period)) {
+        if let Some(period_s) =
+            log.assumed_period_s(Intersample::Zoh).filter(|period| matters(*period))
+        {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
             let found = evidence(&moving_on, &as_read);
             if found.excludes_the_hold_read(period_s) {
@@ -251,7 +255,9 @@ impl<'a> Read<'a> {
                 return Ok(Self { open_hold_s: Some(period_s), ..certain(as_read) });
             }
         }
-        let Some(period_s) = log.open_hold_s() else { return Ok(certain(as_read)) };
+        let Some(period_s) = log.assumed_period_s(Intersample::Bl) else {
+            return Ok(certain(as_read));
+        };
         // Lines between samples that are not those of the model are no lines of its input.
         let has_own_samples = (period_s / log.sample_time_s - 1.0).abs() < 1e-3;
         let lines = match has_own_samples && lines_matter(period_s) {

@@ -4,12 +4,13 @@
 use crate::common::recording;
 use crate::known::Random;
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, Document, Manoeuvre, ManoeuvreKind, VehicleData, VehicleDirection,
+    Bicycle, BicycleEvidence, Document, Manoeuvre, ManoeuvreKind, ManoeuvreLimits, VehicleData,
+    VehicleDirection,
 };
 use steerwright_models::BicyclePlant;
 use steerwright_models::files::bicycle_parameters;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
-use steerwright_sysid::{Error, ExcitationLimits, ExcitationOptions, excite};
+use steerwright_sysid::{Error, ExcitationOptions, excite};
 
 const T: f64 = 0.04;
 const NOISE: f64 = 0.004;
@@ -21,7 +22,7 @@ fn car() -> Bicycle {
 fn options() -> ExcitationOptions {
     ExcitationOptions {
         time_s: 80.0,
-        limits: ExcitationLimits {
+        limits: ManoeuvreLimits {
             max_lateral_acceleration_mps2: 3.0,
             max_angle_rad: Some(0.9),
             max_rate_radps: Some(5.0),
@@ -194,7 +195,7 @@ fn an_uncertain_model_leaves_room_to_the_limits() {
     let direction = VehicleDirection { steering_ratio: -0.1, ..VehicleDirection::default() };
     car.evidence =
         Some(BicycleEvidence { directions: vec![direction], ..BicycleEvidence::default() });
-    let limits = ExcitationLimits {
+    let limits = ManoeuvreLimits {
         max_angle_rad: None,
         max_rate_radps: None,
         max_offset_m: None,

@@ -11,6 +11,9 @@ use steerwright_formats::{LargeErrors, LateralAcceleration, PidGains};
 const NO_ACCELERATION_BOUND: f64 = 1e6;
 
 /// Gains, weights and limits; read at each tick, so they may be tuned while running.
+///
+/// The limits are those of [`steerwright_formats::Limits`] one by one: a file may leave out the two groups of them, while an
+/// FMU has a variable for each number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PidParameters {
     /// Gains and weights. Without a derivative filter its time constant is 0.

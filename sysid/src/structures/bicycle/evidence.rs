@@ -5,7 +5,6 @@ use crate::actuator::identified_actuator;
 use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, samples_in};
 use crate::data::statistics::variance_accounted_for;
-use crate::sideslip::FromFixes;
 use crate::structures::bicycle::estimate::Estimate;
 use crate::structures::bicycle::options::BicycleOptions;
 use crate::structures::bicycle::parameters::{
@@ -13,8 +12,7 @@ use crate::structures::bicycle::parameters::{
 };
 use crate::structures::bicycle::simulation::Simulation;
 use crate::structures::bicycle::uncertainty::{covariance_factor, deviation};
-use crate::structures::held::Read;
-use crate::validation::faults::steering_faults::SteeringFaults;
+use crate::structures::held::Steering;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{BicycleEvidence, Estimated, HeldOut, PredictionFit, Stated, WithDelay};
 
@@ -25,20 +23,16 @@ pub(super) fn is_determined(d: &WithDelay) -> bool {
     d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s)
 }
 
-pub(super) struct Known<'a> {
+pub(super) struct Known<'a, 'l> {
     /// The drive, with the steering as it is held.
     pub(super) log: &'a DriveLog,
-    pub(super) read: Option<&'a Read<'a>>,
-    /// Period of the steering, s, where it stays open whether it is held.
-    pub(super) open_hold_s: Option<f64>,
+    pub(super) steering: &'a Steering<'l>,
     pub(super) options: &'a BicycleOptions,
     pub(super) recording: &'a Recording,
     pub(super) estimate: &'a Estimate,
     pub(super) covariance: &'a [[f64; PARAMETERS]; PARAMETERS],
     pub(super) simulation: &'a Simulation,
     pub(super) with_delay: WithDelay,
-    pub(super) steering_faults: SteeringFaults,
-    pub(super) from_fixes: &'a FromFixes,
 }
 
 /// Leaves out the characteristic or critical speed where the 95 % band of the understeer gradient has 0 in it: the speed is
@@ -52,7 +46,7 @@ fn leave_out_speed_without_band(identified: &mut Vec<Estimated>) {
     }
 }
 
-impl Known<'_> {
+impl Known<'_, '_> {
     pub(super) fn evidence(&self) -> Result<BicycleEvidence, Error> {
         let p = &self.estimate.parameters;
         let speed = self.recording.speed_summary();
@@ -68,20 +62,18 @@ impl Known<'_> {
                 .collect();
         leave_out_speed_without_band(&mut identified);
         let (log, simulation) = (self.log, self.simulation);
-        let as_held: Vec<String> =
-            self.read.and_then(|read| read.warning.clone()).into_iter().collect();
+        let read = self.steering.read().ok();
         let split = &self.recording.split;
         let mut warnings = log.warnings.clone();
-        warnings.extend(as_held);
-        warnings.extend(self.from_fixes.warnings.iter().cloned());
+        warnings.extend(read.and_then(|read| read.warning.clone()));
+        warnings.extend(self.steering.fixes().warnings.iter().cloned());
         let mut evidence = BicycleEvidence {
             estimation_samples: count(&split.estimation),
             validation_samples: count(&split.validation),
             sample_time_s: log.sample_time_s,
-            held_for: self
-                .read
+            held_for: read
                 .and_then(|read| read.held.vehicle.as_ref().map(ContinuousResponse::to_file)),
-            open_hold_s: self.open_hold_s,
+            open_hold_s: self.steering.open_hold_s(),
             estimation_fit: simulation.estimation_fit,
             validation_fit: simulation.validation_fit.fit,
             held_out: Some(self.validation()),

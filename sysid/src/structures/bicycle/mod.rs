@@ -106,8 +106,7 @@ pub(crate) fn identify_moving(
 ) -> Result<IdentifiedBicycle, Error> {
     options.check()?;
     // A log that is too short to show how its steering is held is taken as it was read.
-    let read = steering.read().ok();
-    let log = read.map_or(steering.log, |read| &*read.held.log);
+    let log = steering.read().map_or(steering.log, |read| &*read.held.log);
     let recording = Recording::new(log, &|turned| {
         Split::new(log, turned, options.validation).thinned(options.max_samples, log.sample_time_s)
     })?;
@@ -161,16 +160,13 @@ pub(crate) fn identify_moving(
     let from_fixes = steering.fixes();
     let known = evidence::Known {
         log,
-        read,
-        open_hold_s: steering.open_hold_s(),
+        steering,
         options,
         recording: &recording,
         estimate: &found,
         covariance: &covariance,
         simulation: &simulation,
         with_delay: summary,
-        steering_faults: steering.faults(),
-        from_fixes,
     };
     let mut evidence = known.evidence()?;
     let mut used = log.options.clone();

@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode, VehicleData};
 
-impl Known<'_> {
+impl Known<'_, '_> {
     pub(super) fn quality(&self, e: &BicycleEvidence, vehicle: &VehicleData) -> Quality {
         let (mut reasons, mut advice) = (Vec::new(), Vec::new());
         let reversed = opposite(&pairs(self.log), self.log.sample_time_s);
@@ -40,7 +40,7 @@ impl Known<'_> {
             weak_steering(steering).into_iter().chain(gain_error).collect();
         if too_little.is_empty() {
             let errors = response_errors(vehicle, &e.directions, e.speed.mean_mps);
-            let (errors, open_hold_s) = with_open_hold(errors, self.open_hold_s);
+            let (errors, open_hold_s) = with_open_hold(errors, e.open_hold_s);
             too_little = uncertain_response(&errors);
             advice.extend(open_hold_s.map(open_hold::advice));
             if let Some(h) = &e.held_out {
@@ -109,18 +109,18 @@ impl Known<'_> {
 
     fn faults(&self, e: &BicycleEvidence, has_gain: bool) -> Vec<(Reason, String)> {
         let (log, p) = (self.log, &self.estimate.parameters);
+        let steering_faults = self.steering.faults();
         let at = self.response(e.speed.mean_mps);
         let gain = at(0.0).0 * p[STEERING_FACTOR].exp();
         let (angle, rate) =
             if has_gain { (p[STEERING_OFFSET], p[YAW_RATE_OFFSET]) } else { (0.0, 0.0) };
-        let play =
-            self.steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
+        let play = steering_faults.play_rad.map(|width| steering_play(width, &|w| at(w / TAU)));
         let mut found = faults(&Recorded {
             channels: &e.channels,
             play: play.as_ref(),
             delay_in_windows_s: None,
-            yaw_rate_lead_s: self.steering_faults.yaw_rate_lead_s,
-            yaw_rate_lag_s: self.steering_faults.yaw_rate_lag_s,
+            yaw_rate_lead_s: steering_faults.yaw_rate_lead_s,
+            yaw_rate_lag_s: steering_faults.yaw_rate_lag_s,
             road_wheel_std_rad: standard_deviation(&self.recording.steering),
             yaw_rate_std_radps: standard_deviation(&log.output),
             steering_ratio: log.steering_ratio,

@@ -107,7 +107,7 @@ pub(super) fn quality(
     let (mut remarks, mut advice) = (Vec::new(), Vec::new());
     if reasons.is_empty() {
         let errors = response_errors(gentle, &e.directions, e.speed.mean_mps);
-        let (errors, open_hold_s) = with_open_hold(errors, recorded.open_hold_s());
+        let (errors, open_hold_s) = with_open_hold(errors, e.open_hold_s);
         reasons = uncertain_response(&errors);
         advice.extend(open_hold_s.map(open_hold::advice));
         if let Some(fit) = &e.validation {

@@ -80,7 +80,7 @@ pub(crate) fn identify_judged(
 ) -> Result<Identified, Error> {
     options.check()?;
     let logged = steering.log;
-    let Read { held, open_hold_s, lines_s, warning: as_held, .. } = steering.read()?;
+    let Read { held, lines_s, warning: as_held, .. } = steering.read()?;
     let (log, delay) = delayed(&held.log, held.estimated.as_ref(), options);
     let log = &*log;
     let data = Data::new(log, &options.preparation())?;
@@ -155,7 +155,7 @@ pub(crate) fn identify_judged(
         seconds: log.len() as f64 * data.sample_time,
         residual,
         uncertainty,
-        open_hold_s: *open_hold_s,
+        open_hold_s: steering.open_hold_s(),
         sideslip: from_fixes.sideslip,
         sources: &log.sources,
         used,
