@@ -109,7 +109,7 @@ fn the_validation_half_is_simulated_at_least_as_well_as_by_n4sid() {
         options.units.insert(name.into(), "1".into());
     }
     let log = read_log(&files, &options).unwrap();
-    // Octave's n4sid with 10 block rows and order 3: 89.1 % and 85.9 %.
+    // Octave's n4sid with 10 block rows and order 3: 89.1 % and 85.9 %, with an initial state of the validation half.
     let fixed = IdentifyOptions {
         method: Some(Weighting::N4sid.into()),
         order: Some(3),
@@ -122,6 +122,6 @@ fn the_validation_half_is_simulated_at_least_as_well_as_by_n4sid() {
     assert!((fit.estimation - 89.1).abs() < 0.3 && (fit.validation - 85.9).abs() < 0.3, "{fit:?}");
     let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
     println!("{:?} order {}", plant.evidence.fit, plant.order());
-    // An output-error model fitted on the validation half itself reaches 86.2.
-    assert!(plant.evidence.fit.validation >= 85.7 && (3..=4).contains(&plant.order()));
+    let validated = plant.evidence.fit.validation;
+    assert!(validated >= fit.validation && (3..=4).contains(&plant.order()), "{validated}");
 }
