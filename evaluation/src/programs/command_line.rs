@@ -28,6 +28,9 @@ struct Arguments {
     /// Read only: measures the reader on logs too long to identify from in a moment
     #[arg(long)]
     read_only: bool,
+    /// Largest ratio of the processor times, here over NumPy and ctrlsys: a larger one is an error
+    #[arg(long)]
+    limit: Option<f64>,
 }
 
 /// Reads the same file, takes every second sample as the reader of logs does, and identifies orders 1 to 8 with 15 and 30
@@ -123,7 +126,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
         }
         None => println!("left out: steerwright (cargo build --release, or --program PATH)"),
     }
-    peer(&log, arguments.runs.max(1))
+    peer(&log, arguments.runs.max(1), arguments.limit)
 }
 
 /// Processor time from the file to the model of the structure `state-space`, s.
@@ -136,7 +139,7 @@ fn own_time(log: &Path) -> Result<f64, Box<dyn std::error::Error>> {
 }
 
 /// The peer, from the interpreter with the peers' packages, and the ratio of the processor times.
-fn peer(log: &Path, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
+fn peer(log: &Path, runs: usize, limit: Option<f64>) -> Result<(), Box<dyn std::error::Error>> {
     let (mut own, mut theirs, mut parts) = (Vec::new(), Vec::new(), String::new());
     // In turn, so that what else the machine does is in both.
     for _ in 0..runs {
@@ -160,7 +163,14 @@ fn peer(log: &Path, runs: usize) -> Result<(), Box<dyn std::error::Error>> {
     if !theirs.is_empty() {
         let theirs = median(&theirs);
         println!("  NumPy and ctrlsys, not refined, no evidence: {theirs:.3} s ({parts})");
-        println!("  ratio {:.2} (medians)", own / theirs);
+        let ratio = own / theirs;
+        println!("  ratio {ratio:.2} (medians)");
+        if let Some(limit) = limit.filter(|limit| ratio.is_nan() || ratio > *limit) {
+            return Err(format!(
+                "the identification takes {ratio:.1} times the processor time of NumPy and ctrlsys, at most {limit} is allowed: profile `identify` of the structure state-space"
+            )
+            .into());
+        }
     }
     Ok(())
 }

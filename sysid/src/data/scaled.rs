@@ -10,8 +10,8 @@ use crate::data::recording::samples_in;
 use crate::data::split::{Selection, Split, ValidationData};
 use crate::error::check_yaw_rate;
 use std::ops::Range;
-use steerwright_drivelog::DriveLog;
 use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_drivelog::{self as drivelog, DriveLog};
 use steerwright_formats::InputKind;
 
 /// Offsets and trends that are no dynamics.
@@ -50,14 +50,11 @@ pub(crate) struct Data {
     pub(crate) input_scale: f64,
     pub(crate) output_scale: f64,
     pub(crate) selection: Selection,
-    /// All samples of the log, where estimation and validation data are blocks of it.
-    pub(crate) whole: Option<Part>,
+    /// All samples of the log, in its segments; where lines over time were taken out, in as many as there are lines.
+    pub(crate) whole: Part,
     /// What was taken from the output, for each run of samples.
     output_lines: Vec<(Range<usize>, Line)>,
 }
-
-/// Shorter runs have no initial state to simulate from.
-const LEAST_UNUSED: usize = 60;
 
 /// `offset + slope·(t − middle)`, t in s on the clock.
 #[derive(Clone, Copy)]
@@ -219,13 +216,12 @@ impl Data {
         let output_lines = lines(&log.output, output_mean);
         let (u, input_scale) = scaled(&input, &lines(&input, input_mean), "steering")?;
         let (y, output_scale) = scaled(&log.output, &output_lines, "yaw rate")?;
-        let segments = || {
-            log.segments.iter().map(|s| s.range.start..s.range.end.min(n)).filter(|r| !r.is_empty())
-        };
-        let whole = match selection {
-            Selection::End => None,
-            _ => Some(Part::new(log.sample_time_s, segments().collect(), &u, &y)?),
-        };
+        let segments = output_lines.iter().flat_map(|(run, _)| {
+            let within =
+                |s: &drivelog::Segment| s.range.start.max(run.start)..s.range.end.min(run.end);
+            log.segments.iter().map(within).filter(|r| !r.is_empty())
+        });
+        let whole = Part::new(log.sample_time_s, segments.collect(), &u, &y)?;
         Ok(Self {
             sample_time: log.sample_time_s,
             estimation: Part::new(log.sample_time_s, estimation, &u, &y)?,
@@ -240,29 +236,21 @@ impl Data {
         })
     }
 
-    /// Samples of the log in neither part, about the same means; none where lines over time were taken out.
-    pub(crate) fn unused(
-        &self,
-        log: &DriveLog,
-        options: &Preparation,
-    ) -> Result<Option<Part>, Error> {
-        let mut ranges = Split::unused(log, [&self.estimation.ranges, &self.validation.ranges]);
-        ranges.retain(|r| r.len() >= LEAST_UNUSED);
-        if ranges.is_empty() || options.detrend == Detrend::Linear {
-            return Ok(None);
+    /// The estimation data over the length of the block that a sample of them is in, on the mean, where they are blocks of
+    /// the log's segments; 1 where each has the initial state that the log gives it. What a mode slower than a block
+    /// leaves from one block to the next is replaced by the initial state of each, so that the data do not show it.
+    pub(crate) fn records_of_blocks(&self) -> f64 {
+        let blocks = &self.estimation.ranges;
+        if blocks.len() <= self.whole.ranges.len() {
+            return 1.0;
         }
-        let scaled = |x: &[f64], mean: f64, scale: f64| -> Vec<f64> {
-            x.iter().map(|x| (x - mean) / scale).collect()
-        };
-        let u = driving_input(&log.input, log.speed.as_deref(), options.input_kind)?;
-        let u = scaled(&u, self.input_mean, self.input_scale);
-        let y = scaled(&log.output, self.output_mean, self.output_scale);
-        Part::new(self.sample_time, ranges, &u, &y).map(Some)
+        let samples = self.estimation.len() as f64;
+        let length = blocks.iter().map(|r| (r.len() * r.len()) as f64).sum::<f64>() / samples;
+        samples / length
     }
 
     pub(crate) fn about(mut self, offset: f64) -> Result<Self, Error> {
-        for part in [&mut self.estimation, &mut self.validation].into_iter().chain(&mut self.whole)
-        {
+        for part in [&mut self.estimation, &mut self.validation, &mut self.whole] {
             part.data = without(&part.data, &[offset])?;
             part.output.iter_mut().for_each(|y| *y -= offset);
         }

@@ -1,6 +1,7 @@
 //! Small helpers over faer's dense matrices.
 
 use crate::Error;
+use crate::linalg::r_factor::RFactor;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 
@@ -54,6 +55,14 @@ pub(crate) fn least_squares(
 
 /// R of a QR factorisation, min(m, n) by n, zeros below the diagonal.
 pub(crate) fn r_factor(m: MatRef<'_, f64>) -> Mat<f64> {
+    // Reflections over the whole height of a few columns leave the cache.
+    const TALL: usize = 64;
+    const NARROW: usize = 48;
+    if m.nrows() >= TALL.max(2 * m.ncols()) && m.ncols() <= NARROW {
+        let mut accumulated = RFactor::new(m.ncols());
+        accumulated.accumulate(m);
+        return accumulated.finish();
+    }
     let qr = m.qr();
     let r = qr.thin_R();
     Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { r[(i, j)] } else { 0.0 })

@@ -27,40 +27,47 @@ pub(crate) trait Scalar:
     fn atan(self) -> Self;
 }
 
-/// A number and its derivatives by `P` parameters.
+/// A number and its derivatives by `N − 1` parameters, side by side: sums and products run over all of them in whole
+/// vectors where N is a multiple of 4.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Dual<const P: usize> {
-    pub(crate) value: f64,
-    pub(crate) by: [f64; P],
+#[repr(align(32))]
+pub(crate) struct Dual<const N: usize> {
+    lanes: [f64; N],
 }
 
-impl<const P: usize> Dual<P> {
+impl<const N: usize> Dual<N> {
     /// The parameter `index` itself.
     pub(crate) fn parameter(value: f64, index: usize) -> Self {
-        let mut by = [0.0; P];
-        by[index] = 1.0;
-        Self { value, by }
+        let mut lanes = [0.0; N];
+        lanes[0] = value;
+        lanes[1 + index] = 1.0;
+        Self { lanes }
+    }
+
+    /// The derivatives by the first `P` parameters.
+    #[inline(always)]
+    pub(crate) fn by<const P: usize>(&self) -> [f64; P] {
+        std::array::from_fn(|i| self.lanes[1 + i])
     }
 
     /// f(x) by the chain rule, with f's value and derivative at x.
     #[inline(always)]
-    fn chain(self, value: f64, slope: f64) -> Self {
-        let mut by = self.by;
-        for b in &mut by {
-            *b *= slope;
+    fn chain(mut self, value: f64, slope: f64) -> Self {
+        for lane in &mut self.lanes {
+            *lane *= slope;
         }
-        Self { value, by }
+        self.lanes[0] = value;
+        self
     }
 }
 
 macro_rules! by_each {
     ($operator:ident, $method:ident, $assign:tt) => {
-        impl<const P: usize> $operator for Dual<P> {
+        impl<const N: usize> $operator for Dual<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
-                self.value $assign other.value;
-                for (a, b) in self.by.iter_mut().zip(&other.by) {
+                for (a, b) in self.lanes.iter_mut().zip(&other.lanes) {
                     *a $assign b;
                 }
                 self
@@ -72,82 +79,90 @@ macro_rules! by_each {
 by_each!(Add, add, +=);
 by_each!(Sub, sub, -=);
 
-impl<const P: usize> Mul for Dual<P> {
+impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(mut self, other: Self) -> Self {
-        for (a, b) in self.by.iter_mut().zip(&other.by) {
-            *a = *a * other.value + self.value * b;
+        let (x, y) = (self.lanes[0], other.lanes[0]);
+        for (a, b) in self.lanes.iter_mut().zip(&other.lanes) {
+            *a = *a * y + x * b;
         }
-        self.value *= other.value;
+        self.lanes[0] = x * y;
         self
     }
 }
 
-impl<const P: usize> Div for Dual<P> {
+impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn div(mut self, other: Self) -> Self {
-        let inverse = 1.0 / other.value;
-        self.value *= inverse;
-        for (a, b) in self.by.iter_mut().zip(&other.by) {
-            *a = (*a - self.value * b) * inverse;
+        let inverse = 1.0 / other.lanes[0];
+        let value = self.lanes[0] * inverse;
+        for (a, b) in self.lanes.iter_mut().zip(&other.lanes) {
+            *a = (*a - value * b) * inverse;
         }
+        self.lanes[0] = value;
         self
     }
 }
 
-impl<const P: usize> Neg for Dual<P> {
+impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
+        self.chain(-self.lanes[0], -1.0)
     }
 }
 
-impl<const P: usize> Scalar for Dual<P> {
+impl<const N: usize> Scalar for Dual<N> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self { value, by: [0.0; P] }
+        let mut lanes = [0.0; N];
+        lanes[0] = value;
+        Self { lanes }
     }
     #[inline(always)]
     fn value(self) -> f64 {
-        self.value
+        self.lanes[0]
     }
     #[inline(always)]
-    fn times(self, factor: f64) -> Self {
-        self.chain(self.value * factor, factor)
+    fn times(mut self, factor: f64) -> Self {
+        for lane in &mut self.lanes {
+            *lane *= factor;
+        }
+        self
     }
     fn exp(self) -> Self {
-        let e = self.value.exp();
+        let e = self.lanes[0].exp();
         self.chain(e, e)
     }
     fn inverse(self) -> Self {
-        let i = 1.0 / self.value;
+        let i = 1.0 / self.lanes[0];
         self.chain(i, -i * i)
     }
     fn sqrt(self) -> Self {
-        let s = self.value.sqrt();
+        let s = self.lanes[0].sqrt();
         self.chain(s, 0.5 / s)
     }
     #[inline(always)]
     fn plus(mut self, value: f64) -> Self {
-        self.value += value;
+        self.lanes[0] += value;
         self
     }
     #[inline(always)]
     fn sin(self) -> Self {
-        let (sin, cos) = self.value.sin_cos();
+        let (sin, cos) = self.lanes[0].sin_cos();
         self.chain(sin, cos)
     }
     #[inline(always)]
     fn cos(self) -> Self {
-        let (sin, cos) = self.value.sin_cos();
+        let (sin, cos) = self.lanes[0].sin_cos();
         self.chain(cos, -sin)
     }
     #[inline(always)]
     fn atan(self) -> Self {
-        self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
+        let x = self.lanes[0];
+        self.chain(x.atan(), 1.0 / (1.0 + x * x))
     }
 }
 

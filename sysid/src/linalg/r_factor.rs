@@ -44,9 +44,19 @@ impl RFactor {
     }
 
     pub(crate) fn accumulate(&mut self, rows: MatRef<'_, f64>) {
-        for i in 0..rows.nrows() {
-            let row: Vec<f64> = rows.row(i).iter().copied().collect();
-            self.push(&row);
+        let mut from = 0;
+        while from < rows.nrows() {
+            if self.gathered == BLOCK {
+                self.reduce();
+            }
+            let count = (BLOCK - self.gathered).min(rows.nrows() - from);
+            for (column, j) in self.block.chunks_exact_mut(STRIDE).zip(0..rows.ncols()) {
+                let to = &mut column[self.gathered..self.gathered + count];
+                to.iter_mut()
+                    .zip(rows.col(j).get(from..from + count).iter())
+                    .for_each(|(to, x)| *to = *x);
+            }
+            (self.gathered, from) = (self.gathered + count, from + count);
         }
     }
 
@@ -167,7 +177,7 @@ fn subtract<S: Simd, const G: usize>(simd: S, times: [f64; G], v: &[f64], x: [&m
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::dense::{is_finite, r_factor};
+    use crate::linalg::dense::is_finite;
 
     /// RᵀR is that of all rows for any number of columns and rows, and R triangular.
     #[test]
@@ -191,6 +201,12 @@ mod tests {
                 (half..rows).for_each(|i| rest.push(&row(&m, i)));
                 all.accumulate(rest.finish().as_ref());
                 let r = all.finish();
+                let mut pushed = RFactor::new(columns);
+                (0..rows).for_each(|i| pushed.push(&row(&m, i)));
+                let mut in_blocks = RFactor::new(columns);
+                in_blocks.accumulate(m.get(..half, ..));
+                in_blocks.accumulate(m.get(half.., ..));
+                assert_eq!(in_blocks.finish(), pushed.finish(), "{rows} by {columns}");
                 assert!((0..columns).all(|j| (j + 1..columns).all(|i| r[(i, j)] == 0.0)));
                 let (got, expected) = (r.transpose() * &r, m.transpose() * &m);
                 for (i, j) in (0..columns).flat_map(|j| (0..columns).map(move |i| (i, j))) {
@@ -201,7 +217,7 @@ mod tests {
                 // What distinguishes the nearly dependent column from the others is not lost, as it
                 // would be in the products.
                 if rows >= 255 && columns > 3 {
-                    let reference = r_factor(m.as_ref());
+                    let reference = m.qr().thin_R().to_owned();
                     let of = |r: &Mat<f64>| r.get(2..4, 3..4).norm_l2();
                     let (got, expected) = (of(&r), of(&reference));
                     assert!((got - expected).abs() < 1e-5 * expected, "{got} {expected}");

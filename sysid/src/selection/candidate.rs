@@ -132,17 +132,22 @@ pub(crate) fn refine_within(
     Ok(())
 }
 
-/// The simulated output of a part of the data. Blocks of a drive are simulated in one run, from the state at the beginning
-/// of the log's segment: with an initial state for each block, an error of a slow mode would not show.
+/// The simulated output of a part of the data, in one run from the state at the beginning of the log's segment: with an
+/// initial state for each part, an error of a slow mode would not show.
 pub(crate) fn simulated(model: &StateSpace, data: &Data, part: &Part) -> Result<Vec<f64>, Error> {
-    let Some(whole) = &data.whole else { return from_initial_states(model, part) };
+    Ok(part.samples(&simulated_whole(model, data)?))
+}
+
+/// The same of all samples of the log.
+pub(crate) fn simulated_whole(model: &StateSpace, data: &Data) -> Result<Vec<f64>, Error> {
+    let whole = &data.whole;
     let mut all = vec![0.0; whole.ranges.last().map_or(0, |r| r.end)];
     whole.put(&from_initial_states(model, whole)?, &mut all);
-    Ok(part.samples(&all))
+    Ok(all)
 }
 
 /// The simulated output of a part, from the state at the beginning of each segment that fits its output best.
-pub(crate) fn from_initial_states(model: &StateSpace, part: &Part) -> Result<Vec<f64>, Error> {
+fn from_initial_states(model: &StateSpace, part: &Part) -> Result<Vec<f64>, Error> {
     Ok(output(model, part, &InitialConditions::new(model, &part.data, false)?.x0))
 }
 

@@ -11,6 +11,7 @@
 use crate::Error;
 use crate::data::DataSet;
 use crate::data::scaled::{Data, Part};
+use crate::data::split::Selection;
 use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
 use crate::selection::candidate::{Candidate, Choice, FINE, ROUGH, simulated};
@@ -34,11 +35,18 @@ const WORSE: f64 = 1.01;
 /// run is taken where the likeliest is clearly worse.
 pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, Error> {
     let (estimation, validation) = (&data.estimation.data, &data.validation.data);
+    let options = &IdentifyOptions {
+        // The steering is the mean over the sample that follows: a gain on it is none of the continuous vehicle, of which the
+        // packed plant between the samples is another model.
+        feedthrough: Some(options.feedthrough == Some(true)),
+        time_constants: options.time_constants * data.records_of_blocks(),
+        ..options.clone()
+    };
     let mut choice = choose_from(estimation, validation, options, true)?;
-    if data.whole.is_none() {
+    measure_in_one_run(data, &mut choice.candidates)?;
+    if data.selection == Selection::End {
         return Ok(choice);
     }
-    measure_in_one_run(data, &mut choice.candidates)?;
     let chosen = &choice.candidates[choice.chosen];
     let (order, error) = (chosen.model.order(), 100.0 - chosen.estimation_fit);
     let lower = choice.candidates.iter().filter(|c| c.model.order() < order);

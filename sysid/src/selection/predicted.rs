@@ -91,7 +91,8 @@ impl Predicted {
         let radius = radius_of_slowest(data.samples(), self.time_constants);
         for (method, decomposition) in &self.decompositions {
             let found = decomposition.stable_model(order, radius);
-            let refined = found.clone().and_then(|found| predicting(&found, data, feedthrough));
+            let refined =
+                found.clone().and_then(|found| predicting(&found, data, feedthrough, radius));
             let of = |found: Result<Innovation, Error>| {
                 let model = found?.model;
                 let values = &decomposition.singular_values;
@@ -146,8 +147,13 @@ impl Predicted {
     }
 }
 
-/// The innovation form refined by its prediction errors, where that leaves A stable.
-fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<Innovation, Error> {
+/// The innovation form refined by its prediction errors, where that leaves A with a spectral radius of at most `radius`.
+fn predicting(
+    start: &Innovation,
+    data: &DataSet,
+    feedthrough: bool,
+    radius: f64,
+) -> Result<Innovation, Error> {
     let predictor = predictor(&start.model, start.gain.as_ref());
     let segments = data.segments().iter();
     let x0 = segments
@@ -155,9 +161,9 @@ fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<I
         .collect::<Result<Vec<_>, _>>()?;
     let found =
         refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, ROUGH, 1.0)?.innovation;
-    if found.model.spectral_radius() < 1.0 {
+    if found.model.spectral_radius() <= radius {
         Ok(found)
     } else {
-        Err(Error::no_model("the model of least prediction errors is unstable"))
+        Err(Error::no_model("the model of least prediction errors is slower than the data show"))
     }
 }

@@ -8,6 +8,7 @@ use crate::linalg::elimination::{Elimination, Solution};
 use crate::linalg::r_factor::RFactor;
 use crate::model::StateSpace;
 use faer::{Mat, MatRef};
+use pulp::{Arch, Simd, WithSimd};
 
 /// What [`refit_output`] found.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +46,7 @@ pub fn refit_output(
     let shared = o_start + if offset { p } else { 0 };
     let mut elimination = Elimination::new(shared, n);
     for segment in data.segments() {
-        let [own, rest] = reduced(a, c, segment, (feedthrough, offset));
+        let [own, rest] = Arch::new().dispatch(Reduction { a, c, segment, feedthrough, offset });
         if !(is_finite(own.as_ref()) && is_finite(rest.as_ref())) {
             return Err(unstable);
         }
@@ -67,53 +68,62 @@ pub fn refit_output(
     })
 }
 
-/// R factors of the rows that the initial state shows in (columns x0, B column by column, D,
-/// offset, output), and of those after it has died out, without x0.
-fn reduced(
-    a: MatRef<'_, f64>,
-    c: MatRef<'_, f64>,
-    segment: &Segment,
-    (feedthrough, offset): (bool, bool),
-) -> [Mat<f64>; 2] {
-    let (n, m, p) = (a.nrows(), segment.u.nrows(), segment.y.nrows());
-    let d_start = n + n * m;
-    let o_start = d_start + if feedthrough { p * m } else { 0 };
-    let target = o_start + if offset { p } else { 0 };
-    let (at, c) = (Columns::new(a.transpose()), rows(c));
-    let mut own = RFactor::new(target + 1);
-    let mut rest = RFactor::new(target + 1 - n);
-    let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let gone = 1e-18 * size(&c);
-    // Rows begin with the states of the transposed system, which the next row follows from.
-    let mut outputs: Vec<[Vec<f64>; 2]> = Vec::new();
-    for (i, ci) in c.chunks_exact(n).enumerate() {
-        let mut row = vec![0.0; target + 1];
-        row[..n].copy_from_slice(ci);
-        if offset {
-            row[o_start + i] = 1.0;
+struct Reduction<'a> {
+    a: MatRef<'a, f64>,
+    c: MatRef<'a, f64>,
+    segment: &'a Segment,
+    feedthrough: bool,
+    offset: bool,
+}
+
+impl WithSimd for Reduction<'_> {
+    type Output = [Mat<f64>; 2];
+
+    /// R factors of the rows that the initial state shows in (columns x0, B column by column, D,
+    /// offset, output), and of those after it has died out, without x0. The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { a, c, segment, feedthrough, offset } = self;
+        let (n, m, p) = (a.nrows(), segment.u.nrows(), segment.y.nrows());
+        let d_start = n + n * m;
+        let o_start = d_start + if feedthrough { p * m } else { 0 };
+        let target = o_start + if offset { p } else { 0 };
+        let (at, c) = (Columns::new(a.transpose()), rows(c));
+        let mut own = RFactor::new(target + 1);
+        let mut rest = RFactor::new(target + 1 - n);
+        let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let gone = 1e-18 * size(&c);
+        // Rows begin with the states of the transposed system, which the next row follows from.
+        let mut outputs: Vec<[Vec<f64>; 2]> = Vec::new();
+        for (i, ci) in c.chunks_exact(n).enumerate() {
+            let mut row = vec![0.0; target + 1];
+            row[..n].copy_from_slice(ci);
+            if offset {
+                row[o_start + i] = 1.0;
+            }
+            outputs.push([row.clone(), row]);
         }
-        outputs.push([row.clone(), row]);
-    }
-    let mut is_free = true;
-    for t in 0..segment.len() {
-        is_free = is_free && outputs.iter().any(|[row, _]| size(&row[..n]) > gone);
-        for (i, ([row, next], ci)) in outputs.iter_mut().zip(c.chunks_exact(n)).enumerate() {
-            for j in 0..m {
-                let (u, states) = (segment.u[(j, t)], n * (j + 1)..n * (j + 2));
-                if feedthrough {
-                    row[d_start + i * m + j] = u;
+        let mut is_free = true;
+        for t in 0..segment.len() {
+            is_free = is_free && outputs.iter().any(|[row, _]| size(&row[..n]) > gone);
+            for (i, ([row, next], ci)) in outputs.iter_mut().zip(c.chunks_exact(n)).enumerate() {
+                for j in 0..m {
+                    let (u, states) = (segment.u[(j, t)], n * (j + 1)..n * (j + 2));
+                    if feedthrough {
+                        row[d_start + i * m + j] = u;
+                    }
+                    at.product_and(&row[states.clone()], u, ci, &mut next[states]);
                 }
-                at.product_and(&row[states.clone()], u, ci, &mut next[states]);
+                row[target] = segment.y[(i, t)];
+                if is_free {
+                    own.push(row);
+                    at.product(&row[..n], &mut next[..n]);
+                } else {
+                    rest.push(&row[n..]);
+                }
+                std::mem::swap(row, next);
             }
-            row[target] = segment.y[(i, t)];
-            if is_free {
-                own.push(row);
-                at.product(&row[..n], &mut next[..n]);
-            } else {
-                rest.push(&row[n..]);
-            }
-            std::mem::swap(row, next);
         }
+        [own.finish(), rest.finish()]
     }
-    [own.finish(), rest.finish()]
 }

@@ -6,7 +6,7 @@ use crate::data::scaled::{Data, Part, Preparation};
 use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
 use crate::model::conversion::discretize;
-use crate::selection::candidate::from_initial_states;
+use crate::selection::candidate::simulated_whole;
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use faer::Mat;
@@ -22,7 +22,7 @@ pub struct Validated {
     /// Simulation fit on the validation data, percent.
     pub validation_fit: f64,
     /// Simulated yaw rate over the whole drive, rad/s; the initial state is estimated at the start
-    /// of each part.
+    /// of each segment.
     pub simulated_yaw_rate_radps: Vec<f64>,
     /// The first sample of the validation data.
     pub first_validation_sample: usize,
@@ -157,14 +157,9 @@ fn validated(
         Some([offset]) => data.about(*offset)?,
         _ => data,
     };
-    let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
-    let mut fit = |part: &Part| -> Result<f64, Error> {
-        let y = from_initial_states(&scaled, part)?;
-        simulated.extend_from_slice(&y);
-        Ok(fit_percent(&part.output, &y))
-    };
-    let estimation_fit = fit(&data.estimation)?;
-    let validation_fit = fit(&data.validation)?;
+    let mut simulated = simulated_whole(&scaled, &data)?;
+    let fit = |part: &Part| fit_percent(&part.output, &part.samples(&simulated));
+    let (estimation_fit, validation_fit) = (fit(&data.estimation), fit(&data.validation));
     data.restore(log, &mut simulated);
     Ok(Validated {
         estimation_fit,

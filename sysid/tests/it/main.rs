@@ -7,6 +7,7 @@ mod bicycle;
 mod closed_loop;
 mod common;
 mod delay;
+mod delivered;
 mod drives;
 mod dryer2;
 mod evidence;

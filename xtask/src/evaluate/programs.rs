@@ -91,7 +91,7 @@ pub(crate) const PROGRAMS: &[Program] = &[
     program(
         "command_line",
         "seconds from a CSV file to plant.json, and where they go",
-        &["--rows", "12000", "--runs", "1"],
+        &["--rows", "12000", "--runs", "3", "--limit", "60"],
         "steerwright identify",
     ),
     program(

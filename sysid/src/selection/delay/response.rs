@@ -48,8 +48,8 @@ pub(super) fn basis(a: &[f64], delay: f64, count: usize) -> Vec<Vec<f64>> {
     }
     let whole = delay.floor().max(0.0);
     let rest = 1.0 - (delay - whole);
-    let (e_rest, psi_rest) = exponential(&f, n, rest);
     let (e, psi) = exponential(&f, n, 1.0);
+    let (e_rest, psi_rest) = if rest == 1.0 { (e, psi) } else { exponential(&f, n, rest) };
     let later = product(&e_rest, &psi, n);
     let mut columns = vec![vec![0.0; count]; n];
     let whole = whole as usize;

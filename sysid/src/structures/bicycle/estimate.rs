@@ -8,6 +8,7 @@ use crate::data::statistics::long_run_variance;
 use crate::linalg::dense::least_squares;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
+use crate::linalg::r_factor::RFactor;
 use crate::structures::bicycle::parameters::{
     ALL, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR,
     STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, priors,
@@ -252,26 +253,26 @@ impl<'a> Problem<'a> {
         let mut system = Elimination::new(free, OWN);
         for (k, (segment, start)) in self.segments.iter().zip(&at.initial_states).enumerate() {
             let found = self.sensitivities(&at.parameters, segment, start)?;
-            let n = segment.len();
-            // The priors come with the first segment's rows.
-            let more = if k == 0 { free } else { 0 };
-            let rows = Mat::from_fn(n + more, OWN + free + 1, |t, j| {
-                if t < n {
-                    match j {
-                        _ if j < OWN => found.by[t][PARAMETERS + j],
-                        _ if j < OWN + free => found.by[t][self.free[j - OWN]],
-                        _ => segment.yaw_rate[t] - found.yaw_rate[t],
-                    }
-                } else {
-                    let i = self.free[t - n];
-                    match j {
-                        _ if j == OWN + t - n => s / self.priors[i].deviation,
-                        _ if j == OWN + free => -s * self.deviation(&at.parameters, i),
-                        _ => 0.0,
-                    }
+            let mut rows = RFactor::new(OWN + free + 1);
+            let mut row = vec![0.0; OWN + free + 1];
+            for (t, by) in found.by.iter().enumerate() {
+                row[..OWN].copy_from_slice(&by[PARAMETERS..]);
+                for (value, &i) in row[OWN..].iter_mut().zip(&self.free) {
+                    *value = by[i];
                 }
-            });
-            system.segment(rows.as_ref());
+                row[OWN + free] = segment.yaw_rate[t] - found.yaw_rate[t];
+                rows.push(&row);
+            }
+            // The priors come with the first segment's rows.
+            if k == 0 {
+                for (j, &i) in self.free.iter().enumerate() {
+                    row.fill(0.0);
+                    row[OWN + j] = s / self.priors[i].deviation;
+                    row[OWN + free] = -s * self.deviation(&at.parameters, i);
+                    rows.push(&row);
+                }
+            }
+            system.segment(rows.finish().as_ref());
         }
         Some(system)
     }

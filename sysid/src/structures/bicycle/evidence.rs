@@ -5,6 +5,7 @@ use crate::actuator::identified_actuator;
 use crate::data::held_input::ContinuousResponse;
 use crate::data::recording::{Recording, count, samples_in};
 use crate::data::statistics::variance_accounted_for;
+use crate::linalg::dual::Scalar;
 use crate::structures::bicycle::estimate::Estimate;
 use crate::structures::bicycle::options::BicycleOptions;
 use crate::structures::bicycle::parameters::{
@@ -55,8 +56,8 @@ impl Known<'_, '_> {
                 .into_iter()
                 .map(|(name, unit, c)| Estimated {
                     name: name.into(),
-                    value: c.value,
-                    standard_error: deviation(&c.by, self.covariance),
+                    value: c.value(),
+                    standard_error: deviation(&c.by(), self.covariance),
                     unit: unit.into(),
                 })
                 .collect();

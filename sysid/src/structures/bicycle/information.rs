@@ -4,6 +4,7 @@
 //! The simulation, its derivatives, the free parameters and their priors are those of the identification, so that the
 //! standard errors computed here are those that it states for errors that are white.
 
+use crate::linalg::dual::Scalar;
 use crate::structures::bicycle::parameters::{
     Combination, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR,
     STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, combinations, of_vehicle, priors,
@@ -121,8 +122,9 @@ impl BicycleInformation {
         speed_mps: f64,
     ) -> Vec<(&'static str, &'static str, f64, Vec<f64>)> {
         let own = |(name, unit, combined): Combination| {
-            let gradient = self.free.iter().map(|&i| combined.by[i]).collect();
-            (name, unit, combined.value, gradient)
+            let by: [f64; PARAMETERS] = combined.by();
+            let gradient = self.free.iter().map(|&i| by[i]).collect();
+            (name, unit, combined.value(), gradient)
         };
         combinations(&self.p, self.front_share, speed_mps).into_iter().map(own).collect()
     }

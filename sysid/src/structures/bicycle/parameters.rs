@@ -137,11 +137,12 @@ impl<S: Scalar> Coefficients<S> {
 }
 
 /// A combination that yaw rate identifies: name, unit, and value with its derivatives.
-pub(super) type Combination = (&'static str, &'static str, Dual<PARAMETERS>);
+pub(super) type Combination = (&'static str, &'static str, Dual<{ PARAMETERS + 1 }>);
 
 /// The identified combinations, some at a speed, with the log's steering ratio.
 pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec<Combination> {
-    let d: [Dual<PARAMETERS>; PARAMETERS] = std::array::from_fn(|i| Dual::parameter(p[i], i));
+    let d: [Dual<{ PARAMETERS + 1 }>; PARAMETERS] =
+        std::array::from_fn(|i| Dual::parameter(p[i], i));
     let c = Coefficients::new(&d, share);
     let factor = c.steering_factor.inverse();
     let length = c.wheelbase * factor;
@@ -151,16 +152,16 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
         vec![("effective_wheelbase", "m", length), ("understeer_gradient", "rad.s2/m", gradient)];
     // Where L + K·v² is twice L, or nothing.
     let ratio = length * gradient.inverse();
-    if ratio.value > 0.0 {
+    if ratio.value() > 0.0 {
         all.push(("characteristic_speed", "m/s", ratio.sqrt()));
-    } else if ratio.value < 0.0 {
+    } else if ratio.value() < 0.0 {
         all.push(("critical_speed", "m/s", (-ratio).sqrt()));
     }
     let gain = (length + gradient.times(square)).inverse().times(v);
     all.push(("yaw_rate_gain", "1/s", gain));
     all.push(("yaw_acceleration_gain", "1/s2", c.b2 * c.steering_factor));
     let determinant = (c.a1 * c.a4 - c.a2 * c.a3).times(1.0 / square) + c.a3;
-    if determinant.value > 0.0 {
+    if determinant.value() > 0.0 {
         let frequency = determinant.sqrt();
         let damping = -(c.a1 + c.a4) * (frequency.times(2.0 * v)).inverse();
         all.push(("natural_frequency", "rad/s", frequency));

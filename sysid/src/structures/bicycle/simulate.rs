@@ -162,13 +162,13 @@ pub(super) fn sensitivities(
     start: &InitialState,
     by_delay: bool,
 ) -> Option<Sensitivities> {
-    let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
-    let start = std::array::from_fn(|i| Dual::<ALL>::parameter(start[i], PARAMETERS + i));
+    let p = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(p[i], i));
+    let start = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(start[i], PARAMETERS + i));
     let mut all = Vec::with_capacity(recording.len());
     let mut by = Vec::with_capacity(recording.len());
     let bounded = run(&Coefficients::new(&p, share), recording, start, by_delay, |r| {
-        all.push(r.value);
-        by.push(r.by);
+        all.push(r.value());
+        by.push(r.by());
     });
     if bounded { Some(Sensitivities { yaw_rate: all, by }) } else { None }
 }

@@ -215,7 +215,7 @@ mod tests {
         // Soft and stiff tyres, a slow and a fast lag, long samples.
         for (front, rear, lag) in [(3.2, 3.4, -1.0), (4.2, 4.4, -2.5), (5.5, 5.6, -9.0)] {
             let p = [front, rear, 0.9, -0.1, lag, 0.07, 0.01, 0.002, 0.1];
-            let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
+            let p = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(p[i], i));
             let c = Coefficients::new(&p, 0.45);
             let mut transitions = Transitions::new(&c, c.delay);
             for k in 0..400 {
@@ -223,9 +223,11 @@ mod tests {
                 let between = Between::new(speed).unwrap();
                 let found = transitions.interpolate(speed, Some(&between));
                 let exact = transitions.exact(speed);
-                let pairs = |t: &Transition<Dual<ALL>>| {
+                let pairs = |t: &Transition<Dual<{ ALL + 1 }>>| {
                     let all = [&t.lateral[..], &t.by_wheel, &t.by_target, &[t.wheel]].concat();
-                    all.iter().flat_map(|x| [&[x.value][..], &x.by].concat()).collect::<Vec<_>>()
+                    all.iter()
+                        .flat_map(|x| [&[x.value()][..], &x.by::<ALL>()].concat())
+                        .collect::<Vec<_>>()
                 };
                 for (a, b) in pairs(&found).iter().zip(&pairs(&exact)) {
                     assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "{speed}: {a} {b}");

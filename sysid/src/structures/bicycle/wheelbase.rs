@@ -4,6 +4,7 @@ use crate::Error;
 use crate::data::moving::{least_speed, moving};
 use crate::data::recording::{Recording, samples_in};
 use crate::data::split::Split;
+use crate::linalg::dual::Scalar;
 use crate::structures::bicycle::estimate::Problem;
 use crate::structures::bicycle::options::BicycleOptions;
 use crate::structures::bicycle::parameters::{Combination, Geometry, combinations};
@@ -49,7 +50,7 @@ fn estimated(log: &DriveLog) -> Result<Option<[f64; 2]>, Error> {
     let yaw_rate = standard_deviation(&samples_in(&log.output, &recording.split.estimation));
     let covariance = covariance(&problem, &found)?;
     let speed_mps = recording.speed_summary().mean_mps;
-    let with_error = |c: Combination| [c.2.value, deviation(&c.2.by, &covariance)];
+    let with_error = |c: Combination| [c.2.value(), deviation(&c.2.by(), &covariance)];
     let all = combinations(&found.parameters, options.front_share(), speed_mps);
     let quantity = |name: &str| all.iter().find(|c| c.0 == name).copied().map(with_error);
     let is_determined =

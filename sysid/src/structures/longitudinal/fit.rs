@@ -252,17 +252,18 @@ impl<'a> Problem<'a> {
         Some(self.cost(p)? + penalty)
     }
 
-    fn duals(p: &Point) -> [Dual<COUNT>; COUNT] {
+    fn duals(p: &Point) -> [Dual<{ COUNT + 1 }>; COUNT] {
         std::array::from_fn(|i| Dual::parameter(p[i], i))
     }
 
     fn normals(&self, p: &Point) -> Normals {
         let mut normals = Normals { gradient: [0.0; COUNT], hessian: [[0.0; COUNT]; COUNT] };
         self.errors(Self::duals(p), |_, _, e| {
+            let by: [f64; COUNT] = e.by();
             for i in 0..COUNT {
-                normals.gradient[i] += e.by[i] * e.value;
+                normals.gradient[i] += by[i] * e.value();
                 for j in 0..=i {
-                    normals.hessian[i][j] += e.by[i] * e.by[j];
+                    normals.hessian[i][j] += by[i] * by[j];
                 }
             }
         });
@@ -334,12 +335,13 @@ impl<'a> Problem<'a> {
                 sums.push(0.0);
             }
             let (Some(bin), Some(sum)) = (bins.last_mut(), sums.last_mut()) else { return };
-            *sum += e.value;
+            *sum += e.value();
+            let all: [f64; COUNT] = e.by();
             for (a, &i) in self.free.iter().enumerate() {
-                let by = e.by[i] * scale(a);
-                bin.score[(a, 0)] += by * e.value;
+                let by = all[i] * scale(a);
+                bin.score[(a, 0)] += by * e.value();
                 for (b, &j) in self.free.iter().enumerate() {
-                    bin.information[(a, b)] += by * e.by[j] * scale(b);
+                    bin.information[(a, b)] += by * all[j] * scale(b);
                 }
             }
         });

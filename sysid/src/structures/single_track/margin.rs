@@ -16,16 +16,26 @@ const REDUCTIONS: [f64; 12] =
 /// Standard deviations of the rear axle's friction that the estimate is moved by: the last is the end of the 95 % band.
 const MOVES: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 1.959];
 
-/// The largest of the reductions with which no free simulation of the drives spins.
-fn spin_margin(drives: &[&Problem<'_>], point: &Point, run: &SimulationRun) -> f64 {
-    let follows = |reduction: f64| {
-        let mut point = *point;
-        point[Parameter::FrictionBalance.index()] += (1.0 - reduction).ln();
-        drives.iter().all(|drive| drive.errors(&point, run).is_some())
-    };
+/// Whether no free simulation of the drives spins with a reduction.
+fn follows(drives: &[&Problem<'_>], point: &Point, run: &SimulationRun, reduction: f64) -> bool {
+    let mut point = *point;
+    point[Parameter::FrictionBalance.index()] += (1.0 - reduction).ln();
+    drives.iter().all(|drive| drive.errors(&point, run).is_some())
+}
+
+/// The number of reductions from the first on with which nothing spins, where it is more than `least`; `None` otherwise,
+/// which one simulation shows.
+fn followed(follows: impl Fn(f64) -> bool, least: Option<usize>) -> Option<usize> {
     // With less friction a model that has spun does not follow again.
-    let place = REDUCTIONS.partition_point(|&reduction| follows(reduction));
-    place.checked_sub(1).map_or(0.0, |place| REDUCTIONS[place])
+    let count = |reductions: &[f64]| reductions.partition_point(|&reduction| follows(reduction));
+    let Some(least) = least else { return Some(count(&REDUCTIONS)) };
+    let (next, rest) = REDUCTIONS.get(least..)?.split_first()?;
+    if follows(*next) { Some(least + 1 + count(rest)) } else { None }
+}
+
+/// The largest of so many reductions.
+fn margin(followed: usize) -> f64 {
+    followed.checked_sub(1).map_or(0.0, |place| REDUCTIONS[place])
 }
 
 /// An estimate with its margin.
@@ -47,8 +57,9 @@ pub(super) fn with_margin<E>(
     run: &SimulationRun,
     validate: impl Fn(&Point) -> Result<SimulationFit, E>,
 ) -> Result<Moved, E> {
-    let mut found = Moved { point: *least, margin: spin_margin(drives, least, run) };
-    if Some(&found.margin) == REDUCTIONS.last() {
+    let mut most = followed(|by| follows(drives, least, run, by), None).unwrap_or_default();
+    let mut found = Moved { point: *least, margin: margin(most) };
+    if most == REDUCTIONS.len() {
         return Ok(found);
     }
     let points = MOVES.map(|deviations| moved(drives[0], least, covariance, deviations));
@@ -62,9 +73,11 @@ pub(super) fn with_margin<E>(
         if fit.yaw_rate < enough {
             continue;
         }
-        let margin = spin_margin(drives, &point, run);
-        if !is_enough || margin > found.margin {
-            found = Moved { point, margin };
+        // A smaller margin than that of an estimate that fits well enough is of no use.
+        let least = if is_enough { Some(most) } else { None };
+        if let Some(count) = followed(|by| follows(drives, &point, run, by), least) {
+            most = count;
+            found = Moved { point, margin: margin(most) };
             is_enough = true;
         }
     }
@@ -82,4 +95,28 @@ fn moved(drive: &Problem<'_>, least: &Point, covariance: &Covariance, deviations
         point[i] = (point[i] + deviations / deviation * with_grip[i]).clamp(low, high);
     }
     point
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn a_margin_that_is_no_larger_takes_one_simulation() {
+        for spins_at in 0..=REDUCTIONS.len() {
+            let tried = Cell::new(0);
+            let follows = |by: f64| {
+                tried.set(tried.get() + 1);
+                REDUCTIONS[..spins_at].contains(&by)
+            };
+            assert_eq!(followed(follows, None), Some(spins_at));
+            for least in 0..=REDUCTIONS.len() {
+                tried.set(0);
+                let expected = if spins_at > least { Some(spins_at) } else { None };
+                assert_eq!(followed(follows, Some(least)), expected, "{spins_at} {least}");
+                assert!(expected.is_some() || tried.get() <= 1, "{spins_at} {least}");
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //! priors' deviations; its cost, and its normal equations by dual numbers.
 
 use crate::linalg::bounded_step::Normal;
-use crate::linalg::dual::Dual;
+use crate::linalg::dual::{Dual, Scalar};
 use crate::structures::single_track::dynamics::Constants;
 use crate::structures::single_track::parameters::{COUNT, Parameter};
 use crate::structures::single_track::prepared::PreparedSegment;
@@ -178,11 +178,11 @@ impl Problem<'_> {
         run: &SimulationRun,
         mut each: impl FnMut(usize, [Option<(f64, [f64; COUNT])>; OUTPUTS]),
     ) -> bool {
-        let duals: [Dual<COUNT>; COUNT] = std::array::from_fn(|i| Dual::parameter(p[i], i));
+        let duals: [Dual<{ COUNT + 1 }>; COUNT] = std::array::from_fn(|i| Dual::parameter(p[i], i));
         let constants = Constants::new(&duals);
         let warm_up = self.warm_up();
         self.segments.iter().enumerate().all(|(number, segment)| {
-            simulate(&constants, segment, run, |index, output: Output<Dual<COUNT>>| {
+            simulate(&constants, segment, run, |index, output: Output<Dual<{ COUNT + 1 }>>| {
                 if !Self::counts(index, run, warm_up) {
                     return;
                 }
@@ -193,7 +193,7 @@ impl Problem<'_> {
                     number,
                     std::array::from_fn(|i| {
                         let y = measured[i].filter(|_| self.fitted[i])?;
-                        Some((y - simulated[i].value, simulated[i].by))
+                        Some((y - simulated[i].value(), simulated[i].by()))
                     }),
                 );
             })

@@ -129,7 +129,7 @@ pub(crate) fn identify_judged(
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
 
-    let mut traces = traces(log, &data, chosen, options)?;
+    let mut traces = traces(log, &data, &chosen.model)?;
     traces.steering_rad.clone_from(&logged.input);
     let mut used = log.options.clone();
     used.extend(options.to_map());

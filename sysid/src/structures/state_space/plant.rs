@@ -4,7 +4,7 @@ use crate::Error;
 use crate::data::scaled::Data;
 use crate::model::StateSpace;
 use crate::model::conversion::ContinuousModel;
-use crate::selection::candidate::{Candidate, Choice, from_initial_states, output};
+use crate::selection::candidate::{Candidate, Choice, simulated_whole};
 use crate::selection::options::IdentifyOptions;
 use crate::structures::held::with_open_hold;
 use crate::subspace::closed_loop::Feedback;
@@ -45,7 +45,7 @@ pub struct Traces {
     pub steering_rad: Vec<f64>,
     /// Measured yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,
-    /// Simulated yaw rate, rad/s, from an initial state at the start of each part; of blocks, of each segment of the log.
+    /// Simulated yaw rate, rad/s, from an initial state at the start of each segment of the log.
     pub simulated_yaw_rate_radps: Vec<f64>,
     /// Whether the sample is validation data.
     pub is_validation: Vec<bool>,
@@ -253,25 +253,9 @@ pub(crate) fn matrix(m: &Mat<f64>) -> Matrix {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
-pub(crate) fn traces(
-    log: &DriveLog,
-    data: &Data,
-    chosen: &Candidate,
-    options: &IdentifyOptions,
-) -> Result<Traces, Error> {
-    let model = &chosen.model;
-    let mut all = vec![0.0; log.len()];
-    match &data.whole {
-        Some(whole) => whole.put(&from_initial_states(model, whole)?, &mut all),
-        None => {
-            let x0 = &chosen.initial_conditions.x0;
-            data.estimation.put(&output(model, &data.estimation, x0), &mut all);
-            data.validation.put(&from_initial_states(model, &data.validation)?, &mut all);
-            if let Some(unused) = data.unused(log, &options.preparation())? {
-                unused.put(&from_initial_states(model, &unused)?, &mut all);
-            }
-        }
-    }
+pub(crate) fn traces(log: &DriveLog, data: &Data, model: &StateSpace) -> Result<Traces, Error> {
+    let mut all = simulated_whole(model, data)?;
+    all.resize(log.len(), 0.0);
     data.restore(log, &mut all);
     Ok(Traces::new(log, all, &data.validation.ranges))
 }
