@@ -181,8 +181,10 @@ impl<'a> Steering<'a> {
     /// Period of the steering, s, where it stays open whether it is held; of a log too short to show it, where its reader
     /// takes it for moving on.
     pub(crate) fn open_hold_s(&self) -> Option<f64> {
-        self.read()
-            .map_or_else(|_| self.log.assumed_period_s(Intersample::Bl), |read| read.open_hold_s)
+        match self.read() {
+            Ok(read) => read.open_hold_s,
+            Err(_) => self.log.assumed_period_s(Intersample::Bl),
+        }
     }
 }
 
