@@ -38,11 +38,19 @@ fn a_wrong_unit_of_the_speed_fails_in_every_structure() {
         ] {
             println!("{drive:?} {structure}: {}", quality.summary);
             assert!(fails(quality), "{drive:?} {structure}: {}", quality.summary);
-            // The wheelbase is a reason once.
-            let is_unusual = quality.reasons.iter().any(|r| r.code == ReasonCode::UnusualParameter);
-            assert!(!is_unusual, "{drive:?} {structure}: {}", quality.summary);
         }
     }
+}
+
+/// A wheelbase of no vehicle is far off its prior, too: that is one reason, not two.
+#[test]
+fn a_wheelbase_of_no_vehicle_is_a_reason_once() {
+    let drive = LinearCar { varies_mps: 4.0, speed_factor: 3.6, ..SHORT };
+    let found = identify_vehicle(&drive.log(), &IdentifyVehicleOptions::default()).unwrap();
+    let quality = found.vehicle.quality;
+    assert!(fails(&quality), "{}", quality.summary);
+    let is_unusual = quality.reasons.iter().any(|r| r.code == ReasonCode::UnusualParameter);
+    assert!(!is_unusual, "{}", quality.summary);
 }
 
 /// At one speed the understeer gradient may be what makes a drive's gain small: such a drive, and one of another
