@@ -4,7 +4,9 @@ use crate::Error;
 use crate::bicycle::bicycle_of_vehicle;
 use crate::plants::behind_actuator::{bicycle_behind, plant_behind};
 use crate::plants::design_plant::DesignPlant;
-use steerwright_formats::{Bicycle, Model, Plant, StatedActuator, Structure};
+use steerwright_formats::{
+    Bicycle, Grade, Model, Plant, Quality, Reason, ReasonCode, StatedActuator, Structure,
+};
 use steerwright_models::Sideslip;
 
 impl DesignPlant {
@@ -19,12 +21,27 @@ impl DesignPlant {
             Model::Bicycle(bicycle) => Self::from_bicycle(bicycle),
             Model::SingleTrack(vehicle) => {
                 let mut gentle = Self::from_bicycle(&bicycle_of_vehicle(vehicle)?)?;
+                gentle.quality = with_play(gentle.quality, vehicle.actuator.play_rad);
                 gentle.vehicle = Some(vehicle.clone());
                 Ok(gentle)
             }
             other => Err(no_steering(other)),
         }
     }
+}
+
+/// The quality with a reason where the vehicle's file states play, rad at the road wheel, which no design includes.
+fn with_play(quality: Quality, play_rad: f64) -> Quality {
+    if play_rad == 0.0 {
+        return quality;
+    }
+    let degrees = play_rad.to_degrees();
+    let message = format!(
+        "the vehicle has {degrees:.2}° of play between actuator and road wheels, which the design does not include"
+    );
+    let advice = "simulate the controller on the vehicle to see the limit cycle: steerwright compare --truth vehicle.json";
+    let reason = Reason::new(ReasonCode::SteeringPlay, Grade::Warn, message);
+    quality.with_reason(reason.compared(degrees, 0.0, "deg"), advice.into())
 }
 
 /// Why no controller of the steering is designed on a model of any other structure than those of the lateral dynamics.

@@ -84,6 +84,13 @@ pub struct Body {
     /// Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated.
     #[serde(default = "brake_share")]
     pub brake_share_front: f64,
+    /// Area in a crosswind, m²: force to the side over dynamic pressure and angle of the air, rad; 0 where it is not stated:
+    /// the wind then has no effect.
+    #[serde(default)]
+    pub side_force_area_m2: f64,
+    /// How far ahead of the centre of gravity that force acts, m, negative behind; 0 where it is not stated.
+    #[serde(default)]
+    pub side_force_arm_m: f64,
 }
 
 /// Tyres by the magic formula.
@@ -127,6 +134,9 @@ pub struct SteeringActuator {
     pub road_wheel_rate_max_radps: f64,
     /// Largest road-wheel angle to either side, rad.
     pub road_wheel_angle_max_rad: f64,
+    /// Play between actuator and road wheels from stop to stop, rad at the road wheel; 0 where it is not stated.
+    #[serde(default)]
+    pub play_rad: f64,
 }
 
 impl Document for Vehicle {
@@ -142,6 +152,8 @@ impl Document for Vehicle {
         c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
         c.within(b.drive_share_front, 0.0, 1.0, "body.drive_share_front");
         c.within(b.brake_share_front, 0.0, 1.0, "body.brake_share_front");
+        c.not_negative(b.side_force_area_m2, "body.side_force_area_m2");
+        c.finite(b.side_force_arm_m, "body.side_force_arm_m");
         check_fields!(c.positive(t, "tyres."):
             cornering_stiffness_front_npr cornering_stiffness_rear_npr friction_coefficient
             friction_balance_rear);
@@ -153,6 +165,7 @@ impl Document for Vehicle {
         check_fields!(c.positive(a, "actuator."): steering_ratio time_constant_s);
         c.not_negative(a.delay_s, "actuator.delay_s");
         check_fields!(c.positive(a, "actuator."): road_wheel_rate_max_radps road_wheel_angle_max_rad);
+        c.not_negative(a.play_rad, "actuator.play_rad");
         c.not_negative(self.speed_mps, "speed_mps");
         if let Some(sideslip) = &self.sideslip {
             sideslip.check(c);

@@ -818,6 +818,11 @@ class Body(Record):
     """Share of the front axle in the driving force, 0 to 1; 0.5 where it is not stated."""
     brake_share_front: Union[float, None]
     """Share of the front axle in the braking force, 0 to 1; 0.65 where it is not stated."""
+    side_force_area_m2: Union[float, None]
+    """Area in a crosswind, m²: force to the side over dynamic pressure and angle of the air, rad; 0 where
+    it is not stated: the wind then has no effect."""
+    side_force_arm_m: Union[float, None]
+    """How far ahead of the centre of gravity that force acts, m, negative behind; 0 where it is not stated."""
 
 
 class Tyres(Record):
@@ -857,6 +862,9 @@ class SteeringActuator(Record):
     """Largest rate of the road-wheel angle, rad/s."""
     road_wheel_angle_max_rad: float
     """Largest road-wheel angle to either side, rad."""
+    play_rad: Union[float, None]
+    """Play between actuator and road wheels from stop to stop, rad at the road wheel; 0 where it is not
+    stated."""
 
 
 class VehicleEvidence(Record):

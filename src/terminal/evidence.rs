@@ -6,9 +6,9 @@ use crate::terminal::console;
 use std::fmt::Write;
 use steerwright_formats::{
     BandDeparture, ChannelSummary, Evidence, ExcitationBand, IdentifiedActuator, Information, Mode,
-    Model, Plant, Provenance, Quality, ResidualTest, Sideslip,
+    Plant, Provenance, Quality, ResidualTest, Sideslip,
 };
-use steerwright_report::Table;
+use steerwright_report::{Figure, Table};
 use steerwright_sysid::Traces;
 
 /// The actuator behind the steering command of a drive.
@@ -111,14 +111,12 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     text
 }
 
+/// Writes figures, each with a name and a height in pixels.
 pub(crate) fn plots(
-    model: &Model,
-    traces: &steerwright_report::Traces,
+    figures: Vec<(&'static str, u32, Figure)>,
     files: &Files,
 ) -> Result<(), Failure> {
-    for (name, height, figure) in
-        steerwright_report::figures::of_identification(model, traces, None)
-    {
+    for (name, height, figure) in figures {
         match figure.to_svg(steerwright_report::WIDTH, height) {
             Ok(svg) => {
                 files.write(&format!("{name}.svg"), svg.as_bytes())?;

@@ -161,7 +161,8 @@ fn named_channels_are_identified_and_the_file_reproduces_the_stated_fits() {
     let tanks = Tanks::new(800, 0.3);
     tanks.write(&folder.join("tanks.csv"));
     let line = format!("identify tanks.csv {CHANNELS} -o plant.json");
-    let output = run(folder, &format!("{line} --traces traces.csv --report page.html"));
+    let output =
+        run(folder, &format!("{line} --traces traces.csv --report page.html --plots plots"));
     let text = text_of(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
     for part in
@@ -207,6 +208,11 @@ fn named_channels_are_identified_and_the_file_reproduces_the_stated_fits() {
     assert_eq!(traces.lines().count(), 801);
     let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
     assert!(page.contains("outlet_temperature_degC over heater_power"));
+    for (file, label) in [("outputs.svg", "T1"), ("gains.svg", "T1 over heater_power")] {
+        let figure = std::fs::read_to_string(folder.join("plots").join(file)).unwrap();
+        assert!(figure.contains(label), "{file}: {figure}");
+    }
+    assert_eq!(std::fs::read_dir(folder.join("plots")).unwrap().count(), 2);
     let printed = run(folder, &format!("{line} --json --force"));
     let printed: serde_json::Value = serde_json::from_slice(&printed.stdout).unwrap();
     assert_eq!(printed, read_json(&folder.join("plant.json")));
@@ -233,7 +239,6 @@ fn what_is_not_of_any_system_rejects_named_channels() {
     assert!(run(folder, &identify).status.success());
     for (line, problem) in [
         (format!("{identify} --structure bicycle"), "the structure bicycle is that of a vehicle"),
-        (format!("{identify} --plots out"), "--plots is not available"),
         (format!("{identify} --detrend linear"), "detrend: linear"),
         (format!("{identify} --delay 0.3s"), "a whole number of samples of 0.5 s"),
         (format!("{identify} --unit T1=turns"), "turns"),

@@ -6,7 +6,7 @@ use crate::common::{
 use steerwright_control::{
     DesignOptions, DesignPlant, Error, design, evaluate, metrics_of, step_response,
 };
-use steerwright_formats::{Document, Model, Pid, Vehicle};
+use steerwright_formats::{Document, Grade, Model, Pid, Reason, ReasonCode, Vehicle};
 
 /// The evidence is what the response shows, read here without the crate's metrics.
 fn assert_meets(plant: &DesignPlant, pid: &Pid) {
@@ -260,6 +260,22 @@ fn the_envelope_of_a_vehicle_is_that_of_its_tyres() {
     let [dry, ice] = [1.05, 0.2].map(offsets);
     println!("sum of the largest offsets: {dry} m dry, {ice} m on ice");
     assert!(ice < 0.7 * dry, "{ice} {dry}");
+}
+
+/// A design does not include play, so the play that the file of a vehicle states is a reason.
+#[test]
+fn the_play_of_a_vehicle_is_a_reason() {
+    let text = include_str!("../../../examples/drives/multibody/vehicle.json");
+    let mut vehicle = Vehicle::from_json(text, "vehicle.json").expect("the example");
+    for degrees in [0.0, 0.4] {
+        vehicle.actuator.play_rad = f64::to_radians(degrees);
+        let model = Model::SingleTrack(Box::new(vehicle.clone()));
+        let quality = DesignPlant::from_model(&model).expect("a plant").quality;
+        let is_play = |reason: &&Reason| reason.code == ReasonCode::SteeringPlay;
+        let play = quality.reasons.iter().find(is_play);
+        assert_eq!(play.is_some(), degrees > 0.0, "{quality:?}");
+        assert!(play.is_none_or(|r| r.grade == Grade::Warn && r.message.contains("0.40° of play")));
+    }
 }
 
 /// The phase of 40/(s + 8) and a delay of 50 ms at half a turn a second, as a lag of first order.

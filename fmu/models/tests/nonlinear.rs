@@ -382,3 +382,82 @@ fn refuses_what_is_no_vehicle() {
     v.initial_states[2] = 1.2;
     assert!(v.start().unwrap_err().to_string().contains("road-wheel angle"));
 }
+
+/// A small crosswind: yaw rate and lateral velocity of the linear bicycle under a constant force at its place.
+#[test]
+fn a_crosswind_pushes_the_bicycle() {
+    for (speed, wind, arm) in [(10.0, 1.0, 0.3), (28.0, -2.0, 0.3), (28.0, 2.0, -0.5)] {
+        let p = altered(car(), |q| q.body.side_force_arm_m = arm);
+        let mut ours = vehicle(p, speed);
+        ours.crosswind = wind;
+        run(&mut ours, 10.0, 0.01);
+        let (b, m) = (p.bicycle(), p.body.mass_kg);
+        let pressure = 0.5 * 1.225 * (speed * speed + wind * wind);
+        let force = pressure * p.body.side_force_area_m2 * (wind / speed).atan();
+        // C_f·α_f + C_r·α_r + F = m·v·r and L_f·C_f·α_f − L_r·C_r·α_r + arm·F = 0, by Cramer's rule.
+        let [cf, cr] = [b.cornering_stiffness_front, b.cornering_stiffness_rear];
+        let [lf, lr] = [b.distance_front, b.distance_rear];
+        let moment = lf * cf - lr * cr;
+        let [a11, a12] = [cf + cr, moment + m * speed * speed];
+        let [a21, a22] = [moment, lf * lf * cf + lr * lr * cr];
+        let determinant = a11 * a22 - a12 * a21;
+        let lateral_velocity = speed * force * (a22 - arm * a12) / determinant;
+        let yaw_rate = speed * force * (arm * a11 - a21) / determinant;
+        assert!((ours.yaw_rate() / yaw_rate - 1.0).abs() < 2e-3, "{} {yaw_rate}", ours.yaw_rate());
+        let found = ours.lateral_velocity();
+        assert!((found / lateral_velocity - 1.0).abs() < 2e-3, "{found} {lateral_velocity}");
+    }
+}
+
+#[test]
+fn a_standing_vehicle_stays_in_the_wind() {
+    let mut ours = vehicle(car(), 0.0);
+    ours.crosswind = 30.0;
+    run(&mut ours, 5.0, 0.01);
+    assert_eq!((ours.x(), ours.y(), ours.yaw()), (0.0, 0.0, 0.0));
+}
+
+/// The wheels reach as far as the servo less half the gap, and stand still while the servo crosses it.
+#[test]
+fn the_wheels_follow_through_the_play() {
+    let play = 0.02;
+    let p = altered(car(), |q| q.actuator.play_rad = play);
+    for h in [0.01, 0.003] {
+        let mut ours = vehicle(p, 15.0);
+        let (mut wheel_before, mut furthest) = (0.0, [0.0_f64; 2]);
+        for k in 0..(4.0 / h) as usize {
+            ours.steering_angle = 0.05 * (3.0 * h * k as f64).sin();
+            ours.step(h).unwrap();
+            let (servo, wheel) = (ours.states()[2], ours.road_wheel_angle());
+            assert!((servo - wheel).abs() <= 0.5 * play + 1e-15);
+            let moved: f64 = wheel - wheel_before;
+            // Where the servo has turned within the step, it may have left the edge again.
+            let left = (servo - wheel - 0.5 * play * moved.signum()).abs();
+            assert!(moved == 0.0 || left < 1e-5, "{servo} {wheel}");
+            wheel_before = wheel;
+            furthest = [furthest[0].max(servo), furthest[1].max(wheel)];
+        }
+        let [servo, wheel] = furthest;
+        assert!((servo - wheel - 0.5 * play).abs() < 1e-5, "{servo} {wheel}");
+    }
+}
+
+#[test]
+fn one_long_step_is_many_short_ones_through_the_play() {
+    let p = altered(car(), |q| q.actuator.play_rad = 0.01);
+    let ends = [1, 10, 100].map(|count| {
+        let mut ours = vehicle(p, 20.0);
+        let h = 1.0 / f64::from(count);
+        for k in 0..count {
+            ours.steering_angle = 0.06 - 0.15 * h * f64::from(k);
+            ours.steering_slope = -0.15;
+            ours.step(h).unwrap();
+        }
+        [ours.yaw_rate(), ours.lateral_velocity(), ours.road_wheel_angle(), ours.y()]
+    });
+    for end in &ends[1..] {
+        for (a, b) in end.iter().zip(&ends[0]) {
+            assert!((a - b).abs() < 1e-9, "{ends:?}");
+        }
+    }
+}

@@ -197,7 +197,7 @@ impl CoSimulationUnit for BicyclePlant {
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        self.flags.speed_rate.warn(log);
+        self.flags.speed_rate.warn("speed", log);
         self.plant.step(step).map_err(|e| refuse(&e))
     }
 

@@ -164,7 +164,7 @@ impl CoSimulationUnit for IdentifiedPlant {
                 self.plant.speed, data.speed
             ));
         }
-        self.flags.speed_rate.warn(log);
+        self.flags.speed_rate.warn("speed", log);
         self.plant.step(step).map_err(|e| refuse(&e))
     }
 

@@ -4,7 +4,7 @@
 
 use self::Variable as V;
 use crate::fmu::{Definition, Role};
-use crate::plant::{Flags, pose, settable};
+use crate::plant::{Flags, HeldInput, pose, settable};
 use crate::resources::{optional, with_start_values};
 use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::scenario::{SCENARIO_ANGLE, Scenario, steered};
@@ -14,6 +14,7 @@ use fmi2_export::{
 };
 use model_description::DependsOn::{Nothing, On};
 use model_description::{DependencyKind, Table, Value};
+use serde::{Deserialize, Serialize};
 use steerwright_formats::Vehicle;
 use steerwright_models::NonlinearParameters;
 use steerwright_models::nonlinear::SavedVehicle;
@@ -21,7 +22,7 @@ use steerwright_models::nonlinear::SavedVehicle;
 /// Dependencies of the lateral acceleration at the start, besides the states.
 #[rustfmt::skip]
 const FORCES: &[&str] = &[
-    "speed", "mass", "distance_front", "distance_rear", "cornering_stiffness_front", "cornering_stiffness_rear",
+    "speed", "crosswind", "side_force_area", "mass", "distance_front", "distance_rear", "cornering_stiffness_front", "cornering_stiffness_rear",
     "friction_coefficient", "friction_balance_rear", "tyre_shape_factor", "tyre_curvature_factor", "friction_load_sensitivity",
     "stiffness_load_sensitivity", "centre_of_gravity_height", "track_width", "roll_stiffness_front",
 ];
@@ -33,6 +34,8 @@ variables! {
         .unit("rad").display_unit("deg").description("steering angle, positive to the left");
     Speed = 1, real "speed", Input, Continuous, at vehicle.speed,
         .unit("m/s").display_unit("km/h").min(0.0).description("longitudinal velocity");
+    Crosswind = 2, real "crosswind", Input, Continuous, at vehicle.crosswind,
+        .unit("m/s").display_unit("km/h").description("velocity of the air to the left of the vehicle, held within a step");
     YawRate = 10, real "yaw_rate", Output, Continuous,
         .unit("rad/s").display_unit("deg/s").depends_on(Nothing).initial_depends_on(Nothing)
         .description("yaw rate, positive to the left");
@@ -47,7 +50,7 @@ variables! {
         .unit("m/s").depends_on(Nothing).initial_depends_on(Nothing)
         .description("velocity to the left of the centre of gravity");
     LateralAcceleration = 15, real "lateral_acceleration", Output, Continuous,
-        .unit("m/s2").depends_on(On(&["speed"])).initial_depends_on(On(FORCES))
+        .unit("m/s2").depends_on(On(&["speed", "crosswind"])).initial_depends_on(On(FORCES))
         .description("acceleration to the left of the centre of gravity");
     Mass = 20, real "mass", Parameter, Fixed, at vehicle.parameters.body.mass_kg,
         .unit("kg").min(1.0).description("mass m");
@@ -103,6 +106,12 @@ variables! {
         .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the front axle in the braking force");
     CombinedSlip = 55, real "combined_slip", Parameter, Fixed, at vehicle.parameters.tyres.combined_slip,
         .unit("1").display_unit("%").min(0.0).max(1.0).description("share of the driving and braking force that the friction bears beside the lateral force");
+    SideForceArea = 56, real "side_force_area", Parameter, Fixed, at vehicle.parameters.body.side_force_area_m2,
+        .unit("m2").min(0.0).max(1e4).description("force to the side over dynamic pressure and angle of the air in a crosswind");
+    SideForceArm = 57, real "side_force_arm", Parameter, Fixed, at vehicle.parameters.body.side_force_arm_m,
+        .unit("m").min(-100.0).max(100.0).description("centre of gravity to where the crosswind acts, positive ahead");
+    SteeringPlay = 58, real "steering_play", Parameter, Fixed, at vehicle.parameters.actuator.play_rad,
+        .unit("rad").display_unit("deg").min(0.0).max(0.5).description("play between actuator and road wheels from stop to stop");
 }
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.
@@ -110,7 +119,19 @@ variables! {
 pub struct NonlinearVehicle {
     vehicle: steerwright_models::NonlinearVehicle,
     flags: Flags,
+    wind: Wind,
 }
+
+/// What is logged of the wind.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Wind {
+    rate: HeldInput,
+    /// Whether it was logged that it has no area to act on.
+    without_area: bool,
+}
+
+/// A gust of the reference run, m/s.
+const SCENARIO_GUST: f64 = 8.0;
 
 /// Places of the states that follow from the pose at the start.
 const YAW: usize = 4;
@@ -136,7 +157,13 @@ impl Definition for NonlinearVehicle {
     fn scenario(file: Vehicle) -> Scenario {
         // Steered so much that its tyres saturate.
         let angle = 3.0 * SCENARIO_ANGLE * file.actuator.steering_ratio;
-        steered(0.0, angle, file.speed_mps)
+        let road = steered(0.0, angle, file.speed_mps);
+        // Without an area the wind has no effect, which is a warning.
+        let gust = if file.body.side_force_area_m2 > 0.0 { SCENARIO_GUST } else { 0.0 };
+        Scenario::new(move |input, moment| match input {
+            "crosswind" => Some(if (4.0..6.0).contains(&moment.course) { gust } else { 0.0 }),
+            _ => road.value(input, moment),
+        })
     }
 }
 
@@ -156,7 +183,10 @@ impl CoSimulationUnit for NonlinearVehicle {
         if let Some(file) = file {
             vehicle.speed = file.speed_mps;
         }
-        with_start_values(Self { vehicle, flags: Flags::default() }, resources)
+        with_start_values(
+            Self { vehicle, flags: Flags::default(), wind: Wind::default() },
+            resources,
+        )
     }
 
     #[inline]
@@ -186,7 +216,15 @@ impl CoSimulationUnit for NonlinearVehicle {
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        self.flags.speed_rate.warn(log);
+        self.flags.speed_rate.warn("speed", log);
+        self.wind.rate.warn("crosswind", log);
+        let acts = self.vehicle.parameters.body.side_force_area_m2 > 0.0;
+        if self.vehicle.crosswind != 0.0 && !acts && !self.wind.without_area {
+            self.wind.without_area = true;
+            log.warning(
+                "the crosswind has no effect: side_force_area is 0; about 4 m2 is that of a car",
+            );
+        }
         self.vehicle.step(step).map_err(|e| refuse(&e))
     }
 
@@ -224,6 +262,7 @@ impl CoSimulationUnit for NonlinearVehicle {
         match variable {
             V::SteeringAngle => self.vehicle.steering_slope = derivative,
             V::Speed => self.flags.speed_rate.set(derivative),
+            V::Crosswind => self.wind.rate.set(derivative),
             _ => {}
         }
     }
@@ -260,7 +299,7 @@ impl CoSimulationUnit for NonlinearVehicle {
             }
             Unknown::Variable(V::X) | Unknown::State(X) => state(&[X]) || variable(&[V::InitialX]),
             Unknown::Variable(V::Y) | Unknown::State(Y) => state(&[Y]) || variable(&[V::InitialY]),
-            Unknown::Derivative(1) => forces || variable(&[V::YawInertia]),
+            Unknown::Derivative(1) => forces || variable(&[V::YawInertia, V::SideForceArm]),
             Unknown::Derivative(2) => {
                 state(&[2])
                     || variable(&[
@@ -295,14 +334,14 @@ impl CoSimulationUnit for NonlinearVehicle {
     }
 
     fn save(&self) -> Vec<u8> {
-        encode(&(self.flags, self.vehicle.save()))
+        encode(&(self.flags, self.wind, self.vehicle.save()))
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let (flags, saved): (Flags, SavedVehicle) = decode(bytes)?;
+        let (flags, wind, saved): (Flags, Wind, SavedVehicle) = decode(bytes)?;
         let vehicle =
             steerwright_models::NonlinearVehicle::restore(saved).map_err(|e| refuse(&e))?;
-        let mut loaded = Self { vehicle, flags };
+        let mut loaded = Self { vehicle, flags, wind };
         check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())

@@ -10,28 +10,30 @@ use steerwright_models::sensitivity::Factor;
 pub(crate) struct Flags {
     /// Whether initialization mode was left.
     pub(crate) started: bool,
-    pub(crate) speed_rate: SpeedRate,
+    pub(crate) speed_rate: HeldInput,
 }
 
-/// The derivative of the speed, which no plant follows: that is logged once.
+/// The derivative of an input that the plant holds within a step: that it has no effect is logged once.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(crate) struct SpeedRate {
+pub(crate) struct HeldInput {
     given: bool,
     warned: bool,
 }
 
-impl SpeedRate {
-    /// Stores whether it is not zero.
+impl HeldInput {
+    /// Stores whether the derivative is not zero.
     pub(crate) fn set(&mut self, derivative: f64) {
         self.given = derivative != 0.0;
     }
 
-    /// Warns before the first step in which it would have mattered.
+    /// Warns before the first step in which it would have mattered, with the input's name.
     #[inline]
-    pub(crate) fn warn(&mut self, log: &mut Log) {
+    pub(crate) fn warn(&mut self, name: &str, log: &mut Log) {
         if self.given && !self.warned {
             self.warned = true;
-            log.warning("the derivative of speed has no effect: the speed is held within a step");
+            log.warning(format!(
+                "the derivative of {name} has no effect: the {name} is held within a step"
+            ));
         }
     }
 }

@@ -114,6 +114,7 @@ fn dependencies_are_those_of_the_equations() {
         let mut unit = open();
         set(&mut unit, "speed", speed);
         set(&mut unit, "steering_angle", steering);
+        set(&mut unit, "crosswind", 8.0);
         set(&mut unit, "initial_yaw", 0.3);
         set(&mut unit, "road_wheel_angle_max", stop);
         for (index, value) in [0.3, 0.2, 0.1, 3.0].into_iter().enumerate() {
@@ -195,6 +196,8 @@ fn partial_derivatives_in_the_middle_of_a_drive() {
 fn driven() -> NonlinearVehicle {
     let mut unit = open();
     set(&mut unit, "actuator_delay", 0.035);
+    set(&mut unit, "steering_play", 0.005);
+    set(&mut unit, "crosswind", -6.0);
     set(&mut unit, "initial_y", 2.0);
     let mut unit = started(unit);
     for k in 0..30 {
@@ -205,4 +208,21 @@ fn driven() -> NonlinearVehicle {
         unit.set_input_derivative(variable("steering_angle"), 0.0);
     }
     unit
+}
+
+#[test]
+fn a_wind_without_an_area_is_said_to_have_no_effect() {
+    for (area, warnings) in [(0.0, 1), (4.0, 0)] {
+        let mut unit = open();
+        set(&mut unit, "side_force_area", area);
+        let mut unit = started(unit);
+        set(&mut unit, "crosswind", 10.0);
+        let mut log = Log::default();
+        for _ in 0..3 {
+            unit.step(0.0, 0.01, &mut log).unwrap();
+        }
+        let lines = log.lines();
+        assert_eq!(lines.len(), warnings, "{lines:?}");
+        assert!(lines.iter().all(|(_, text)| text.contains("side_force_area is 0")), "{lines:?}");
+    }
 }

@@ -33,12 +33,36 @@ impl ChannelSignals {
     }
 }
 
+/// The names of [`of_channels`].
+pub const OF_CHANNELS: [&str; 2] = ["outputs", "gains"];
+
+/// Every figure of a plant of named channels, as those of [`super::of_identification`]; that of the outputs where the
+/// signals are there.
+#[must_use]
+pub fn of_channels(
+    plant: &MultivariablePlant,
+    signals: Option<&ChannelSignals>,
+) -> Vec<(&'static str, u32, Figure)> {
+    /// Height of a row of panels, px.
+    const ROW: u32 = 240;
+    let height = |figure: &Figure| ROW * figure.panels.len().div_ceil(figure.columns) as u32 + 60;
+    let [over_time, over_frequency] = OF_CHANNELS;
+    let mut all = Vec::new();
+    if let Some(signals) = signals {
+        let figure = outputs(plant, signals);
+        all.push((over_time, height(&figure), figure));
+    }
+    let figure = gains(plant);
+    all.push((over_frequency, height(&figure), figure));
+    all
+}
+
 fn label(name: &str, unit: &str) -> String {
     if unit == "1" { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
 /// Each output over time, measured and simulated, a panel each.
-pub fn outputs(plant: &MultivariablePlant, signals: &ChannelSignals) -> Figure {
+fn outputs(plant: &MultivariablePlant, signals: &ChannelSignals) -> Figure {
     let mut panels = Vec::new();
     let mut fits = Vec::new();
     for ((output, evidence), (_, measured, simulated)) in
@@ -68,7 +92,7 @@ pub fn outputs(plant: &MultivariablePlant, signals: &ChannelSignals) -> Figure {
 }
 
 /// The gain of each pair over frequency with its 95 % band, and the measured one.
-pub fn gains(plant: &MultivariablePlant) -> Figure {
+fn gains(plant: &MultivariablePlant) -> Figure {
     let panel = |pair: &PairEvidence| {
         let of = |gain: fn(f64, f64) -> f64| -> Vec<(f64, f64)> {
             let bands = pair.frequency_response.iter();

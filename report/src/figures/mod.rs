@@ -11,7 +11,7 @@ mod open_loop;
 mod speed;
 mod tracking;
 
-pub use channels::{ChannelSignals, gains, outputs};
+pub use channels::{ChannelSignals, OF_CHANNELS, of_channels};
 pub use compared::{
     Driven, Simulated, YawStep, models_against_drive, road_and_curvature, tracking, yaw_steps,
 };

@@ -56,20 +56,15 @@ pub(crate) fn figures_of_channels(
     plant: &MultivariablePlant,
     signals: Option<&figures::ChannelSignals>,
 ) -> Section {
-    /// Height of a row of panels, px.
-    const ROW: u32 = 240;
-    let rows = |panels: usize, columns: usize| ROW * panels.div_ceil(columns) as u32 + 60;
-    let mut blocks = Vec::new();
-    if let Some(signals) = signals {
-        let caption = "Simulation from the inputs alone, from an initial state at the start of each part. The \
-                       shaded part is validation data.";
-        let figure = figures::outputs(plant, signals);
-        blocks.push(Block::figure(figure, rows(plant.outputs.len(), 1), caption));
-    }
-    let figure = figures::gains(plant);
-    let height = rows(figure.panels.len(), figure.columns);
-    let caption = "The gain of each pair with the 95 % band of the model, and the one that the spectra of the log show.";
-    blocks.push(Block::figure(figure, height, caption));
+    const OUTPUTS: &str = "Simulation from the inputs alone, from an initial state at the start of each part. The \
+                           shaded part is validation data.";
+    const GAINS: &str = "The gain of each pair with the 95 % band of the model, and the one that the spectra of the log show.";
+    let [over_time, _] = figures::OF_CHANNELS;
+    let figures = figures::of_channels(plant, signals).into_iter();
+    let blocks = figures.map(|(name, height, figure)| {
+        Block::figure(figure, height, if name == over_time { OUTPUTS } else { GAINS })
+    });
+    let blocks = blocks.collect();
     Section::new("Outputs and responses", blocks)
 }
 

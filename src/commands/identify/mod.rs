@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let log = arguments.log.read(&arguments.logs, wanted.response())?;
     if log.response == Response::Channels {
-        check_channels(structure, arguments.plots.is_some())?;
+        check_channels(structure)?;
     }
     let progress = Progress::start("identifying");
     let (identified, table) = wanted.identify(&log)?;
@@ -121,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 }
 
 /// Rejects what a plant of named channels has not.
-fn check_channels(structure: Option<Structure>, has_plots: bool) -> Result<(), Failure> {
+fn check_channels(structure: Option<Structure>) -> Result<(), Failure> {
     if let Some(structure) = structure.filter(|structure| *structure != Structure::StateSpace) {
         return Err(Failure::new(
             format!(
@@ -129,10 +129,6 @@ fn check_channels(structure: Option<Structure>, has_plots: bool) -> Result<(), F
             ),
             "name one --input-channel and one --output-channel of a vehicle, or omit --structure",
         ));
-    }
-    if has_plots {
-        let message = "--plots is not available for a plant of named channels";
-        return Err(Failure::new(message, "write the figures into a page: --report FILE.html"));
     }
     Ok(())
 }

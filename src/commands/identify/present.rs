@@ -14,6 +14,7 @@ use steerwright_formats::{
     Bicycle, BicycleEvidence, Longitudinal, Model, ReasonCode, SimulationFit, Torque, Vehicle,
     VehicleEvidence, correlated, too_few_blocks,
 };
+use steerwright_report::figures::{OF_CHANNELS, OF_IDENTIFICATION, of_channels, of_identification};
 use steerwright_sysid::multivariable::ChannelTraces;
 use steerwright_sysid::structures::IdentifiedModel;
 
@@ -115,8 +116,9 @@ impl<'a> Shown<'a> {
         outputs: &mut Outputs,
     ) -> Result<Self, Failure> {
         let plots = plots.map(|folder| {
-            let names =
-                steerwright_report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
+            // Which of them are drawn depends on the channels, which are read later.
+            let names = [&OF_IDENTIFICATION[..], &OF_CHANNELS].concat();
+            let names = names.into_iter().map(|name| format!("{name}.svg"));
             Ok::<_, Failure>((folder, outputs.files(folder, names, OutputKind::Svg)?))
         });
         let plots = plots.transpose()?;
@@ -130,12 +132,19 @@ impl<'a> Shown<'a> {
     /// The same of a plant of named channels, which has a page of its own.
     fn write_channels(&self, model: &Model, signals: &ChannelTraces) -> Result<String, Failure> {
         let mut text = String::new();
+        if !self.is_wanted() {
+            return Ok(text);
+        }
+        let signals = steerwright_report::ChannelSignals {
+            time_s: signals.time_s.clone(),
+            outputs: signals.outputs.clone(),
+            is_validation: signals.is_validation.clone(),
+        };
+        if let (Some((folder, files)), Some(plant)) = (&self.plots, model.multivariable()) {
+            plots(of_channels(plant, Some(&signals)), files)?;
+            let _ = write!(text, "\nfigures in {}", folder.display());
+        }
         if let Some(out) = &self.report {
-            let signals = steerwright_report::ChannelSignals {
-                time_s: signals.time_s.clone(),
-                outputs: signals.outputs.clone(),
-                is_validation: signals.is_validation.clone(),
-            };
             let page = steerwright_report::Report {
                 title: format!("{}: the identified model", model.name()),
                 model: Some(model),
@@ -156,7 +165,7 @@ impl<'a> Shown<'a> {
         }
         let traces = steerwright_report::Traces::from_csv(csv.as_bytes(), "traces")?;
         if let Some((folder, files)) = &self.plots {
-            plots(model, &traces, files)?;
+            plots(of_identification(model, &traces, None), files)?;
             let _ = write!(text, "\nfigures in {}", folder.display());
         }
         if let Some(out) = &self.report {

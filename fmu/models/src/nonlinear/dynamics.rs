@@ -16,6 +16,9 @@ const MOST_GAINED: f64 = 0.8;
 /// Most of the square of an axle's friction that driving and braking use.
 const MOST_USED: f64 = 0.9;
 
+/// Density of the air, kg/m³, at 15 °C and sea level.
+const AIR_DENSITY: f64 = 1.225;
+
 /// v_y, r, a_φ.
 pub(super) type Lateral = [f64; 3];
 
@@ -39,6 +42,8 @@ pub(super) struct Constants {
     peak: [f64; 2],
     /// Of driving and of braking, the shares of the axles in the force that friction bears.
     shares: [[f64; 2]; 2],
+    /// Acceleration and yaw acceleration per dynamic pressure and angle of the air, m/s² and rad/s² per Pa.
+    wind: [f64; 2],
     /// 1/T_φ.
     pub(super) roll: f64,
 }
@@ -57,6 +62,8 @@ pub(super) struct Along {
 pub(super) struct Dynamics<'a> {
     pub(super) constants: &'a Constants,
     pub(super) speed: f64,
+    /// Acceleration to the left and yaw acceleration by the wind, m/s² and rad/s².
+    wind: [f64; 2],
     /// 1/v, at least that of 1 m/s.
     inverse_speed: f64,
     /// How far the states' target is from that of 1 m/s, per tan δ; below 1 m/s alone.
@@ -140,6 +147,10 @@ impl Constants {
             shares: [p.body.drive_share_front, p.body.brake_share_front].map(|front| {
                 [front * p.tyres.combined_slip, (1.0 - front) * p.tyres.combined_slip]
             }),
+            wind: [
+                p.body.side_force_area_m2 / p.body.mass_kg,
+                p.body.side_force_area_m2 * p.body.side_force_arm_m / p.body.yaw_inertia_kgm2,
+            ],
             roll: 1.0 / p.body.roll_time_constant_s,
         }
     }
@@ -167,9 +178,9 @@ impl Constants {
         k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll)
     }
 
-    /// The right-hand sides at a speed.
+    /// The right-hand sides at a speed, in a crosswind to the left, both m/s.
     #[inline]
-    pub(super) fn at_speed(&self, speed: f64) -> Dynamics<'_> {
+    pub(super) fn at_speed(&self, speed: f64, crosswind: f64) -> Dynamics<'_> {
         let inverse_speed = 1.0 / speed.max(BLEND_SPEED);
         let blend = if speed < BLEND_SPEED {
             let steady = |v: f64| {
@@ -185,7 +196,13 @@ impl Constants {
         } else {
             None
         };
-        Dynamics { constants: self, speed, inverse_speed, blend }
+        let mut wind = [0.0; 2];
+        if crosswind != 0.0 {
+            let pressure = 0.5 * AIR_DENSITY * (speed * speed + crosswind * crosswind);
+            let angle = (crosswind / speed.max(BLEND_SPEED)).atan();
+            wind = self.wind.map(|per| per * pressure * angle);
+        }
+        Dynamics { constants: self, speed, wind, inverse_speed, blend }
     }
 }
 
@@ -195,11 +212,11 @@ impl Dynamics<'_> {
     pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel, along: &Along) -> (Lateral, f64) {
         let [vy, r, roll] = *s;
         let [vy_rate, r_rate] = match &self.blend {
-            None => self.tyres(vy, r, roll, wheel, along),
+            None => self.forces(vy, r, roll, wheel, along),
             Some(b) => {
                 let tan = wheel.sin / wheel.cos;
                 let (vy_shifted, r_shifted) = (vy + b.shift[0] * tan, r + b.shift[1] * tan);
-                let nonlinear = self.tyres(vy_shifted, r_shifted, roll, wheel, along);
+                let nonlinear = self.forces(vy_shifted, r_shifted, roll, wheel, along);
                 let (vy, r) = (vy - b.target[0] * tan, r - b.target[1] * tan);
                 let [a, b, c, d] = b.linear;
                 let linear = [a * vy + b * r, c * vy + d * r];
@@ -211,9 +228,9 @@ impl Dynamics<'_> {
         ([vy_rate, r_rate, (acceleration - roll) * self.constants.roll], acceleration)
     }
 
-    /// (v̇_y, ṙ) of the tyres' forces, at 1 m/s at least.
+    /// (v̇_y, ṙ) of the forces of tyres and wind, at 1 m/s at least.
     #[inline]
-    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel, along: &Along) -> [f64; 2] {
+    fn forces(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel, along: &Along) -> [f64; 2] {
         let k = self.constants;
         let b = &k.bicycle;
         let [front, rear] = atan(&[
@@ -226,8 +243,8 @@ impl Dynamics<'_> {
         let front = front * along.left[0] * wheel.cos;
         let rear = rear * along.left[1];
         [
-            (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r,
-            (b.distance_front * front - b.distance_rear * rear) / b.yaw_inertia,
+            (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r + self.wind[0],
+            (b.distance_front * front - b.distance_rear * rear) / b.yaw_inertia + self.wind[1],
         ]
     }
 

@@ -16,6 +16,7 @@
 pub mod actuator;
 mod dynamics;
 mod parameters;
+mod play;
 mod runge_kutta;
 mod saved;
 pub mod tyre;

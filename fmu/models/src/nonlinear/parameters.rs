@@ -36,6 +36,8 @@ impl Default for NonlinearParameters {
                 roll_time_constant_s: 0.123,
                 drive_share_front: 0.5,
                 brake_share_front: 0.65,
+                side_force_area_m2: 4.4,
+                side_force_arm_m: 0.3,
             },
             tyres: Tyres {
                 cornering_stiffness_front_npr: 129_696.69,
@@ -54,6 +56,7 @@ impl Default for NonlinearParameters {
                 delay_s: 0.0,
                 road_wheel_rate_max_radps: 0.4,
                 road_wheel_angle_max_rad: 1.066,
+                play_rad: 0.0,
             },
         }
     }
@@ -93,6 +96,9 @@ impl NonlinearParameters {
             ("the roll's time constant", self.body.roll_time_constant_s, 1e-3, 100.0),
             ("the front share of the driving force", self.body.drive_share_front, 0.0, 1.0),
             ("the front share of the braking force", self.body.brake_share_front, 0.0, 1.0),
+            ("the area in a crosswind", self.body.side_force_area_m2, 0.0, 1e4),
+            ("the arm of the crosswind", self.body.side_force_arm_m, -100.0, 100.0),
+            ("the play of the steering", self.actuator.play_rad, 0.0, 0.5),
             ("the combined slip", self.tyres.combined_slip, 0.0, 1.0),
             ("the actuator's time constant", self.actuator.time_constant_s, 1e-4, 100.0),
             ("the actuator's delay", self.actuator.delay_s, 0.0, 10.0),

@@ -2,7 +2,7 @@
 
 use super::dynamics::Constants;
 use super::parameters::NonlinearParameters;
-use super::vehicle::NonlinearVehicle;
+use super::vehicle::{NonlinearVehicle, within_play};
 use crate::Error;
 use crate::delay::{DelayLine, History};
 use crate::error::finite;
@@ -14,13 +14,15 @@ use serde::{Deserialize, Serialize};
 pub struct SavedVehicle {
     parameters: NonlinearParameters,
     started: NonlinearParameters,
-    /// Steering angle, its slope, speed.
-    inputs: [f64; 3],
+    /// Steering angle, its slope, speed, crosswind.
+    inputs: [f64; 4],
     initial_pose: Pose,
     initial_states: [f64; 4],
     pose: Pose,
     /// (v_y, r, δ, a_φ).
     states: [f64; 4],
+    /// δ behind the play.
+    wheel: f64,
     followed_speed: Option<f64>,
     history: History,
 }
@@ -32,11 +34,12 @@ impl NonlinearVehicle {
         SavedVehicle {
             parameters: self.parameters,
             started: self.started,
-            inputs: [self.steering_angle, self.steering_slope, self.speed],
+            inputs: [self.steering_angle, self.steering_slope, self.speed, self.crosswind],
             initial_pose: Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw },
             initial_states: self.initial_states,
             pose: self.pose,
             states: self.states(),
+            wheel: self.wheel,
             followed_speed: self.followed_speed,
             history: self.delay.save(),
         }
@@ -55,12 +58,18 @@ impl NonlinearVehicle {
         finite("the speed that the load has followed", saved.followed_speed.as_slice())?;
         saved.initial_pose.check()?;
         saved.pose.check()?;
-        let [steering_angle, steering_slope, speed] = saved.inputs;
+        let [steering_angle, steering_slope, speed, crosswind] = saved.inputs;
         let Pose { x: initial_x, y: initial_y, yaw: initial_yaw } = saved.initial_pose;
         let [lateral_velocity, yaw_rate, angle, roll] = saved.states;
         if angle.abs() > saved.started.actuator.road_wheel_angle_max_rad {
             let expected = "between the end stops";
             return Err(Error::SavedState { name: "the road-wheel angle", value: angle, expected });
+        }
+        let half_gap = 0.5 * saved.started.actuator.play_rad;
+        if within_play(saved.wheel, angle, half_gap) != saved.wheel {
+            let expected = "within the play about the actuator's angle";
+            let name = "the road-wheel angle behind the play";
+            return Err(Error::SavedState { name, value: saved.wheel, expected });
         }
         let mut delay = DelayLine::new(saved.started.actuator.delay_s, 0.0);
         delay.restore(saved.history)?;
@@ -69,6 +78,7 @@ impl NonlinearVehicle {
             steering_angle,
             steering_slope,
             speed,
+            crosswind,
             initial_x,
             initial_y,
             initial_yaw,
@@ -78,6 +88,7 @@ impl NonlinearVehicle {
             pose: saved.pose,
             lateral: [lateral_velocity, yaw_rate, roll],
             angle,
+            wheel: saved.wheel,
             followed_speed: saved.followed_speed,
             delay,
         })

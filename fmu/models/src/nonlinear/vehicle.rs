@@ -1,7 +1,9 @@
 //! The vehicle: inputs, states, steps and outputs. Equations are in `docs/methods/nonlinear.md`.
 
+use super::actuator::Motion;
 use super::dynamics::{Constants, Lateral, RoadWheel};
 use super::parameters::{NonlinearParameters, within};
+use super::play;
 use super::runge_kutta::Longest;
 use crate::Error;
 use crate::delay::{DelayLine, Segment};
@@ -12,6 +14,14 @@ use crate::trigonometry::sin_cos;
 
 /// Most panels a step may take: some seconds of computing.
 const MOST_PANELS: f64 = 1e7;
+
+/// How near to an edge of the play the wheels count as taken along, rad.
+const EDGE: f64 = 1e-12;
+
+/// A wheel's angle, if need be moved to the nearer edge of a gap of twice `half` about the servo's angle, rad.
+pub(super) fn within_play(wheel: f64, servo: f64, half: f64) -> f64 {
+    wheel.max(servo - half).min(servo + half)
+}
 
 /// A vehicle up to its limits. Its clone is its whole state.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +35,8 @@ pub struct NonlinearVehicle {
     pub steering_slope: f64,
     /// Input: speed, m/s.
     pub speed: f64,
+    /// Input: velocity of the air to the left of the vehicle, m/s.
+    pub crosswind: f64,
     /// Position at the start, m.
     pub initial_x: f64,
     /// Position at the start, m.
@@ -38,8 +50,10 @@ pub struct NonlinearVehicle {
     pub(super) pose: Pose,
     /// v_y, r, a_φ.
     pub(super) lateral: Lateral,
-    /// δ, rad.
+    /// δ of the actuator, rad.
     pub(super) angle: f64,
+    /// δ behind the play, rad.
+    pub(super) wheel: f64,
     /// v_x that the load has followed, m/s; `None` before the first step, whose speed the vehicle has had before.
     pub(super) followed_speed: Option<f64>,
     pub(super) delay: DelayLine,
@@ -57,6 +71,7 @@ impl NonlinearVehicle {
             steering_angle: 0.0,
             steering_slope: 0.0,
             speed: 15.0,
+            crosswind: 0.0,
             initial_x: 0.0,
             initial_y: 0.0,
             initial_yaw: 0.0,
@@ -66,6 +81,7 @@ impl NonlinearVehicle {
             pose: Pose::default(),
             lateral: [0.0; 3],
             angle: 0.0,
+            wheel: 0.0,
             followed_speed: None,
             delay: DelayLine::new(parameters.actuator.delay_s, 0.0),
         })
@@ -92,7 +108,7 @@ impl NonlinearVehicle {
         within("the road-wheel angle at the start", angle, -stop, stop)?;
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
         self.lateral = [lateral_velocity, yaw_rate, roll];
-        self.angle = angle;
+        (self.angle, self.wheel) = (angle, angle);
         self.followed_speed = None;
         self.delay.reset(angle * self.started.actuator.steering_ratio);
         Ok(())
@@ -110,6 +126,7 @@ impl NonlinearVehicle {
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
         }
+        numbers(&[("the crosswind", self.crosswind)])?;
         self.delay.push(h, self.steering_angle, self.steering_slope)?;
         self.followed_speed.get_or_insert(self.speed);
         let mut left = h;
@@ -133,7 +150,7 @@ impl NonlinearVehicle {
     fn follow(&mut self, command: Segment, longest: &Longest) -> Result<(), Error> {
         let constants = self.constants;
         let (n, actuator) = (constants.n, constants.actuator);
-        let dynamics = constants.at_speed(self.speed);
+        let half_gap = 0.5 * self.started.actuator.play_rad;
         let at_wheel = Segment { value: command.value * n, slope: command.slope * n, ..command };
         // A steering ratio near zero makes any angle infinite; what follows divides by neither.
         numbers(&[
@@ -144,18 +161,34 @@ impl NonlinearVehicle {
         for line in lines.into_iter().filter(|line| line.duration > 0.0) {
             let motions = actuator.follow(self.angle, line);
             for motion in motions.iter().filter(|motion| motion.duration > 0.0) {
-                let along = self.followed_acceleration();
-                dynamics.advance(&mut self.lateral, &mut self.pose, motion, along, longest);
-                if along != 0.0 {
-                    let fade = (-motion.duration * constants.roll).exp();
-                    let followed = self.followed_speed.unwrap_or(self.speed);
-                    self.followed_speed = Some(self.speed + (followed - self.speed) * fade);
-                }
                 let end = motion.angle_at(motion.duration, actuator.time_constant);
                 self.angle = end.clamp(-actuator.stop, actuator.stop);
+                if half_gap == 0.0 {
+                    self.advance(&constants, motion, longest);
+                    self.wheel = self.angle;
+                    continue;
+                }
+                let (parts, wheel) =
+                    play::follow(half_gap, self.wheel, motion, actuator.time_constant);
+                for part in parts.iter().filter(|part| part.duration > 0.0) {
+                    self.advance(&constants, part, longest);
+                }
+                self.wheel = within_play(wheel, self.angle, half_gap);
             }
         }
         Ok(())
+    }
+
+    /// Moves along a motion of the road wheels.
+    fn advance(&mut self, constants: &Constants, wheels: &Motion, longest: &Longest) {
+        let dynamics = constants.at_speed(self.speed, self.crosswind);
+        let along = self.followed_acceleration();
+        dynamics.advance(&mut self.lateral, &mut self.pose, wheels, along, longest);
+        if along != 0.0 {
+            let fade = (-wheels.duration * constants.roll).exp();
+            let followed = self.followed_speed.unwrap_or(self.speed);
+            self.followed_speed = Some(self.speed + (followed - self.speed) * fade);
+        }
     }
 
     /// Longitudinal acceleration that the load has followed, m/s².
@@ -184,13 +217,13 @@ impl NonlinearVehicle {
         self.rates().1
     }
 
-    /// Road-wheel angle δ behind the actuator, rad.
+    /// Road-wheel angle behind actuator and play, rad.
     #[must_use]
     pub fn road_wheel_angle(&self) -> f64 {
-        self.angle
+        self.wheel
     }
 
-    /// (v_y, r, δ, a_φ).
+    /// (v_y, r, δ, a_φ), δ before the play.
     #[must_use]
     pub fn states(&self) -> [f64; 4] {
         let [vy, r, roll] = self.lateral;
@@ -203,6 +236,7 @@ impl NonlinearVehicle {
         if let Some(state) = [vy, r, &mut self.angle, roll].into_iter().nth(index) {
             *state = value;
         }
+        self.wheel = within_play(self.wheel, self.angle, 0.5 * self.started.actuator.play_rad);
     }
 
     /// Their derivatives by time, at the present inputs.
@@ -215,8 +249,8 @@ impl NonlinearVehicle {
 
     fn rates(&self) -> (Lateral, f64) {
         let along = self.constants.along(self.followed_acceleration());
-        let dynamics = self.constants.at_speed(self.speed);
-        dynamics.rates(&self.lateral, &RoadWheel::from_angle(self.angle), &along)
+        let dynamics = self.constants.at_speed(self.speed, self.crosswind);
+        dynamics.rates(&self.lateral, &RoadWheel::from_angle(self.wheel), &along)
     }
 
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
@@ -232,13 +266,17 @@ impl NonlinearVehicle {
     #[must_use]
     pub fn lateral_acceleration_derivative(&self) -> f64 {
         let [vy, r, angle, roll] = self.derivatives();
-        let dynamics = self.constants.at_speed(self.speed);
+        // Within the gap the wheels stand still.
+        let gap = 0.5 * self.started.actuator.play_rad - EDGE;
+        let is_taken_along = (self.angle - self.wheel) * angle.signum() >= gap;
+        let wheel = if is_taken_along { angle } else { 0.0 };
+        let dynamics = self.constants.at_speed(self.speed, self.crosswind);
         let at = |time: f64| {
             let [y, yaw, a] = self.lateral;
             let s = [y + time * vy, yaw + time * r, a + time * roll];
             let along = self.followed_acceleration() * (1.0 - time * self.constants.roll);
             let along = self.constants.along(along);
-            dynamics.rates(&s, &RoadWheel::from_angle(self.angle + time * angle), &along).1
+            dynamics.rates(&s, &RoadWheel::from_angle(self.wheel + time * wheel), &along).1
         };
         let time = 1e-5;
         (at(time) - at(-time)) / (2.0 * time)

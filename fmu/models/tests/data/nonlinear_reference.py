@@ -21,10 +21,14 @@ CAR = {
     "centre_of_gravity_height": 0.55, "track_width": 1.45, "roll_stiffness_front": 0.6,
     "roll_time_constant": 0.15, "drive_share_front": 0.3, "brake_share_front": 0.7, "combined_slip": 0.0, "steering_ratio": 14.0, "actuator_time_constant": 0.06,
     "actuator_delay": 0.0, "road_wheel_rate_max": 0.5, "road_wheel_angle_max": 0.5,
+    "side_force_area": 5.0, "side_force_arm": 0.4, "steering_play": 0.0,
 }
 GRAVITY = 9.81
 # The load has followed another speed than that at the start, in these cases; m/s.
 BEFORE = {"braking": 30.5, "driving": 13.6, "braking with combined slip": 30.5, "driving with combined slip": 29.4}
+# Velocity of the air to the left, in these cases; m/s.
+CROSSWIND = {"crosswind": 18.0, "crosswind and play": -25.0, "walking in a crosswind": 20.0}
+AIR_DENSITY = 1.225
 STATES = ("lateral_velocity", "yaw_rate", "road_wheel_angle", "roll_acceleration", "yaw", "x", "y")
 
 # What differs from CAR; speed; (v_y, r, delta, a_phi) at the start; steering angle and its slope; time.
@@ -44,6 +48,11 @@ CASES = {
     "driving": ({}, 14.0, (0.0, 0.0, 0.0, 0.0), 2.2, 0.0, 1.0),
     "braking with combined slip": ({"combined_slip": 1.0}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
     "driving with combined slip": ({"combined_slip": 0.8}, 30.0, (0.0, 0.0, 0.0, 0.0), 1.6, 0.0, 1.0),
+    "crosswind": ({}, 28.0, (0.0, 0.0, 0.0, 0.0), 0.2, 0.0, 1.5),
+    "play": ({"steering_play": 0.02}, 26.0, (0.0, 0.0, 0.0, 0.0), 1.2, -5.0, 0.8),
+    "crosswind and play": (
+        {"steering_play": 0.03, "side_force_arm": -0.2}, 24.0, (0.2, -0.1, 0.04, 0.0), -0.9, 2.0, 1.2),
+    "walking in a crosswind": ({}, 0.6, (0.0, 0.0, 0.0, 0.0), 1.0, 0.0, 1.0),
     "walking": ({}, 0.6, (0.1, 0.05, 0.0, 0.0), 5.0, 0.0, 2.0),
     "standing": ({}, 0.0, (0.2, 0.3, 0.1, 1.0), 5.0, 0.0, 0.5),
 }
@@ -66,6 +75,12 @@ def axle(slip, load, gained, stiffness, transfer, balance, p):
     return sum(
         tyre(slip, now / 2 + side * transfer, load / 2, stiffness / 2, balance, p) for side in (-1, 1)
     )
+
+
+def air(v, w, p):
+    """Force to the left and moment of a crosswind."""
+    force = AIR_DENSITY / 2 * (v**2 + w**2) * p["side_force_area"] * math.atan2(w, max(v, 1.0))
+    return np.array([force / p["mass"], force * p["side_force_arm"] / p["yaw_inertia"]])
 
 
 def forces(vy, r, delta, roll, along, v, p):
@@ -111,13 +126,14 @@ def steady(v, p):
     return -np.linalg.solve(f, column)
 
 
-def lateral(vy, r, delta, roll, along, v, p):
+def lateral(vy, r, delta, roll, along, v, p, crosswind):
+    wind = air(v, crosswind, p)
     if v >= 1.0:
-        return forces(vy, r, delta, roll, along, v, p)
+        return forces(vy, r, delta, roll, along, v, p) + wind
     target, end = steady(v, p) * math.tan(delta), steady(1.0, p) * math.tan(delta)
     w = np.array([vy, r])
-    tyres = forces(*(w - target + end), delta, roll, along, 1.0, p)
-    return v * tyres + (1 - v) * (bicycle(1.0, p)[0] @ (w - target))
+    at_walk = forces(*(w - target + end), delta, roll, along, 1.0, p) + wind
+    return v * at_walk + (1 - v) * (bicycle(1.0, p)[0] @ (w - target))
 
 
 def command(t, start, slope, p):
@@ -130,12 +146,15 @@ def along(followed, v, p):
     return (v - followed) / p["roll_time_constant"]
 
 
-def rates(t, s, v, start, slope, p):
-    vy, r, delta, roll, yaw, _, _, followed = s
-    vy_rate, r_rate = lateral(vy, r, delta, roll, along(followed, v, p), v, p)
+def servo_rate(t, delta, start, slope, p):
     rate = p["road_wheel_rate_max"]
-    wanted = (command(t, start, slope, p) - delta) / p["actuator_time_constant"]
-    steer = max(-rate, min(rate, wanted))
+    return max(-rate, min(rate, (command(t, start, slope, p) - delta) / p["actuator_time_constant"]))
+
+
+def rates(t, s, v, start, slope, p, crosswind, wheel_of):
+    vy, r, delta, roll, yaw, _, _, followed = s
+    vy_rate, r_rate = lateral(vy, r, wheel_of(delta), roll, along(followed, v, p), v, p, crosswind)
+    steer = servo_rate(t, delta, start, slope, p)
     return [
         vy_rate, r_rate, steer, (vy_rate + v * r - roll) / p["roll_time_constant"], r,
         v * math.cos(yaw) - vy * math.sin(yaw), v * math.sin(yaw) + vy * math.cos(yaw),
@@ -143,7 +162,29 @@ def rates(t, s, v, start, slope, p):
     ]
 
 
-def solve(p, v, before, initial, start, slope, time):
+def played(t, delta, wheel, start, slope, p):
+    """The wheels as a function of the servo, and events at which it becomes another, in a gap."""
+    half = p["steering_play"] / 2
+    if half == 0.0:
+        return (lambda delta: delta), []
+
+    def turns(t, s):
+        return servo_rate(t, s[2], start, slope, p)
+
+    def edge(side):
+        def event(_, s):
+            return s[2] - wheel - side * half
+        event.terminal = True
+        return event
+
+    turns.terminal = True
+    side = math.copysign(1.0, turns(t, (0.0, 0.0, delta)))
+    if (delta - wheel) * side >= half - 1e-12:
+        return (lambda delta: delta - side * half), [turns]
+    return (lambda _: wheel), [edge(-1.0), edge(1.0)]
+
+
+def solve(p, v, before, initial, start, slope, time, crosswind):
     def limit(side):
         def event(t, s):
             wanted = (command(t, start, slope, p) - s[2]) / p["actuator_time_constant"]
@@ -157,30 +198,38 @@ def solve(p, v, before, initial, start, slope, time):
         event.terminal = True
         return event
 
-    t, state = 0.0, np.array([*initial, 0.0, 0.0, 0.0, before])
+    t, state, wheel = 0.0, np.array([*initial, 0.0, 0.0, 0.0, before]), initial[2]
     while t < time:
+        wheel_of, turning = played(t, state[2], wheel, start, slope, p)
+
+        def moving(t, s):
+            return rates(t, s, v, start, slope, p, crosswind, wheel_of)
+
         run = solve_ivp(
-            lambda t, s: rates(t, s, v, start, slope, p), (t, time), state, method="DOP853",
-            rtol=1e-12, atol=1e-14, max_step=0.02, events=[limit(-1), limit(1), stop(-1), stop(1)])
+            moving, (t, time), state, method="DOP853", rtol=1e-12, atol=1e-14, max_step=0.004,
+            events=[limit(-1), limit(1), stop(-1), stop(1), *turning])
         assert run.status >= 0, run.message
         t, state = run.t[-1], run.y[:, -1]
         if t < time:
             # Past the event, so that it does not fire again at once.
-            nudge = min(1e-9, time - t)
-            state = state + nudge * np.array(rates(t, state, v, start, slope, p))
+            nudge = min(1e-10, time - t)
+            state = state + nudge * np.array(moving(t, state))
             t += nudge
-    vy, r, delta, roll, *_, followed = state
-    return [*state[:-1], lateral(vy, r, delta, roll, along(followed, v, p), v, p)[0] + v * r]
+        wheel = wheel_of(state[2])
+    vy, r, _, roll, *_, followed = state
+    acceleration = lateral(vy, r, wheel, roll, along(followed, v, p), v, p, crosswind)[0] + v * r
+    return [vy, r, wheel, *state[3:-1], acceleration]
 
 
 def main():
-    inputs = ["speed", "speed_before", *(f"start_{name}" for name in STATES[:4]), "steering", "slope", "time"]
+    inputs = ["speed", "crosswind", "speed_before", *(f"start_{name}" for name in STATES[:4]), "steering", "slope", "time"]
     print(",".join(["case", *CAR, *inputs, *STATES, "lateral_acceleration"]))
     for name, (changes, v, initial, start, slope, time) in CASES.items():
         p = CAR | changes
         before = BEFORE.get(name, v)
-        solved = solve(p, v, before, initial, start, slope, time)
-        numbers = [*p.values(), v, before, *initial, start, slope, time, *solved]
+        crosswind = CROSSWIND.get(name, 0.0)
+        solved = solve(p, v, before, initial, start, slope, time, crosswind)
+        numbers = [*p.values(), v, crosswind, before, *initial, start, slope, time, *solved]
         print(",".join([name.replace(",", " and"), *(repr(float(x)) for x in numbers)]))
 
 

@@ -61,6 +61,8 @@ impl SingleTrackModel {
                 roll_time_constant_s: ROLL_TIME_CONSTANT_S,
                 drive_share_front: p(Parameter::DriveShare),
                 brake_share_front: p(Parameter::BrakeShare),
+                side_force_area_m2: 0.0,
+                side_force_arm_m: 0.0,
             },
             tyres: Tyres {
                 cornering_stiffness_front_npr: p(Parameter::StiffnessFront) * weight * share,
@@ -79,6 +81,7 @@ impl SingleTrackModel {
                 delay_s: p(Parameter::Delay),
                 road_wheel_rate_max_radps: ROAD_WHEEL_LIMITS[0],
                 road_wheel_angle_max_rad: ROAD_WHEEL_LIMITS[1],
+                play_rad: 0.0,
             },
             speed_mps: options.speed_mps,
             sideslip: None,
