@@ -5,7 +5,9 @@ use crate::error::{Place, shortened};
 use crate::options::LogOptions;
 use crate::recording::Group;
 use crate::role::Role;
-use crate::units::{Quantity, Unit, parse_unit, split_brackets, unit_of_header, unknown_unit};
+use crate::units::{
+    Quantity, Unit, parse_stated_unit, parse_unit, split_brackets, unit_of_header, unknown_unit,
+};
 use steerwright_formats::PhysicalUnit;
 
 /// The unit stated in the options, else by the file or in the channel's name.
@@ -13,7 +15,7 @@ pub(crate) fn unit_of(group: &Group, channel: usize, options: &LogOptions) -> Re
     let own = &group.channels[channel];
     let stated = options.units.iter().find(|(name, _)| is_named(group, channel, name));
     let parsed = |text: &str| {
-        parse_unit(text).ok_or_else(|| Error::UnknownUnit {
+        parse_stated_unit(text).ok_or_else(|| Error::UnknownUnit {
             file: group.place(),
             column: own.name.clone(),
             unit: text.into(),

@@ -158,6 +158,11 @@ pub enum Error {
         "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing"
     ))]
     NotATime { at: Box<Place>, text: String },
+    #[error("{at}: `{text}` is neither a number nor a time in a form that is read")]
+    #[diagnostic(help(
+        "write times as in 2024-03-01T10:00:00.010Z, 01.03.2024 10:00:00.010, 3/1/2024 10:00:00 AM, 01-Mar-2024 10:00:00 or 10:00:00.010, or as numbers with the unit in the name (time_s, t_ms)"
+    ))]
+    UnreadTime { at: Box<Place>, text: String },
     #[error("{at}: `{text}` is not a finite number")]
     #[diagnostic(help("leave the cell blank where a sample is missing"))]
     NotFinite { at: Box<Place>, text: String },

@@ -6,7 +6,7 @@
 //! | MDF 4 and 3 | its channels, and the signals of its CAN frames by DBC databases |
 //! | MCAP | the numbers in messages of ROS 2 or in JSON |
 //! | Parquet, Arrow (Feather) | its columns |
-//! | CAN logs as text (candump, Vector ASC, PEAK TRC, BUSMASTER, CSV of cabana, SavvyCAN, python-can and CANedge), plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | the signals of their frames by DBC databases |
+//! | CAN logs as text (candump, Vector ASC, PEAK TRC, BUSMASTER, Kvaser, CSV of cabana, SavvyCAN, python-can, Vehicle Spy, CANedge, CL2000), plain or compressed as a whole (gzip, Zstandard, bzip2, ZIP) | the signals of their frames by DBC databases |
 //!
 //! A format is recognised by the first bytes of the file and read as a [`Recording`]. [`read_log`] brings its
 //! channels onto one grid as a [`DriveLog`], in as many segments as drives, gaps and windows make of it; [`stream`]

@@ -296,6 +296,9 @@ pub(crate) fn time_column(
             continue;
         }
         match of(c) {
+            Err(Error::UnitNotStated { .. }) if channel.unread.is_some() => {
+                unfit.extend(group.unread_time(c));
+            }
             Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((c, unit))),
             Ok(_) => {}
             Err(error @ Error::RepeatedColumn { .. }) if options.row_period_s.is_none() => {
@@ -319,6 +322,12 @@ pub(crate) fn time_column(
     }
     if unfit.len() == 1 {
         return Err(unfit.remove(0));
+    }
+    let is_time = |c: &usize| group.channels[*c].is_named_like(Role::Time);
+    if let Some(error) =
+        (0..group.channels.len()).filter(is_time).find_map(|c| group.unread_time(c))
+    {
+        return Err(error);
     }
     Err(Error::NoTime { file: group.place(), available: group.names() })
 }

@@ -72,6 +72,13 @@ const KNOTS: [&str; 2] = ["kn", "kt"];
 /// The unit of an angular rate as CarMaker and German tools write it.
 const PER_SECOND: Unit = unit("1/s", Quantity::AngularRate, 1.0);
 
+/// Long units of time, which stand alone, not as the end of a name.
+const LONG_TIMES: [(&[&str], Unit); 3] = [
+    (&["min", "minute", "minutes"], unit("min", Quantity::Time, 60.0)),
+    (&["h", "hr", "hour", "hours"], unit("h", Quantity::Time, 3600.0)),
+    (&["d", "day", "days"], unit("d", Quantity::Time, 86_400.0)),
+];
+
 /// Minutes of arc as VBOX writes places, with longitudes positive in the west.
 const MINUTES: [Unit; 2] = [
     unit("arcmin", Quantity::Angle, DEG / 60.0),
@@ -97,6 +104,13 @@ pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
         .iter()
         .find(|(names, _)| names.iter().any(|n| n.eq_ignore_ascii_case(text)))
         .map(|(_, unit)| *unit)
+}
+
+/// A unit that stands in brackets, in a row of units or in the options: also those of long times, whose letters are names
+/// elsewhere.
+pub(crate) fn parse_stated_unit(text: &str) -> Option<Unit> {
+    let long = || LONG_TIMES.into_iter().find(|(names, _)| names.contains(&text.trim()));
+    parse_unit(text).or_else(|| long().map(|(_, unit)| unit))
 }
 
 /// A unit with one degree sign, one micro sign and a slash: `º`, `˚` and the wrongly decoded `Â°`; the Greek letter;
@@ -138,7 +152,7 @@ pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
     let inner = header.trim_end().strip_suffix(']')?;
     let text = inner[inner.rfind('[')? + 1..].trim();
     let is_unit = text.contains(|c: char| !c.is_ascii_digit() && !"-–,: ".contains(c));
-    if is_unit && parse_unit(text).is_none() { Some(text) } else { None }
+    if is_unit && parse_stated_unit(text).is_none() { Some(text) } else { None }
 }
 
 /// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)`, `rate deg / s` or `Winkel in Grad` into name and unit text;
@@ -185,7 +199,7 @@ pub fn without_unit(header: &str) -> &str {
 pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {
     let (name, bracketed) = split_brackets(header);
     if let Some(text) = bracketed {
-        return parse_unit(text);
+        return parse_stated_unit(text);
     }
     let lower = name.to_lowercase();
     SPELLINGS
@@ -229,7 +243,8 @@ pub(crate) fn plain_name(header: &str) -> String {
 #[must_use]
 pub(crate) fn known_units() -> String {
     let names = SPELLINGS.iter().map(|(_, unit)| unit.name);
-    let names: Vec<&str> = names.chain([PER_SECOND.name]).collect();
+    let long = LONG_TIMES.iter().map(|(_, unit)| unit.name);
+    let names: Vec<&str> = names.chain([PER_SECOND.name]).chain(long).collect();
     names.join(", ")
 }
 

@@ -26,7 +26,7 @@ pub use memory::in_memory;
 pub use read_at::ReadAt;
 
 use crate::Error;
-use crate::error::{in_one_line, last_part, shortened};
+use crate::error::{Place, in_one_line, last_part, shortened};
 use crate::names::Name;
 use crate::options::LogOptions;
 use crate::role::Role;
@@ -215,6 +215,8 @@ pub struct Channel {
     pub(crate) has_stamps: bool,
     /// Whether its values are texts, and so are not read.
     pub(crate) is_text: bool,
+    /// The first value that is neither a number nor a time, of a channel of which most are so, and its line.
+    pub(crate) unread: Option<(u64, String)>,
 }
 
 impl Channel {
@@ -227,6 +229,7 @@ impl Channel {
             has_role_by_name: true,
             has_stamps: false,
             is_text: false,
+            unread: None,
         }
     }
 
@@ -295,6 +298,13 @@ impl Group {
     pub(crate) fn is_repeated(&self, channel: usize) -> bool {
         let name = &self.channels[channel].name;
         self.channels.iter().filter(|own| own.name == *name).count() > 1
+    }
+
+    /// The error of a clock whose values are texts in a form that is not read.
+    pub(crate) fn unread_time(&self, channel: usize) -> Option<Error> {
+        let (line, text) = self.channels[channel].unread.as_ref()?;
+        let at = Place::new(&self.place(), *line, &self.channels[channel].name);
+        Some(Error::UnreadTime { at, text: shortened(text) })
     }
 
     pub(crate) fn repeated(&self, channel: usize) -> Error {

@@ -186,10 +186,42 @@ fn times_of_iso_8601() {
     let mixed = body(&|k| if k == 700 { format!("{}Z", date(k)) } else { date(k) });
     let e = refused(format!("{header}\n{mixed}").into_bytes(), &o());
     assert!(matches!(e, Error::NotATime { ref at, .. } if at.line == 702), "{e:?}");
-    let other = body(&|k| format!("29. Feb 2024 00:00:{}", clock(k)));
+    let other = body(&|k| format!("29.Feb.2024 00:00:{}", clock(k)));
     let stated = LogOptions { units: units(&[("timestamp", "s")]), ..o() };
     let e = refused(format!("{header}\n{other}").into_bytes(), &stated);
     assert!(matches!(e, Error::NotANumber { .. }) && e.hint().contains("ISO 8601"), "{e:?}");
+}
+
+#[test]
+fn days_of_a_spreadsheet_and_long_units_are_a_clock() {
+    let header = "steer_deg,yaw_rate_degps,speed_kmh";
+    let body = |time: &dyn Fn(f64) -> String| {
+        rows(|_, t, s, r, v| format!("{},{s:.9},{r:.9},{v}", time(t)))
+    };
+    let days = |t: f64| format!("{:.12}", 45_352.416_7 + t / 86_400.0);
+    for name in ["Date", "Time", "Datum", "timestamp"] {
+        let log = same(format!("{name},{header}\n{}", body(&days)), &o());
+        assert!(log.warnings.iter().any(|w| w.contains("days")), "{name}: {:?}", log.warnings);
+    }
+    let minutes = |t: f64| format!("{:.12}", t / 60.0);
+    same(format!("Time [min],{header}\n{}", body(&minutes)), &o());
+    // The same numbers with a stated unit are seconds.
+    let stated = LogOptions { units: units(&[("Time", "s")]), ..o() };
+    let text = format!("Time,{header}\n{}", body(&|t| format!("{}", 45_352.0 + t)));
+    same(text, &stated);
+}
+
+#[test]
+fn a_time_in_a_form_that_is_not_read_is_named() {
+    let header = "Time,steer_deg,yaw_rate_degps,speed_kmh";
+    for time in ["Fri Mar 01 10:00:00 GMT+01:00 2024", "2024.61 10:00:00", "10h00m00s"] {
+        let body = rows(|_, _, s, r, v| format!("{time},{s:.9},{r:.9},{v}"));
+        let e = refused(format!("{header}\n{body}").into_bytes(), &o());
+        assert!(
+            matches!(&e, Error::UnreadTime { at, text } if at.line == 2 && text == time),
+            "{e:?}"
+        );
+    }
 }
 
 #[test]

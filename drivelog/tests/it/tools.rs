@@ -125,9 +125,13 @@ fn a_clock_that_falls_is_reported() {
 
 #[test]
 fn a_table_of_frames_that_is_not_read_as_such_is_reported() {
-    let bus = |k: usize| format!("{:.3};1;25;8;49 03 20 41", 0.01 * k as f64);
+    let bus = |k: usize| format!("{:.3};x;25;49 03 20 41", 0.01 * k as f64);
     let part = "no frames of a bus are recognised";
-    reports(csv("Time [s];Channel;ID;DLC;Data", 100, bus), part);
+    reports(csv("Time [s];Name;ID;Data", 100, bus), part);
+    // Known columns, whose identifiers are 25 or 0x25.
+    let bus = |k: usize| format!("{:.3};1;25;4;49 03 20 41", 0.01 * k as f64);
+    let error = refused(csv("Time [s];Channel;ID;DLC;Data", 100, bus), &LogOptions::default());
+    assert!(error.to_string().contains("the base of the identifiers is open"), "{error}");
     // A dialect that is not known, with a database.
     let text = "<1.5> can0 25 49\n<1.6> can0 25 48\n<1.7> can0 25 47\n".repeat(20);
     let dbc = vec![("a.dbc".into(), b"BO_ 37 A: 8 X\n".to_vec())];

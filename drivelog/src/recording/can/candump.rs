@@ -10,6 +10,9 @@ pub(super) fn candump(line: &str) -> Line {
     if line.is_empty() || line.starts_with('#') {
         return Line::Other;
     }
+    if line.contains('\x1b') {
+        return candump(without_colours(line).trim());
+    }
     let parsed = (|| {
         let (stamp, rest) = line.strip_prefix('(')?.split_once(')')?;
         let time = stamp.trim().parse::<f64>().ok().or_else(|| instant(stamp.trim()))?;
@@ -46,6 +49,17 @@ pub(super) fn candump(line: &str) -> Line {
         if time.is_finite() { Some(Line::Frame(frame)) } else { None }
     })();
     parsed.unwrap_or(Line::Fault)
+}
+
+/// A line of `candump -c` without the sequences that colour it on a terminal: ESC, `[`, numbers and a letter.
+fn without_colours(line: &str) -> String {
+    let mut parts = line.split('\x1b');
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part.find(|c: char| c.is_ascii_alphabetic()).map_or(part.len(), |at| at + 1);
+        plain += &part[end..];
+    }
+    plain
 }
 
 /// The hexadecimal digits of so many bytes in columns, which may be binary (`-i`) or in reverse with marks between them

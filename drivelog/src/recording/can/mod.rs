@@ -7,6 +7,7 @@ mod candump;
 mod dbc;
 mod decode;
 mod frame;
+mod kvaser;
 mod table;
 mod text;
 mod trc;
@@ -74,7 +75,7 @@ struct Survey {
     rises: u64,
     falls: u64,
     fallen_s: f64,
-    /// The first and the last instant in order of time, s.
+    /// The first and the last instant in order of time, s, of the frames after the first one, whose time between frames is 0.
     span_s: (f64, f64),
     trend: Trend,
 }
@@ -116,14 +117,16 @@ impl Survey {
                 Ok(Some(frame)) => {
                     let time = frame.time;
                     count += 1;
-                    trend.note(time);
                     if time < last {
                         falls += 1;
                         fallen_s += last - time;
                     }
                     rises += u64::from(time > last);
                     last = time;
-                    span_s = (span_s.0.min(time), span_s.1.max(time));
+                    if count > 1 {
+                        trend.note(time);
+                        span_s = (span_s.0.min(time), span_s.1.max(time));
+                    }
                     let all = if frame.is_request { &mut of_requests } else { &mut seen };
                     Seen::note(all, identifier(frame), time);
                 }
@@ -167,8 +170,13 @@ impl Survey {
         const LARGEST_S: f64 = 1e6;
         const MOST_IN_ORDER: u64 = 200;
         const MOST_RISES: u64 = 10;
+        const FEWEST: u64 = 8;
         let span_s = self.span_s.1 - self.span_s.0;
-        self.frames > 10
+        // Frames of a bus follow each other: no two have one instant, let alone all.
+        if self.frames >= FEWEST && span_s == 0.0 && self.span_s.1 > 0.0 {
+            return true;
+        }
+        self.frames >= FEWEST
             && self.span_s.1 < LARGEST_S
             && self.falls * MOST_IN_ORDER > self.frames
             && self.falls * MOST_RISES > self.rises

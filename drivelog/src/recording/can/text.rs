@@ -4,7 +4,8 @@ use super::asc::Asc;
 use super::busmaster::{self, Busmaster};
 use super::candump::{candump, has_no_time};
 use super::frame::{Frame, Line};
-use super::table::Table;
+use super::kvaser::{self, Kvaser};
+use super::table::{self, Table};
 use super::trc::{self, Trc};
 use std::io::{BufRead, BufReader, Read};
 
@@ -18,6 +19,7 @@ pub(super) enum CanTextForm {
     Asc,
     Trc,
     Busmaster,
+    Kvaser,
     Table,
 }
 
@@ -43,7 +45,12 @@ impl CanTextForm {
         if first.starts_with(busmaster::MARK) {
             return Some(Self::Busmaster);
         }
-        if Table::from_header(first).is_some() {
+        // Text about the logger and the networks may stand above both.
+        let top = || start.lines().map(str::trim);
+        if top().any(kvaser::is_header) {
+            return Some(Self::Kvaser);
+        }
+        if top().any(|line| Table::from_header(line).is_some() || table::is_above(line)) {
             return Some(Self::Table);
         }
         // The first line may be cut, too.
@@ -78,6 +85,7 @@ pub(super) struct Frames<R> {
     asc: Asc,
     trc: Trc,
     busmaster: Busmaster,
+    kvaser: Kvaser,
     table: Option<Table>,
     /// The instant of the last frame of [`CanTextForm::Steps`], s.
     time: f64,
@@ -100,6 +108,7 @@ impl<R: Read> Frames<R> {
             asc: Asc::default(),
             trc: Trc::default(),
             busmaster: Busmaster::default(),
+            kvaser: Kvaser::default(),
             table: None,
             time: 0.0,
         }
@@ -124,7 +133,8 @@ impl<R: Read> Frames<R> {
                 CanTextForm::Asc => self.asc.line(text.trim()),
                 CanTextForm::Trc => self.trc.line(text.trim()),
                 CanTextForm::Busmaster => self.busmaster.line(text.trim()),
-                CanTextForm::Table => match &self.table {
+                CanTextForm::Kvaser => self.kvaser.line(text.trim()),
+                CanTextForm::Table => match &mut self.table {
                     Some(table) => table.line(text.trim(), !text.ends_with('\n')),
                     None => {
                         let rows = String::from_utf8_lossy(self.reader.fill_buf()?);
@@ -154,6 +164,9 @@ impl<R: Read> Frames<R> {
     /// What could not be read, for people.
     pub(super) fn loss(&self, file: &str) -> Option<String> {
         let (line, byte) = self.first_fault?;
+        if let Some(problem) = self.table.as_ref().and_then(Table::problem) {
+            return Some(format!("{file}:{line}: {problem}"));
+        }
         let count = self.faults;
         let lines = if count == 1 { "1 line is" } else { &format!("{count} lines are") };
         Some(format!(
@@ -223,6 +236,9 @@ mod tests {
         for data in ["01000001 00100000", "20`41"] {
             assert_eq!(first(&format!("(1.5)  can0  025   [2]  {data}\n")), plain, "{data}");
         }
+        // Colours of a terminal.
+        let coloured = "\x1b[31m(1.5)  can0  025   [2]  41 20\x1b[0m\n";
+        assert_eq!(first(coloured), plain);
         // By name, some of which are numbers, and after a byte-order mark.
         for name in ["STEER", "FACE", "25"] {
             let text = format!("\u{feff}0.5 1 {name} Rx d 1 49 Length = 1 ID = 37\n");
@@ -354,6 +370,82 @@ mod tests {
         ] {
             assert_eq!(all(&format!("{head}{rows}")), (expected.to_vec(), 1), "{rows}");
         }
+    }
+
+    #[test]
+    fn logs_of_kvaser_in_both_bases() {
+        let expected =
+            [frame(100.5, "0", 0x25, false, &[0x49, 3]), frame(101.5, "0", 0x18FE_CA34, true, &[])];
+        let king = "Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir\n";
+        let hex = " 0    00000025         2  49  03            100.500000 R\n\
+                    0    18FECA34 X       0                    101.500000 T\n";
+        let decimal = " 0          37         2  73   3            100.500000 R\n\
+                        0   419351092 X       0                    101.500000 T\n";
+        let others = " 0    00000025 R       0                    101.600000 R\n\
+                       0    ErrorFrame                            101.700000 R\n\
+                      Logging stopped.\n 0    00000025         2  49      102.500000 R\n";
+        for rows in [hex, decimal] {
+            assert_eq!(all(&format!("{king}{rows}{others}")), (expected.to_vec(), 1), "{rows}");
+        }
+        let settings = |base: &str| {
+            format!(
+                "                  Kvaser Memorator Log\n                  ====================\n\n\
+                 Settings:\n   Format of data field: {base}\n   Format of id field:   {base}\n\n\
+                 \x20       Time Chan   Identifier Flags        DLC Data          Counter\n=====\n\
+                 \x20   0.000  Trigger (type=0x1, active=0x00, pre-trigger=0, post-trigger=-1)\n"
+            )
+        };
+        let hex =
+            " 100.500000  0   25 Rx    2 49 03    1\n 101.500000  0  18FECA34 Rx X  0     2\n";
+        let decimal = " 100.500000  0   37 Rx    2 73 3    1\n 101.500000  0  419351092  0     2\n";
+        for (base, rows) in [("HEX", hex), ("DEC", decimal)] {
+            assert_eq!(all(&(settings(base) + rows)), (expected.to_vec(), 0), "{base}");
+        }
+    }
+
+    #[test]
+    fn tables_below_a_text_and_of_unknown_programs() {
+        let expected =
+            [frame(1.5, "1", 0x25, false, &[0x49, 3]), frame(2.5, "1", 0x18FE_CA34, true, &[])];
+        let spy = "Measurement Started,3/1/2024 10:00:00 AM\nNetwork Description,Hardware,Network,Protocol,Baud Rate\n\n\
+            Line,Abs Time(Sec),Rel Time (Sec),Status,Er,Tx,Description,Network,Node,Arb ID,Remote,Xtd,B1,B2,B3,Value,Trigger,Signals\n\
+            1,1.5,0,67371008,F,F,\"Steer, raw\",1,,25,F,F,49,3,,,,\n2,1.6,.1,8,F,F,x,1,,25,T,F,,,,,,\n2,1.7,.1,8,T,F,x,1,,25,F,F,,,,,,\n\
+            3,2.5,1,8,F,T,x,1,,18FECA34,F,T,,,,,,\n4,3,1,8,F,F,x,1,,25,F,F,49";
+        assert_eq!(all(spy), (expected.to_vec(), 1));
+        let ms = "Message,Time Offset (ms),Type,ID,Length,Data\n1,1500,Rx,025h,2,49 03\n2,2500,Rx,18FECA34h,0,\n";
+        let hex = "Trace,V1.3\n\"Time\",\"Identifier (hex)\",\"Format\",\"Data (hex)\"\n\
+                   \"00:00:01.500\",\"25\",\"Std\",\"49 03\"\n\"00:00:02.500\",\"18FECA34\",\"Ext\",\"\"\n";
+        let rows = "Time;Chn;ID;DLC;Data\n1.5;1;25;2;4903\n2.5;1;18FECA34;0;\n";
+        for text in [ms, hex, rows] {
+            assert_eq!(all(text), (expected.to_vec(), 0), "{text}");
+        }
+        // Without a letter in any identifier its base is open, and without a point the unit of the times.
+        for (text, part) in [
+            ("Time;Chn;ID;DLC;Data\n1.5;1;25;2;4903\n", "base of the identifiers"),
+            ("Time;Chn;ID;DLC;Data\n1500;1;0x25;2;4903\n", "unit of the times"),
+        ] {
+            let form = CanTextForm::recognise(text.as_bytes()).unwrap();
+            let mut frames = Frames::new(text.as_bytes(), form);
+            assert_eq!(frames.next().unwrap(), None);
+            assert!(frames.loss("a.csv").unwrap().contains(part), "{text}");
+        }
+    }
+
+    #[test]
+    fn tables_of_the_cl2000_with_all_its_clocks() {
+        let head = "# Logger type: CL2000\n# Time format: 4\nTimestamp;Type;ID;Data\n";
+        let rows = |first: &str, second: &str| {
+            let text = format!("{head}{first};0;25;4903\n{second};9;18feca34;\n");
+            let (read, faults) = all(&text);
+            assert_eq!((read.len(), faults), (2, 0), "{text}");
+            assert_eq!((read[0].id, read[0].is_extended, read[1].is_extended), (0x25, false, true));
+            [read[0].time, read[1].time]
+        };
+        // `date -u -d '2024-03-01T10:00:00Z' +%s`
+        let ten = 1_709_287_200.0;
+        assert_eq!(rows("20240301T100000250", "20240302T100000250"), [ten + 0.25, ten + 86_400.25]);
+        assert_eq!(rows("01T235959500", "02T000000500"), [86_399.5, 86_400.5]);
+        assert_eq!(rows("0301T10:00:00.250", "0301T10:00:01.250").map(|t| t % 60.0), [0.25, 1.25]);
     }
 
     #[test]

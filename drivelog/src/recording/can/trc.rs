@@ -20,7 +20,7 @@ impl Default for Trc {
 pub(super) const VERSION: &str = ";$FILEVERSION=";
 const COLUMNS: &str = ";$COLUMNS=";
 /// Bytes of a frame by data length codes from 9.
-const LONG: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+pub(super) const LONG: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
 
 impl Trc {
     pub(super) fn line(&mut self, line: &str) -> Line {

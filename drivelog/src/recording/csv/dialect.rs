@@ -82,6 +82,7 @@ fn of_race_capture(channels: &mut [Channel]) {
         *channel = Channel {
             has_stamps: channel.has_stamps,
             is_text: channel.is_text,
+            unread: channel.unread.clone(),
             ..Channel::new(&parts[0], Some(&parts[1]))
         };
         if channel.name == "Interval" {

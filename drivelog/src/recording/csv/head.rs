@@ -12,6 +12,8 @@ use super::missing::is_missing;
 use super::stamps::Stamps;
 use crate::Error;
 use crate::options::DecimalMark;
+use crate::role::Role;
+use crate::units::unit_of_header;
 use std::io::Read;
 
 /// Rows that delimiter and decimal mark are determined from.
@@ -36,6 +38,8 @@ pub(super) struct Head {
     pub(super) stamps: Vec<Option<Stamps>>,
     /// Columns whose cells are all texts, as far as they were looked at.
     pub(super) are_texts: Vec<bool>,
+    /// The first cell that is neither a number nor a time, of columns of which most are so, and its line.
+    pub(super) unread: Vec<Option<(u64, String)>>,
     /// Columns without a value, as far as they were looked at.
     pub(super) are_empty: Vec<bool>,
     /// Records from the file's start to the first row of values.
@@ -102,14 +106,24 @@ impl Head {
         let mut marks = Marks::default();
         let mut stamps: Vec<Option<Option<Stamps>>> = vec![None; header.len()];
         let mut cells = vec![(0, 0); header.len()];
+        let mut odd: Vec<(u32, Option<(u64, String)>)> = vec![(0, None); header.len()];
+        let mut numbers: Vec<Option<Vec<f64>>> = (0..header.len())
+            .map(|i| {
+                let unit = above.units.get(i).is_none_or(String::is_empty);
+                if unit && is_named_like_a_date(&header[i]) { Some(Vec::new()) } else { None }
+            })
+            .collect();
         let samples = values.iter().filter(|row| !is_blank(row) && !is_comment_record(row));
         for (place, row) in samples.enumerate() {
-            for ((cell, stamps), (all, texts)) in row.iter().zip(&mut stamps).zip(&mut cells) {
+            for (i, ((cell, stamps), (all, texts))) in
+                row.iter().zip(&mut stamps).zip(&mut cells).enumerate()
+            {
                 // A column of texts or without values so far may have numbers further down.
                 if place >= SAMPLE && *texts < *all {
                     continue;
                 }
-                let cell = std::str::from_utf8(cell).unwrap_or_default().trim();
+                let cell = text_of(cell);
+                let cell = cell.as_str();
                 if place < SAMPLE {
                     marks.note(cell);
                 }
@@ -124,6 +138,19 @@ impl Head {
                 let begins_number = |c: char| c.is_ascii_digit() || "+-−.,".contains(c);
                 let is_text = !is_value(cell) && switch(cell).is_none();
                 *texts += u32::from(is_text && !cell.starts_with(begins_number));
+                if is_text {
+                    odd[i].0 += 1;
+                    odd[i].1.get_or_insert_with(|| (line(row), cell.to_owned()));
+                }
+                if let Some(numbers) = &mut numbers[i] {
+                    numbers.extend(cell.replace(',', ".").parse::<f64>());
+                }
+            }
+        }
+        let mut stamps: Vec<Option<Stamps>> = stamps.into_iter().map(Option::flatten).collect();
+        for (stamps, numbers) in stamps.iter_mut().zip(numbers) {
+            if stamps.is_none() {
+                *stamps = Stamps::of_serial_days(&numbers.unwrap_or_default());
             }
         }
         Ok(Self {
@@ -135,12 +162,24 @@ impl Head {
             skipped: above.skipped,
             text: text_above(&rows, above.first),
             units: above.units,
-            stamps: stamps.into_iter().map(Option::flatten).collect(),
+            stamps,
+            unread: odd
+                .into_iter()
+                .zip(&cells)
+                .map(|((count, first), (all, _))| first.filter(|_| 2 * count > *all))
+                .collect(),
             are_empty: cells.iter().map(|(all, _)| *all == 0).collect(),
             are_texts: cells.into_iter().map(|(all, texts)| all > 0 && texts == all).collect(),
             records: lead + above.first,
         })
     }
+}
+
+/// Whether a column has the name of an instant, and no unit in it.
+fn is_named_like_a_date(name: &str) -> bool {
+    let plain = name.trim_start_matches(['#', '%', '/', ' ']).to_lowercase();
+    let is_date = ["date", "datum", "fecha"].into_iter().any(|word| plain.starts_with(word));
+    (is_date || Role::Time.is_named_like(name)) && unit_of_header(name).is_none()
 }
 
 /// UTF-16 has a mark at its start, or a zero in every other byte.

@@ -22,7 +22,7 @@ use comments::WithoutComments;
 use head::Head;
 use losses::Losses;
 use rows::{Csv, joined};
-use stamps::{Dates, Stamps};
+use stamps::Dates;
 use std::collections::{HashSet, VecDeque};
 use std::io::{Cursor, Read};
 use std::rc::Rc;
@@ -52,6 +52,7 @@ impl<'a> Csv<'a> {
                 Channel::new(name, head.units.get(j).map(|unit| cells::bare_unit(unit)));
             channel.has_stamps = head.stamps[j].is_some();
             channel.is_text = head.are_texts[j];
+            channel.unread.clone_from(&head.unread[j]);
             channel
         });
         let mut channels: Vec<Channel> = channels.collect();
@@ -197,17 +198,11 @@ impl Recording for Csv<'_> {
 
     fn losses(&self) -> Vec<String> {
         let file = &self.groups[0].file;
-        let open = self
-            .stamps
-            .iter()
-            .zip(&self.groups[0].channels)
-            .filter(|(stamps, _)| stamps.as_ref().is_some_and(Stamps::has_open_order));
-        let open = open.map(|(_, channel)| {
-            format!(
-                "{file}: column `{}`: day and month are open and the month is taken to be first, which changes no time between rows",
-                shortened(&channel.name)
-            )
-        });
+        let open =
+            self.stamps.iter().zip(&self.groups[0].channels).filter_map(|(stamps, channel)| {
+                let remark = stamps.as_ref()?.remark()?;
+                Some(format!("{file}: column `{}`: {remark}", shortened(&channel.name)))
+            });
         self.losses.sentences(file, &self.groups[0].channels).into_iter().chain(open).collect()
     }
 

@@ -391,12 +391,13 @@ impl Csv<'_> {
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
-        let text = std::str::from_utf8(cell).unwrap_or_default().trim();
+        let decoded = text_of(cell);
+        let text = decoded.as_str();
         let typeset = text.strip_prefix('−').map(|number| format!("-{number}"));
         let text = typeset.as_deref().unwrap_or(text);
         let with_comma = self.decimal == Some(DecimalMark::Comma);
-        let is_of_digits = self.stamps[column].as_ref().is_some_and(Stamps::are_digits);
-        if !is_of_digits
+        let are_stamps = self.stamps[column].as_ref().is_some_and(Stamps::are_numbers);
+        if !are_stamps
             && let Ok(x) = text.parse::<f64>()
             && !(with_comma && text.contains('.'))
         {

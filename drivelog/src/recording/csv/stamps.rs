@@ -1,8 +1,9 @@
-//! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, or the time of day alone; dates with
-//! slashes, hyphens or points that end with the year, or with the name of the month; durations as MATLAB (`0.01 sec`), pandas (`0 days 00:00:00.01`) and
-//! stop watches (`1:02.5`) write them.
+//! Times as ISO 8601 writes them: `2024-03-01T10:00:00.010Z`, without a zone, with the week or the day of the year, or
+//! the time of day alone; dates with slashes, hyphens or points that end with the year, or with the name of the month;
+//! days as spreadsheets and MATLAB count them; durations as MATLAB (`0.01 sec`), pandas (`0 days 00:00:00.01`) and stop
+//! watches (`1:02.5`) write them.
 
-use jiff::civil::{Date, Time};
+use jiff::civil::{Date, ISOWeekDate, Time, Weekday};
 use jiff::fmt::temporal::DateTimeParser;
 use jiff::tz::Offset;
 
@@ -44,6 +45,8 @@ struct Slashed {
     /// With points, the day is first.
     has_points: bool,
     year: i16,
+    /// Of a year of two digits between slashes it is open whether it is last.
+    has_short_year: bool,
     of_day: f64,
 }
 
@@ -59,8 +62,8 @@ enum StampForm {
     /// Date and time of an unstated zone.
     Local,
     TimeOfDay,
-    /// `0.01 sec`.
-    Seconds,
+    /// `0.01 sec`, `0.5 min`.
+    Duration,
     /// `1:02.5`.
     Minutes,
     /// `0 days 00:00:01`.
@@ -69,7 +72,13 @@ enum StampForm {
     Slashed,
     /// A time of day without colons.
     Digits,
+    /// Days, of which the one of 1970 has this number.
+    Serial(i32),
 }
+
+/// The numbers of 1 January 1970 where days are counted from 30 December 1899 (Excel, LibreOffice) and from the year 0
+/// (`datenum` of MATLAB).
+const SERIAL_1970: [i32; 2] = [25_569, 719_529];
 
 /// The dates of a clock, as far as they show which number is the day.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,8 +143,30 @@ impl Stamps {
         Self { form, last, first, order: None, shift: 0.0, first_iso: None }
     }
 
-    pub(super) fn are_digits(&self) -> bool {
-        self.form == StampForm::Digits
+    /// Days as a spreadsheet or MATLAB counts them, of a column with the name of a time and no unit: days between 2000 and
+    /// 2050 whose steps would be shorter than 0.1 ms if they were seconds.
+    pub(super) fn of_serial_days(cells: &[f64]) -> Option<Self> {
+        const DAYS: [f64; 2] = [10_957.0, 29_220.0];
+        const LONGEST_STEP: f64 = 1e-4;
+        const FEWEST: usize = 4;
+        let is_of = |since: &i32| {
+            let days = |x: &f64| (DAYS[0]..DAYS[1]).contains(&(x - f64::from(*since)));
+            cells.iter().all(days)
+        };
+        let since = SERIAL_1970.into_iter().find(is_of)?;
+        let steps = cells.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let is_fine = steps.clone().all(|step| step < LONGEST_STEP) && steps.sum::<f64>() > 0.0;
+        if cells.len() < FEWEST || !is_fine {
+            return None;
+        }
+        let (form, last) = (StampForm::Serial(since), f64::NEG_INFINITY);
+        let first = Slashed::default();
+        Some(Self { form, last, first, order: None, shift: 0.0, first_iso: None })
+    }
+
+    /// Whether the texts are numbers elsewhere.
+    pub(super) fn are_numbers(&self) -> bool {
+        matches!(self.form, StampForm::Digits | StampForm::Serial(_))
     }
 
     /// Its dates, as far as they were read.
@@ -146,15 +177,28 @@ impl Stamps {
         }
     }
 
-    /// Whether the order of day and month is open, which changes no time between two rows.
-    pub(super) fn has_open_order(&self) -> bool {
-        self.form == StampForm::Slashed && self.order.is_none()
+    /// What is open of the dates or how numbers were taken for dates, for people; neither changes a time between two rows.
+    pub(super) fn remark(&self) -> Option<String> {
+        if let StampForm::Serial(since) = self.form {
+            let counted =
+                if since == SERIAL_1970[0] { "a spreadsheet" } else { "MATLAB's datenum" };
+            return Some(format!("the numbers are days, as {counted} counts them"));
+        }
+        if self.form != StampForm::Slashed {
+            return None;
+        }
+        match (self.order, self.first.has_short_year) {
+            (None, false) => Some("day and month are open and the month is taken to be first, which changes no time between rows".into()),
+            (None, true) => Some("day, month and year are open; the month is taken to be first and the year to be last, which changes no time between rows".into()),
+            (Some(_), true) => Some("a year of two digits is taken to be the last number of the dates, which changes no time between rows".into()),
+            (Some(_), false) => None,
+        }
     }
 
     /// Seconds since 1970 of a date with slashes; where day and month are open, the month is taken to be first until
     /// another date shows which is the day.
     fn of_slashed(&mut self, text: &str) -> Option<f64> {
-        let own = slashed(text).filter(|own| own.has_points == self.first.has_points)?;
+        let own = slashed(text).filter(|own| own.is_written_like(&self.first))?;
         if self.order.is_none() {
             let [a, b] = self.first.numbers;
             self.order = own.order().or(match own.numbers {
@@ -176,6 +220,12 @@ impl Stamps {
     pub(in crate::recording) fn seconds(&mut self, text: &str) -> Option<f64> {
         if self.form == StampForm::Slashed {
             return self.of_slashed(text);
+        }
+        if let StampForm::Serial(since) = self.form {
+            let days: f64 = text.replace(',', ".").parse().ok()?;
+            let seconds = (days - f64::from(since)) * DAY_S;
+            self.first_iso.get_or_insert(seconds);
+            return if seconds.is_finite() { Some(seconds) } else { None };
         }
         let mut form_and_seconds = read(text);
         if self.form == StampForm::Digits {
@@ -226,6 +276,13 @@ impl Slashed {
         if let [order] = near[..] { Some(order) } else { None }
     }
 
+    /// Whether both dates are of one form; a short year that changes alone is the day of a date that begins with the year.
+    fn is_written_like(&self, other: &Self) -> bool {
+        let is_other_year = self.numbers == other.numbers && self.year != other.year;
+        (self.has_points, self.has_short_year) == (other.has_points, other.has_short_year)
+            && !(self.has_short_year && is_other_year)
+    }
+
     fn is_date_of(&self, other: &Self) -> bool {
         (self.numbers, self.year) == (other.numbers, other.year)
     }
@@ -261,20 +318,34 @@ fn slashed(text: &str) -> Option<Slashed> {
         let number = numbers.next().filter(|n| (1..=most).contains(&n.len()))?;
         number.parse::<i16>().ok().filter(|n| *n > 0)
     };
-    let (a, b, mut year) = (next(2)?, next(2)?, next(4)?);
-    // Between points only the year is last.
-    if mark == '.' && year < 100 && date.len() <= 8 {
-        year += 2000;
-    }
-    if year < 1000 || numbers.next().is_some() {
+    let (a, b) = (next(2)?, next(2)?);
+    let last = numbers.next()?;
+    // Between hyphens a year of two digits may come first, too.
+    let year = year_of(last).filter(|_| mark != '-' || last.len() == 4)?;
+    if numbers.next().is_some() {
         return None;
     }
     let numbers = [i8::try_from(a).ok()?, i8::try_from(b).ok()?];
-    Some(Slashed { numbers, has_points: mark == '.', year, of_day: time_of_day(time.trim())? })
+    let (has_points, has_short_year) = (mark == '.', mark == '/' && last.len() == 2);
+    let of_day = time_of_day(time.trim())?;
+    Some(Slashed { numbers, has_points, year, has_short_year, of_day })
 }
 
-/// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`.
+/// A year of four digits, or of two in this century.
+fn year_of(text: &str) -> Option<i16> {
+    let year: i16 = text.parse().ok()?;
+    match text.len() {
+        4 if year >= 1000 => Some(year),
+        2 if year >= 0 => Some(year + 2000),
+        _ => None,
+    }
+}
+
+/// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`, `1:00:00 p.m.`.
 fn time_of_day(text: &str) -> Option<f64> {
+    let plain = text.strip_suffix(".m.").or_else(|| text.strip_suffix(".M."));
+    let with_points = plain.map(|start| format!("{start}m"));
+    let text = with_points.as_deref().unwrap_or(text);
     let end = text.len().checked_sub(2).and_then(|at| text.get(at..)).unwrap_or_default();
     let (is_am, is_pm) = (end.eq_ignore_ascii_case("am"), end.eq_ignore_ascii_case("pm"));
     let text = if is_am || is_pm { text[..text.len() - 2].trim_end() } else { text };
@@ -329,11 +400,25 @@ fn read(text: &str) -> Option<(StampForm, f64)> {
     if is_mark(2, b':') || is_mark(1, b':') {
         return Some((StampForm::TimeOfDay, time_of_day(text)?));
     }
-    if let Some(number) = text.strip_suffix(" sec") {
-        return Some((
-            StampForm::Seconds,
-            number.trim().parse().ok().filter(|x: &f64| x.is_finite())?,
-        ));
+    // Durations of MATLAB.
+    for (unit, seconds) in [(" sec", 1.0), (" min", 60.0), (" hr", 3600.0), (" days", DAY_S)] {
+        if let Some(number) = text.strip_suffix(unit) {
+            let number = number.trim().parse().ok().filter(|x: &f64| x.is_finite())?;
+            return Some((StampForm::Duration, seconds * number));
+        }
+    }
+    // `Thu Mar 14 10:00:00 2024` of C, `Thu, 14 Mar 2024 10:00:00` of mail.
+    if let Some((name, rest)) = text.split_once([' ', ','])
+        && DAYS.iter().any(|day| day.eq_ignore_ascii_case(name))
+    {
+        let (start, end) = rest.trim().rsplit_once(' ')?;
+        let year_last = end.len() == 4 && end.bytes().all(|b| b.is_ascii_digit());
+        return match start.rsplit_once(' ') {
+            Some((date, time)) if year_last && time.contains(':') => {
+                read(&format!("{} {end} {time}", date.trim()))
+            }
+            _ => read(rest.trim()),
+        };
     }
     for mark in ['/', '.'] {
         if is_mark(4, mark as u8) && is_mark(7, mark as u8) {
@@ -351,12 +436,15 @@ fn read(text: &str) -> Option<(StampForm, f64)> {
         return read(&format!("{}-{}-{} {time}", &date[..4], &date[4..6], &date[6..]));
     }
     if let Some((rest, zone)) = text.rsplit_once(' ')
-        && let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone)
+        && let Some(hours) = zone_hours(zone)
     {
         return match read(rest)? {
             (StampForm::Local, seconds) => Some((StampForm::Zoned, seconds - 3600.0 * hours)),
             _ => None,
         };
+    }
+    if let Some(date) = with_week_or_day_of_year(text) {
+        return read(&date);
     }
     if let Some(instant) = with_month_name(text) {
         return Some((StampForm::Local, instant));
@@ -372,22 +460,55 @@ fn read(text: &str) -> Option<(StampForm, f64)> {
     }
 }
 
-/// Seconds since 1970 of a date with the name of its month, such as `01-Mar-2024 10:00:00.010` of MATLAB or
-/// `Mar 1, 2024 10:00:00`.
+/// Days of the week as they stand before a date.
+const DAYS: [&str; 7] = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
+
+/// Hours of a zone by its name or as `+0100`; without a blank before it `+01:00` is read by the parser.
+fn zone_hours(zone: &str) -> Option<f64> {
+    if let Some((_, hours)) = ZONES.iter().find(|(name, _)| *name == zone) {
+        return Some(*hours);
+    }
+    let sign = match zone.as_bytes() {
+        [b'+', rest @ ..] if rest.len() == 4 && rest.iter().all(u8::is_ascii_digit) => 1.0,
+        [b'-', rest @ ..] if rest.len() == 4 && rest.iter().all(u8::is_ascii_digit) => -1.0,
+        _ => return None,
+    };
+    let number = |digits: &str| digits.parse::<f64>().ok();
+    Some(sign * (number(&zone[1..3])? + number(&zone[3..5])? / 60.0))
+}
+
+/// `2024-W09-5T10:00:00` and `2024-061T10:00:00` with month and day.
+fn with_week_or_day_of_year(text: &str) -> Option<String> {
+    let (date, time) = text.split_once(['T', ' ']).filter(|(date, _)| date.is_ascii())?;
+    let (year, rest) = date.split_once('-').filter(|(year, _)| year.len() == 4)?;
+    let year = year.parse::<i16>().ok()?;
+    let date = if let Some((week, day)) = rest.strip_prefix('W').and_then(|w| w.split_once('-')) {
+        let day = Weekday::from_monday_one_offset(day.parse().ok()?).ok()?;
+        ISOWeekDate::new(year, week.parse().ok()?, day).ok()?.date()
+    } else {
+        let number = rest.parse::<i16>().ok().filter(|_| rest.len() == 3)?;
+        Date::new(year, 1, 1).ok()?.with().day_of_year(number).build().ok()?
+    };
+    Some(format!("{date} {time}"))
+}
+
+/// Seconds since 1970 of a date with the name of its month, such as `01-Mar-2024 10:00:00.010` of MATLAB,
+/// `Mar 1, 2024 10:00:00` or `1. März 2024 10:00:00`.
 fn with_month_name(text: &str) -> Option<f64> {
+    // How they begin in English, German, French, Spanish and Italian.
     const MONTHS: [&[&str]; 12] = [
-        &["jan"],
-        &["feb"],
-        &["mar", "mär", "mrz"],
-        &["apr"],
-        &["may", "mai"],
-        &["jun"],
-        &["jul"],
-        &["aug"],
-        &["sep"],
-        &["oct", "okt"],
+        &["jan", "ene", "gen"],
+        &["feb", "fév", "fev"],
+        &["mar", "mär", "mrz", "mae"],
+        &["apr", "avr", "abr"],
+        &["may", "mai", "mag"],
+        &["jun", "juin", "giu"],
+        &["jul", "juil", "lug"],
+        &["aug", "aoû", "aou", "ago"],
+        &["sep", "set"],
+        &["oct", "okt", "ott"],
         &["nov"],
-        &["dec", "dez"],
+        &["dec", "dez", "déc", "dic"],
     ];
     let colon = text.find(':')?;
     let (date, time) = text.split_at(text[..colon].rfind([' ', 'T'])?);
@@ -395,16 +516,17 @@ fn with_month_name(text: &str) -> Option<f64> {
     let parts: Vec<&str> = parts.collect();
     let &[first, second, year] = &parts[..] else { return None };
     let month = |name: &str| {
-        let start: String = name.chars().take(3).collect::<String>().to_lowercase();
-        MONTHS.iter().position(|names| names.contains(&&*start))
+        let name = name.to_lowercase();
+        let is_it = |starts: &&[&str]| starts.iter().any(|start| name.starts_with(start));
+        MONTHS.iter().position(is_it)
     };
     let (month, day) = match (month(first), month(second)) {
         (Some(month), _) => (month, second),
         (None, Some(month)) => (month, first),
         (None, None) => return None,
     };
-    let year = year.parse().ok().filter(|_| year.len() == 4)?;
-    let date = Date::new(year, i8::try_from(month + 1).ok()?, day.parse().ok()?).ok()?;
+    let day = day.trim_end_matches('.').parse().ok()?;
+    let date = Date::new(year_of(year)?, i8::try_from(month + 1).ok()?, day).ok()?;
     let of_day = time_of_day(time.trim_start_matches(['T', ' ']))?;
     Some(since_1970(date, Time::midnight(), Offset::UTC)? + of_day)
 }
@@ -451,6 +573,14 @@ mod tests {
             "Mar 1, 2024 10:00:00 AM",
             "1 March 2024 10:00:00",
             "01.03.24 10:00:00",
+            "01-Mar-24 10:00:00",
+            "1. März 2024 10:00:00",
+            "1 mars 2024 10:00:00",
+            "2024-W09-5T10:00:00",
+            "2024-061T10:00:00Z",
+            "Fri Mar  1 10:00:00 2024",
+            "Fri, 01 Mar 2024 11:30:00 +0130",
+            "01/Mar/2024 10:00:00 a.m.",
         ] {
             assert_eq!(at(text), 0.0, "{text}");
         }
@@ -466,7 +596,11 @@ mod tests {
             "2024-13-01T10:00:00",
             "1:2",
             "run 1 2024 10:00:00",
-            "01-Mar-24 10:00:00",
+            "01-Mar-124 10:00:00",
+            "2024-W54-1T10:00:00",
+            "2024-366-1T10:00:00",
+            "2023-366T10:00:00",
+            "Fri Mar 01 10:00:00 GMT+01:00 2024",
         ] {
             assert_eq!(Stamps::like(none), None, "{none}");
         }
@@ -482,12 +616,13 @@ mod tests {
             "29/2/2024 10:11:32 AM",
             "29.02.2024 10:11:32,000",
             "29-02-2024 10:11:32",
+            "2/29/24 10:11:32",
         ] {
             assert_eq!(seconds(&[text])[0], Some(leap), "{text}");
         }
         // With points the day is first, of a date with either order, too.
         let fourth = ["03.04.2024 23:59:59", "04.04.2024 00:00:00"];
-        assert!(!Stamps::like(fourth[0]).unwrap().has_open_order());
+        assert!(!Stamps::like(fourth[0]).unwrap().remark().is_some());
         assert_eq!(seconds(&fourth), [1_712_188_799.0, 1_712_188_800.0].map(Some));
         assert_eq!(seconds(&["03.04.2024 10:00:00", "03/04/2024 10:00:00"])[1], None);
         assert_eq!(seconds(&["2/29/2024 10:11:32 PM"])[0], Some(leap + 0.5 * DAY_S));
@@ -496,7 +631,7 @@ mod tests {
             ["03/04/2024 23:59:59", "03/05/2024 00:00:00"],
             ["03/04/2024 23:59:59", "04/04/2024 00:00:00"],
         ] {
-            assert!(Stamps::like(texts[0]).unwrap().has_open_order());
+            assert!(Stamps::like(texts[0]).unwrap().remark().is_some());
             let read: Vec<f64> = seconds(&texts).into_iter().flatten().collect();
             assert_eq!(read[1] - read[0], 1.0, "{texts:?}");
         }
@@ -508,6 +643,9 @@ mod tests {
             ("12:00:01 PM", 43_201.0),
             ("0.25 sec", 0.25),
             ("0 sec", 0.0),
+            ("0.5 min", 30.0),
+            ("0.5 hr", 1800.0),
+            ("1.5 days", 129_600.0),
             ("1:02.5", 62.5),
             ("00:02.500", 2.5),
             ("0 days 00:00:01.250000", 1.25),
@@ -518,7 +656,7 @@ mod tests {
         for none in [
             "1:23",
             "1/2",
-            "3/4/24 10:00:00",
+            "13-01-24 10:00:00",
             "x sec",
             "30/30/2024 10:00:00",
             "13:00:00 PM",
@@ -526,6 +664,34 @@ mod tests {
             "x days 00:00:00",
         ] {
             assert_eq!(Stamps::like(none).and_then(|mut s| s.seconds(none)), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn short_years_are_last_unless_only_the_last_number_goes_on() {
+        let remark = |text: &str| Stamps::like(text).unwrap().remark().unwrap_or_default();
+        assert!(remark("03/04/24 10:00:00").starts_with("day, month and year are open"));
+        assert!(remark("24/03/14 10:00:00").starts_with("a year of two digits"));
+        assert_eq!(remark("03.04.24 10:00:00"), "");
+        // The day after 14 March 2024 that begins with its year is not a year later.
+        assert_eq!(seconds(&["24/03/14 23:59:59", "24/03/15 00:00:00"])[1], None);
+        let read = seconds(&["03/14/24 23:59:59", "03/15/24 00:00:00"]);
+        assert_eq!(read[1].unwrap() - read[0].unwrap(), 1.0);
+    }
+
+    #[test]
+    fn days_of_spreadsheets_and_of_matlab_differ_from_seconds_by_their_steps() {
+        let cells = |first: f64, step: f64| [0.0, 1.0, 2.0, 3.0].map(|k| first + step * k);
+        // `date -u -d '2024-03-01T12:00:00Z' +%s`; 45352 in Excel, `datenum(2024,3,1)`.
+        for first in [45_352.5, 739_312.5] {
+            let mut days = Stamps::of_serial_days(&cells(first, 1e-7)).unwrap();
+            assert_eq!(days.seconds(&first.to_string()), Some(1_709_294_400.0), "{first}");
+            assert!(days.remark().unwrap().starts_with("the numbers are days"), "{first}");
+        }
+        let mut days = Stamps::of_serial_days(&cells(45_352.5, 1e-7)).unwrap();
+        assert_eq!(days.seconds("45352,5"), Some(1_709_294_400.0));
+        for (first, step) in [(45_352.5, 0.01), (0.5, 1e-7), (45_352.5, 0.0), (36.0, 1e-7)] {
+            assert!(Stamps::of_serial_days(&cells(first, step)).is_none(), "{first} {step}");
         }
     }
 
