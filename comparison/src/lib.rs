@@ -7,6 +7,7 @@
 //! preview and feedforward follow from a controller, and the sideslip that the path follower uses,
 //! which is read for each plant in a turn.
 
+mod channels;
 mod compare;
 mod drive;
 mod error;
@@ -27,6 +28,9 @@ mod truth;
 mod vehicle;
 mod verdict;
 
+pub use channels::{
+    ChannelOverview, SimulatedPlant, channel_files, channel_json, channel_text, simulated_plants,
+};
 pub use compare::{Comparison, Job, Road, Shape, compare};
 pub use drive::{ComparedDrive, OnDrive};
 pub use error::Error;

@@ -97,7 +97,7 @@ pub fn models(files: Vec<(PathBuf, SourceFile, Model)>) -> Result<Vec<ComparedMo
 }
 
 /// Names of files without extensions, with as many of their folders as make them distinct.
-fn labels(paths: &[PathBuf]) -> Vec<String> {
+pub(crate) fn labels(paths: &[PathBuf]) -> Vec<String> {
     let tail = |path: &PathBuf, count: usize| {
         let parts: Vec<String> = path
             .with_extension("")

@@ -52,7 +52,7 @@ pub(crate) struct SpecificationArguments {
 }
 
 /// The options of the command line and of the file; absent where not stated.
-#[derive(clap::Args, Deserialize, Debug, Clone, Default)]
+#[derive(clap::Args, Deserialize, Debug, Clone, Default, PartialEq)]
 #[command(next_help_heading = "Specification")]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 struct Options {
@@ -197,6 +197,11 @@ impl Specified {
 }
 
 impl SpecificationArguments {
+    /// Whether an option or a file states anything.
+    pub(crate) fn is_stated(&self) -> bool {
+        self.requirements.is_some() || self.options != Options::default()
+    }
+
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.requirements.iter()
     }

@@ -54,6 +54,12 @@ pub enum Error {
     #[error("the log was read for the response {response}, and not for named inputs and outputs")]
     #[diagnostic(help("read the log with its inputs and outputs named"))]
     ChannelsNeeded { response: Response },
+    /// The channels of a log are not those of a plant.
+    #[error("{problem}")]
+    #[diagnostic(help(
+        "name the channels of the plant in its order, with their units, and resample the log to the sample time of the plant"
+    ))]
+    OtherChannels { problem: String },
     #[error(
         "the structure torque needs command, lateral acceleration, speed and steering angle; of this log, {missing}"
     )]

@@ -237,6 +237,8 @@ fn what_is_not_of_any_system_rejects_named_channels() {
     Tanks::new(400, 0.3).write(&folder.join("tanks.csv"));
     let identify = format!("identify tanks.csv {CHANNELS}");
     assert!(run(folder, &identify).status.success());
+    let bicycle = include_str!("../../fmu/bicycle-plant/example.json");
+    std::fs::write(folder.join("bicycle.json"), bicycle).unwrap();
     for (line, problem) in [
         (format!("{identify} --structure bicycle"), "the structure bicycle is that of a vehicle"),
         (format!("{identify} --detrend linear"), "detrend: linear"),
@@ -260,7 +262,11 @@ fn what_is_not_of_any_system_rejects_named_channels() {
         ("path --plant plant.json".into(), "follows no path"),
         ("simulate plant.json".into(), "a document, which no FMU is"),
         ("export plant.json --for autoware".into(), "no parameters of a steering"),
-        ("compare plant.json --log tanks.csv".into(), "named channels"),
+        ("compare plant.json".into(), "are compared on a log"),
+        ("compare plant.json --log tanks.csv --overshoot 2%".into(), "the specification has no effect"),
+        ("compare plant.json --log tanks.csv --sample-time 1s".into(), "sampled at 1 s, the plant at 0.5 s"),
+        ("compare plant.json --log tanks.csv --unit T1=K".into(), "has the unit K, that of the plant degC"),
+        ("compare plant.json bicycle.json --log tanks.csv".into(), "beside a plant of named channels"),
     ] {
         let output = run(folder, &format!("{line} --force"));
         let text = text_of(&output);
@@ -268,6 +274,41 @@ fn what_is_not_of_any_system_rejects_named_channels() {
         assert!(text.contains(problem), "{line}: {text}");
         assert!(text.contains("hint:"), "{line}: {text}");
     }
+}
+
+/// On another drive, against the document alone; the channels and the sample time are those of the plant.
+#[test]
+fn plants_of_named_channels_are_compared_on_another_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    Tanks::new(800, 0.3).write(&folder.join("tanks.csv"));
+    for order in [1, 2] {
+        let line = format!("identify tanks.csv {CHANNELS} --order {order} -o order_{order}.json");
+        run(folder, &line);
+    }
+    let other = Tanks::new(500, 0.1);
+    other.write(&folder.join("other.csv"));
+    let line = "compare order_1.json order_2.json --log other.csv";
+    let output = run(folder, &format!("{line} --out compared --json"));
+    assert!(output.status.success(), "{}", text_of(&output));
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (k, name) in ["order_1", "order_2"].into_iter().enumerate() {
+        let plant = read_plant(&folder.join(format!("{name}.json")));
+        let model = &printed["models"][k];
+        assert_eq!(
+            (&model["name"], model["outputs"][0]["name"].as_str()),
+            (&name.into(), Some("T1"))
+        );
+        for (i, expected) in fits(&plant, &other, 0, 500).into_iter().enumerate() {
+            let fit = model["outputs"][i]["fit_percent"].as_f64().unwrap();
+            assert!((fit - expected).abs() < 1e-6, "{name} {i}: {fit} {expected}");
+        }
+        for figure in ["outputs", "gains"] {
+            assert!(folder.join(format!("compared/{name}-{figure}.svg")).exists());
+        }
+    }
+    let text = text_of(&run(folder, line));
+    assert!(text.contains("best fit: T1 by order_2"), "{text}");
 }
 
 /// Packed, and driven by the log, against the document alone.

@@ -243,7 +243,7 @@ fn measured_and_simulated(
 }
 
 /// Fit of one output over all segments, percent.
-fn fit_of(data: &DataSet, errors: &Errors, output: usize) -> f64 {
+pub(super) fn fit_of(data: &DataSet, errors: &Errors, output: usize) -> f64 {
     let (y, y_hat) = measured_and_simulated(data, errors, output);
     bounded(fit_percent(&y.concat(), &y_hat.concat()))
 }

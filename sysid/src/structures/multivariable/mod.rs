@@ -8,6 +8,7 @@ mod delays;
 mod evidence;
 mod filter;
 mod held_out;
+mod log_simulation;
 mod quality;
 pub(crate) mod traces;
 
@@ -38,6 +39,7 @@ use steerwright_formats::{
     MultivariableUncertainty, PlantInput, PlantOutput, Provenance, variable_name,
 };
 
+pub use log_simulation::{LogSimulation, simulate_log};
 pub use traces::ChannelTraces;
 
 use crate::structures::multivariable::choice::choose;

@@ -1,5 +1,7 @@
 //! `steerwright compare`: models against a drive, controllers against each other and the truth.
 
+mod channels;
+
 use crate::documents::files;
 use crate::documents::gate::GateArguments;
 use crate::failure::{Failure, Outcome};
@@ -14,7 +16,7 @@ use crate::terminal::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::{ComparedModel, ControllerFile, Job, Road, Truth};
 use steerwright_drivelog::{LogOptions, Response};
-use steerwright_formats::{Path as PathFile, Pid};
+use steerwright_formats::{Model, Path as PathFile, Pid, SourceFile};
 use steerwright_sweep::Class;
 use steerwright_sysid::{IdentifyOptions, ValidationData};
 
@@ -24,13 +26,14 @@ use steerwright_sysid::{IdentifyOptions, ValidationData};
 /// Every controller follows the same road on the plant of every model and on the truth, as packed
 /// FMUs: the paper's Fig. 3 (with --log), 5, 6 and 7. A model without a --pid gets a controller that is
 /// designed to the specification, within the steering limits of the truth. The exit status is 1 if a
-/// controller is unstable or off the path.
+/// controller is unstable or off the path. Plants of named channels follow no road: each simulates the
+/// --log, and its fits are compared.
 ///
 /// Example: steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
 /// --out comparison
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json, bicycle.json or vehicle.json, two or more; one is enough with two controllers
+    /// plant.json, bicycle.json or vehicle.json, two or more; one is enough with two controllers, or of named channels
     #[arg(required = true, value_name = "MODEL.json")]
     models: Vec<PathBuf>,
     /// The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
@@ -90,7 +93,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let folder = arguments.out.as_deref().map(|out| outputs.folder(out, "compare")).transpose()?;
     let specified = arguments.specification.read()?;
     // A model without a response to the steering is rejected before the log is searched for that.
-    let models = arguments.models()?;
+    let files = arguments.documents()?;
+    if channels::is_of_channels(&files) {
+        return channels::run(arguments, files, folder);
+    }
+    let models = steerwright_comparison::models(files)?;
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
     let compared = steerwright_comparison::compare(Job {
@@ -139,13 +146,12 @@ impl Arguments {
         named.cloned().chain(pids).collect()
     }
 
-    fn models(&self) -> Result<Vec<ComparedModel>, Failure> {
+    fn documents(&self) -> Result<Vec<(PathBuf, SourceFile, Model)>, Failure> {
         let read = |path: &PathBuf| {
             let (document, source, _) = self.gate.read(path)?;
             Ok((path.clone(), source, document))
         };
-        let files = self.models.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(steerwright_comparison::models(files)?)
+        self.models.iter().map(read).collect()
     }
 
     /// The controllers' files; before `=` a model's label or file.
