@@ -316,6 +316,17 @@ pub(crate) fn time_column(
     if options.row_period_s.is_some() {
         return Ok(None);
     }
+    // The only other name that ends with the time and has a unit of it.
+    let mut others = (0..group.channels.len()).filter_map(|c| {
+        let is_named = Role::is_named_like_another_time(&group.channels[c].name);
+        let unit = of(c).ok().filter(|unit| is_named && unit.quantity == Quantity::Time)?;
+        Some((c, unit))
+    });
+    if let (None, true, Some(other), None) =
+        (&options.time, unfit.is_empty(), others.next(), others.next())
+    {
+        return Ok(Some(other));
+    }
     if let Some(name) = &options.time {
         let (role, column, available) = (Role::Time.name(), name.clone(), group.names());
         return Err(Error::MissingColumn { role, column, available });

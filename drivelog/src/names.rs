@@ -17,6 +17,31 @@ impl Role {
         is_acceleration_command(&plain_name(header))
     }
 
+    /// Whether a column is named like a time in another way than [`Role::Time`], such as `Elapsed Time` or `LogTime`, and not
+    /// like that of a lap or a difference.
+    pub(crate) fn is_named_like_another_time(header: &str) -> bool {
+        const OTHERS: [&str; 13] = [
+            "lap",
+            "delta",
+            "diff",
+            "rel",
+            "delay",
+            "split",
+            "sector",
+            "trip",
+            "best",
+            "predicted",
+            "remaining",
+            "dead",
+            "response",
+        ];
+        let words = words_of(header);
+        let is_time = words.last().is_some_and(|word| {
+            ["time", "timestamp", "zeit", "clock"].iter().any(|end| word.ends_with(end))
+        });
+        is_time && !words.iter().any(|word| OTHERS.iter().any(|other| word.starts_with(other)))
+    }
+
     /// Whether a column of that name may be taken where none is stated: as people and the field's tools
     /// name it, in English and German. Names whose sign or axis differs between tools (`gyro_z`,
     /// `heading_rate`) are left to be stated.
@@ -116,7 +141,8 @@ impl Role {
             Self::Time => {
                 let header = header.trim_start_matches('_').to_lowercase();
                 header == "t"
-                    || ["time", "stamp", "t_", "t ", "t[", "zeit", "uhrzeit"]
+                    // WinDarab.
+                    || ["time", "xtime", "stamp", "t_", "t ", "t[", "zeit", "uhrzeit"]
                         .into_iter()
                         .any(|start| header.starts_with(start))
             }

@@ -2,7 +2,8 @@
 
 use super::read_at::{At, ReadAt};
 use bzip2::read::MultiBzDecoder;
-use flate2::read::{DeflateDecoder, MultiGzDecoder};
+use flate2::bufread::GzDecoder;
+use flate2::read::DeflateDecoder;
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
@@ -45,10 +46,44 @@ impl Compression {
     pub(super) fn decoder<'a>(self, reader: impl Read + 'a) -> Box<dyn Read + 'a> {
         let reader = BufReader::with_capacity(STEP, reader);
         match self {
-            Self::Gzip => Box::new(MultiGzDecoder::new(reader)),
+            Self::Gzip => Box::new(Gzip { member: Some(GzDecoder::new(reader)) }),
             Self::Zstandard => Box::new(Zstandard::new(reader)),
             Self::Bzip2 => Box::new(MultiBzDecoder::new(reader)),
         }
+    }
+}
+
+/// The members of gzip, one after the other; zeros at the end, as of a tape or a memory card, are no member.
+struct Gzip<R> {
+    member: Option<GzDecoder<R>>,
+}
+
+impl<R: BufRead> Read for Gzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.member {
+            let count = member.read(buffer)?;
+            if count > 0 || buffer.is_empty() {
+                return Ok(count);
+            }
+            let Some(mut source) = self.member.take().map(GzDecoder::into_inner) else { break };
+            loop {
+                let rest = source.fill_buf()?;
+                let zeros = rest.iter().take_while(|byte| **byte == 0).count();
+                if rest.is_empty() {
+                    return Ok(0);
+                }
+                if zeros < rest.len() {
+                    source.consume(zeros);
+                    break;
+                }
+                source.consume(zeros);
+            }
+            if source.fill_buf()?[0] != 0x1F {
+                return Err(io::Error::other("bytes that are no gzip follow the compressed file"));
+            }
+            self.member = Some(GzDecoder::new(source));
+        }
+        Ok(0)
     }
 }
 

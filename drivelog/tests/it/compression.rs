@@ -28,6 +28,25 @@ fn read(name: &str, bytes: &[u8]) -> Result<Inspection, Error> {
 }
 
 #[test]
+fn members_of_gzip_follow_each_other_and_zeros_end_them() {
+    let gzip = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let text = good();
+    let (start, end) = text.split_at(text.len() / 2);
+    let members = [gzip(start), gzip(end)].concat();
+    for zeros in [0, 512, 100_000] {
+        let padded = [members.clone(), vec![0; zeros]].concat();
+        let found = read("a.csv.gz", &padded).unwrap();
+        assert_eq!((found.groups[0].rows, found.losses.len()), (1000, 0), "{zeros}");
+    }
+    let error = read("a.csv.gz", &[members, b"\0\0more".to_vec()].concat()).unwrap_err();
+    assert!(error.to_string().contains("no gzip follow"), "{error}");
+}
+
+#[test]
 fn a_text_is_read_through_its_compression() {
     let text = good();
     let (start, end) = text.split_at(text.len() / 2);

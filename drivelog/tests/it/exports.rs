@@ -193,6 +193,104 @@ fn times_of_iso_8601() {
 }
 
 #[test]
+fn a_table_with_several_clocks_is_a_group_for_each() {
+    let slow = |k: usize, t: f64| if k < 100 { format!("{:.2};54", 10.0 * t) } else { ";".into() };
+    let body = rows(|k, t, s, r, _| format!("{t:.2};{s:.9};{t:.2};{r:.9};{}", slow(k, t)));
+    let mda = "time [s];Lenkwinkel vorn [deg];time [s];Gierrate [deg/s];time [s];Geschwindigkeit [km/h]\n";
+    let found =
+        inspect(LogFile::of_bytes("a.csv", format!("{mda}{body}").as_bytes()), &o()).unwrap();
+    let groups: Vec<(&str, usize, Option<f64>)> =
+        found.groups.iter().map(|g| (g.name.as_str(), g.rows, g.rate_hz)).collect();
+    assert_eq!(
+        groups,
+        [
+            ("Lenkwinkel vorn", 1000, Some(100.0)),
+            ("Gierrate", 1000, Some(100.0)),
+            ("Geschwindigkeit", 100, Some(10.0))
+        ]
+    );
+    let body = rows(|_, t, s, r, v| format!("{t:.2};{s:.9};{t:.2};{r:.9};{t:.2};{v}"));
+    same(format!("{mda}{body}"), &o());
+    // A bad cell in a clock that is not the first one is an error with its line.
+    let bad = format!("{mda}{body}").replacen("\n0.50;", "\n0.50;0;x0.50;0;;\n0.505;", 1);
+    let e = refused(bad.into_bytes(), &o());
+    assert!(matches!(&e, Error::NotANumber { at, .. } if at.line == 52), "{e:?}");
+    // One name with one channel in front of another one is a fault of the names.
+    let text = format!(
+        "time_s,time_s,steer_deg,yaw_rate_degps\n{}",
+        rows(|_, t, s, r, _| format!("{t},{t},{s},{r}"))
+    );
+    assert!(matches!(refused(text.into_bytes(), &o()), Error::RepeatedColumn { .. }));
+}
+
+#[test]
+fn labview_with_a_clock_for_each_channel_and_without_any() {
+    let top = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nMulti_Headings\tYes\nX_Columns\tKIND\n\
+               Time_Pref\tRelative\nDate\t2024/03/01\nTime\t10:00:00,123\n***End_of_Header***\t\n\t\n";
+    let block = |tabs: &str, step: &str| {
+        let line = |key: &str, cells: [&str; 3]| format!("{key}\t{}\n", cells.join(tabs));
+        [
+            line("Channels", ["3", "", ""]),
+            line("Samples", ["1000"; 3]),
+            line("Y_Unit_Label", ["deg", "deg/s", "km/h"]),
+            line("X_Dimension", ["Time"; 3]),
+            line("X0", ["0.0000000000000000E+0"; 3]),
+            line("Delta_X", [step, "0.010000", "0.010000"]),
+            "***End_of_Header***\t\t\t\n".into(),
+        ]
+        .concat()
+    };
+    let multi = "X_Value\tRoadWheelAngle\tX_Value\tYawRate\tX_Value\tSpeed\tComment\n";
+    let text = rows(|_, t, s, r, v| format!("{t:.6}\t{s:.9}\t{t:.6}\t{r:.9}\t{t:.6}\t{v}"));
+    same(
+        format!("{}{}{multi}{text}", top.replace("KIND", "Multi"), block("\t\t", "0.010000")),
+        &o(),
+    );
+    let names = "X_Value\tRoadWheelAngle\tYawRate\tSpeed\tComment\n";
+    let text = rows(|_, _, s, r, v| format!("\t{s:.9}\t{r:.9}\t{v}"));
+    let none = |step: &str| format!("{}{}{names}", top.replace("KIND", "No"), block("\t", step));
+    same(format!("{}{text}", none("0.010000")), &o());
+    // Channels of different rates have no common clock.
+    assert!(matches!(
+        refused(format!("{}{text}", none("0.1")).into_bytes(), &o()),
+        Error::NoTime { .. }
+    ));
+    // A further block begins again, at a time that this file does not relate to the first.
+    let again = format!("{}{text}\n{}{names}{text}", none("0.010000"), block("\t", "0.010000"));
+    assert!(matches!(refused(again.into_bytes(), &o()), Error::TimeNotIncreasing { .. }));
+}
+
+#[test]
+fn tables_of_r_pandas_and_others() {
+    let cells = |sep: &'static str| {
+        rows(move |_, t, s, r, v| [t, s, r, v].map(|x| format!("{x:.9}")).join(sep))
+    };
+    let names = "\"time_s\" \"steer_deg\" \"yaw_rate_degps\" \"speed_kmh\"\n";
+    let numbered = rows(|k, t, s, r, v| format!("\"{}\" {t} {s:.9} {r:.9} {v}", k + 1));
+    same(format!("{names}{numbered}"), &o());
+    same(format!("{names}{numbered}").replace(' ', ","), &o());
+    // Levels of columns and the name of the index.
+    let levels = "signal,steer,yaw_rate,speed\nunit,deg,deg/s,km/h\ntime_s,,,\n";
+    same(format!("{levels}{}", cells(",")), &o());
+    let levels = ",imu,imu,car\n,steer_deg,yaw_rate_degps,speed_kmh\ntime_s,,,\n";
+    same(format!("{levels}{}", cells(",")), &o());
+    // The only unit below the names is one.
+    let log = format!("time,steer_deg,yaw_rate_degps,speed_kmh\ns,,,\n{}", cells(","));
+    same(log, &o());
+    for head in [
+        "# xtime [s]\tSTEER [deg]\tyaw_rate [deg/s]\tspeed [km/h]\n",
+        "Elapsed Time (s)\tSteering (deg)\tYaw Rate (deg/s)\tSpeed (km/h)\n",
+        "ETASAsciiItemFile\trecord\ntime\tSteer\tYawRate\tSpeed\n\nf8\tf8\tf8\tf8\ns\tdeg\tdeg/s\tkm/h\n",
+    ] {
+        same(format!("{head}{}", cells("\t")), &o());
+    }
+    let race = "# RaceRender Data: TrackAddict\n\"Time\",\"steer_deg\",\"yaw_rate_degps\",\"Speed (KPH)\",\"GPS_Update\"\n";
+    same(format!("{race}{}", cells(",").replace('\n', ",1\n")), &o());
+    let lap = format!("Lap Time (s),steer_deg,yaw_rate_degps,speed_kmh\n{}", cells(","));
+    assert!(matches!(refused(lap.into_bytes(), &o()), Error::NoTime { .. }));
+}
+
+#[test]
 fn days_of_a_spreadsheet_and_long_units_are_a_clock() {
     let header = "steer_deg,yaw_rate_degps,speed_kmh";
     let body = |time: &dyn Fn(f64) -> String| {

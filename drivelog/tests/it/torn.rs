@@ -60,6 +60,21 @@ fn the_rows_above_the_values_may_be_repeated() {
 }
 
 #[test]
+fn files_with_byte_order_marks_that_were_joined_are_one_table() {
+    let (text, mark) = (String::from_utf8(good()).unwrap(), '\u{feff}');
+    let (head, rows) = text.split_once('\n').unwrap();
+    let (start, end) = rows.split_at(rows.find("5.00,").unwrap());
+    let joined = |between: &str| format!("{mark}{head}\n{start}{mark}{between}{end}").into_bytes();
+    is_read(joined(&format!("{head}\n")), 1000, "1 row above the values repeated");
+    assert_eq!(inspected(&joined("")).groups[0].rows, 1000);
+    assert_eq!(inspected(&joined("")).losses, Vec::<String>::new());
+    // The first byte of a mark begins another letter, too.
+    let letter = format!("{head}\n{start}\u{f000},0,0,0\n{end}");
+    let losses = inspected(letter.as_bytes()).losses;
+    assert!(losses[0].contains("`\u{f000}` is not a number"), "{losses:?}");
+}
+
+#[test]
 fn a_remark_of_several_rows_ends_the_table() {
     is_read(with_end("\nSummary\nrows: 1000\nfastest,15\n"), 1000, "the last 3 rows are not read");
     is_read(with_end("Min,-3,-10,15\nMax,3,10,15\n"), 1000, "the last 2 rows are not read");

@@ -2,6 +2,7 @@
 
 use super::missing::is_spreadsheet_error;
 use super::stamps::Stamps;
+use std::borrow::Cow;
 
 /// Delimiters, the preferred one last.
 pub(super) const DELIMITERS: [u8; 5] = [b' ', b'|', b',', b'\t', b';'];
@@ -40,6 +41,14 @@ pub(super) fn text_of(bytes: &[u8]) -> String {
             let text: String = bytes.iter().map(|b| char::from(*b)).collect();
             text.trim().to_owned()
         }
+    }
+}
+
+/// The same without a copy of UTF-8.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text.trim()),
+        Err(_) => Cow::Owned(text_of(bytes)),
     }
 }
 
@@ -100,6 +109,11 @@ pub(super) fn comma_number(cell: &str) -> Option<(f64, bool)> {
 
 pub(super) fn is_blank(record: &csv::ByteRecord) -> bool {
     record.iter().all(|c| c.trim_ascii().is_empty())
+}
+
+/// The cells without blanks around them.
+pub(super) fn joined(record: &csv::ByteRecord) -> Vec<u8> {
+    record.iter().map(<[u8]>::trim_ascii).collect::<Vec<_>>().join(&b'\n')
 }
 
 pub(super) fn line(record: &csv::ByteRecord) -> u64 {

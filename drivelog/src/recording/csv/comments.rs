@@ -27,6 +27,8 @@ pub(super) struct WithoutComments<R> {
     slash: bool,
     /// Blanks that delimit the last cell, where one follows.
     blank: bool,
+    /// Bytes of a byte-order mark at the start of a line, as in files that were joined.
+    order_mark: usize,
     /// A first cell that may be a comment: `#N/A` and `%` are none.
     mark: Vec<u8>,
     /// The lines of the file that have text: place in what is passed on, and number. The parser counts no line that a
@@ -83,6 +85,7 @@ impl<R: Read> WithoutComments<R> {
             is_torn: false,
             slash: false,
             blank: false,
+            order_mark: 0,
             mark,
             lines: VecDeque::new(),
             line: 1,
@@ -172,6 +175,18 @@ impl<R: Read> WithoutComments<R> {
     }
 
     fn take_byte(&mut self, byte: u8) {
+        if self.at == At::LineStart && BOM.get(self.order_mark) == Some(&byte) {
+            self.order_mark += 1;
+            if self.order_mark == BOM.len() {
+                self.order_mark = 0;
+            }
+            return;
+        }
+        // Its first bytes alone are a letter.
+        for byte in BOM.into_iter().take(std::mem::take(&mut self.order_mark)) {
+            self.at = At::Cell;
+            self.pass(byte);
+        }
         if byte == 0 {
             if self.zeros == 0 {
                 self.is_torn = !self.at_line_end;
@@ -237,7 +252,6 @@ impl<R: Read> WithoutComments<R> {
                 return;
             }
             (_, byte) if byte == self.delimiter => At::CellStart,
-            (At::LineStart, byte) if BOM.contains(&byte) => At::LineStart,
             (At::LineStart | At::Indent, byte) if byte.is_ascii_whitespace() => At::Indent,
             (At::LineStart | At::CellStart, b'"') => At::Quoted,
             _ => At::Cell,

@@ -25,6 +25,9 @@ const STEERING_CONTROL: &[(&str, &str)] = &[
 /// `rostopic echo -p`: both stamps are instants of ROS.
 const ROSTOPIC: &[(&str, &str)] = &[("time", "ns"), ("field.header.stamp", "ns")];
 
+/// RaceRender, which TrackAddict and others write: both are seconds.
+const RACE_RENDER: &[(&str, &str)] = &[("Time", "s"), ("UTC Time", "s")];
+
 /// The clock of PlotJuggler.
 const PLOTJUGGLER: &[(&str, &str)] = &[("__time", "s")];
 
@@ -33,7 +36,12 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
     let has = |name: &str| head.header.iter().any(|own| own == name);
     let is_ros = has("time") && head.header.iter().any(|name| name.starts_with("field."));
     let is_control = STEERING_CONTROL.iter().all(|(name, _)| has(name));
-    let units = [(is_control, STEERING_CONTROL), (is_ros, ROSTOPIC), (has("__time"), PLOTJUGGLER)];
+    let units = [
+        (is_control, STEERING_CONTROL),
+        (is_ros, ROSTOPIC),
+        (has("__time"), PLOTJUGGLER),
+        (has("GPS_Update"), RACE_RENDER),
+    ];
     let units = units.into_iter().filter(|(is_known, _)| *is_known).flat_map(|(_, units)| units);
     let units: Vec<(&str, &str)> = units.copied().collect();
     for channel in channels.iter_mut().filter(|channel| channel.unit.is_none()) {
@@ -42,9 +50,15 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
     }
     for (place, channel) in channels.iter_mut().enumerate() {
         // LabVIEW, whose x is the time unless the user makes it another quantity or leaves it out.
-        let is_x = channel.name == "X_Value" && channel.unit.is_none() && !head.are_empty[place];
+        let is_x = channel.name == "X_Value" && channel.unit.is_none();
         if is_x && !head.text.iter().any(|line| is_other_x(line)) {
-            (channel.role, channel.unit) = (Some(Role::Time), Some("s".into()));
+            let rows = if head.are_empty[place] { rows_of_labview(&head.text) } else { None };
+            if rows.is_some() {
+                (head.stamps[place], channel.has_stamps) = (rows, true);
+            }
+            if rows.is_some() || !head.are_empty[place] {
+                (channel.role, channel.unit) = (Some(Role::Time), Some("s".into()));
+            }
         }
         // ControlDesk of dSPACE.
         let unit = channel.unit.as_deref().and_then(parse_unit);
@@ -56,10 +70,11 @@ pub(super) fn complete(head: &mut Head, channels: &mut [Channel]) {
     }
     of_race_capture(channels);
     let section = |name: &str| -> Vec<&str> {
-        let lines = head.text.iter().map(String::as_str).skip_while(|line| *line != name);
+        let lines = head.text.iter().map(String::as_str);
+        let lines = lines.skip_while(|line| !line.eq_ignore_ascii_case(name));
         lines.skip(1).take_while(|line| !line.starts_with('[')).collect()
     };
-    if head.text.iter().any(|line| line == "[column names]") {
+    if head.text.iter().any(|line| line.eq_ignore_ascii_case("[column names]")) {
         let (mut names, mut units) = (section("[header]"), section("[channel units]"));
         // Blank lines end a section; others are channels without a unit.
         while names.pop_if(|line| line.is_empty()).is_some() {
@@ -104,6 +119,36 @@ pub(super) fn has_frames(names: &[String]) -> bool {
 fn is_other_x(line: &str) -> bool {
     let mut words = line.split_whitespace();
     words.next() == Some("X_Dimension") && words.any(|word| word != "Time")
+}
+
+/// The clock of a file without a column for it: `X0` and `Delta_X`, which all channels share.
+fn rows_of_labview(text: &[String]) -> Option<Stamps> {
+    let shared = |key: &str| {
+        let line = text.iter().rev().find_map(|line| line.strip_prefix(key))?;
+        let numbers = line.split_whitespace().map(|x| x.replace(',', ".").parse::<f64>().ok());
+        let numbers = numbers.collect::<Option<Vec<f64>>>()?;
+        let first = *numbers.first()?;
+        if numbers.iter().all(|x| *x == first) { Some(first) } else { None }
+    };
+    let step = shared("Delta_X").filter(|step| *step > 0.0)?;
+    Some(Stamps::of_rows(shared("X0")?, step))
+}
+
+/// The columns of each clock: where the name of the first column is that of a time and stands again, each of them begins
+/// the channels of another clock.
+pub(super) fn parts(channels: &[Channel]) -> Vec<Vec<usize>> {
+    let whole = || vec![(0..channels.len()).collect()];
+    let Some(first) = channels.first().filter(|own| own.is_named_like(Role::Time)) else {
+        return whole();
+    };
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for (column, channel) in channels.iter().enumerate() {
+        if channel.name == first.name {
+            parts.push(Vec::new());
+        }
+        parts.last_mut().into_iter().for_each(|part| part.push(column));
+    }
+    if parts.len() < 2 || parts.iter().any(|part| part.len() < 2) { whole() } else { parts }
 }
 
 /// Racelogic VBOX: the time of day as digits, the place in minutes with west positive; units of the speeds in the list

@@ -3,8 +3,8 @@
 //! What the first rows leave open is refused where it matters.
 
 use super::cells::{
-    DELIMITERS, comma_number, is_blank, is_comment, is_comment_record, is_number, is_value, line,
-    set_line, switch, text_of,
+    DELIMITERS, comma_number, decoded, is_blank, is_comment, is_comment_record, is_number,
+    is_value, joined, line, set_line, switch, text_of,
 };
 use super::comments::WithoutComments;
 use super::header;
@@ -14,6 +14,7 @@ use crate::Error;
 use crate::options::DecimalMark;
 use crate::role::Role;
 use crate::units::unit_of_header;
+use std::collections::HashSet;
 use std::io::Read;
 
 /// Rows that delimiter and decimal mark are determined from.
@@ -113,7 +114,11 @@ impl Head {
                 if unit && is_named_like_a_date(&header[i]) { Some(Vec::new()) } else { None }
             })
             .collect();
-        let samples = values.iter().filter(|row| !is_blank(row) && !is_comment_record(row));
+        let top: HashSet<Vec<u8>> = rows[..above.first].iter().map(joined).collect();
+        let is_sample = |row: &&csv::ByteRecord| {
+            !is_blank(row) && !is_comment_record(row) && !top.contains(&joined(row))
+        };
+        let samples = values.iter().filter(is_sample);
         for (place, row) in samples.enumerate() {
             for (i, ((cell, stamps), (all, texts))) in
                 row.iter().zip(&mut stamps).zip(&mut cells).enumerate()
@@ -122,8 +127,8 @@ impl Head {
                 if place >= SAMPLE && *texts < *all {
                     continue;
                 }
-                let cell = text_of(cell);
-                let cell = cell.as_str();
+                let cell = decoded(cell);
+                let cell = cell.as_ref();
                 if place < SAMPLE {
                     marks.note(cell);
                 }

@@ -138,12 +138,50 @@ pub(super) fn find(
             (names, units) = (Some(above), Some(cells_of(last)));
         }
     }
+    // pandas labels a row of units, and names the index in a row of its own above the values.
+    if let Some(label) = units.as_mut().and_then(|units| units.first_mut())
+        && ["unit", "units", "einheit", "einheiten"].contains(&&*label.to_lowercase())
+    {
+        label.clear();
+    }
+    let mut names = names.cloned();
+    if let (Some(at), Some(own)) = (place, &mut names)
+        && let Some(index) = above.last().filter(|_| first > at + 1)
+        && filled(index) == 1
+        && index.len() == own.len()
+        && !is_unit_row(index)
+        && known(index) == 1
+    {
+        let cells = std::iter::once(&index[0]).chain(own.iter().skip(1));
+        let mut named: ByteRecord = cells.collect();
+        named.set_position(own.position().cloned());
+        *own = named;
+        used += 1;
+    }
     Some(Header {
-        names: names.cloned(),
+        names: names.map(|names| with_row_names(names, &table.rows[first..])),
         units: units.unwrap_or_default(),
         skipped: skipped + first - used,
         first: rows.get(first).map_or(records.len(), |(place, _)| *place),
     })
+}
+
+/// The names with a blank one for the names of the rows, which have none where R writes a table: all rows have one more
+/// cell than the header, of which the first is a text or the number of the row.
+fn with_row_names(names: ByteRecord, rows: &[&ByteRecord]) -> ByteRecord {
+    const FEWEST: usize = 2;
+    let is_of = |(place, row): (usize, &&ByteRecord)| {
+        let first = text_of(&row[0]);
+        let is_name = kind(&row[0]) == CellKind::Text || first == (place + 1).to_string();
+        row.len() == names.len() + 1 && is_name && !row[names.len()].trim_ascii().is_empty()
+    };
+    let sample = rows.iter().take(SAMPLE);
+    if rows.len() < FEWEST || !sample.enumerate().all(is_of) {
+        return names;
+    }
+    let mut named: ByteRecord = std::iter::once(&b""[..]).chain(names.iter()).collect();
+    named.set_position(names.position().cloned());
+    named
 }
 
 /// The kind of a cell.
@@ -293,10 +331,12 @@ impl<'a> Table<'a> {
                 continue;
             }
             // A line without text ends the header, but not between names and units.
-            if !is_candidate || has_gap && !are_units(self.rows[at + 1]) {
+            let is_part = || are_units(self.rows[at + 1]) || are_types(self.rows[at + 1]);
+            if !is_candidate || has_gap && !is_part() {
                 break;
             }
-            let is_of_units = is_unit_row(below) || has_repeats(below) && !has_repeats(row);
+            let is_of_units =
+                is_unit_row(below) || are_types(below) || has_repeats(below) && !has_repeats(row);
             let is_fuller = filled(below) < own || is_of_units && own + 1 >= filled(below);
             match known(row).cmp(&known(below)) {
                 Ordering::Greater => names = Some(at),
@@ -373,6 +413,12 @@ fn are_units(row: &ByteRecord) -> bool {
     let cells = cells_of(row);
     let units = cells.iter().filter(|cell| parse_unit(bare_unit(cell)).is_some()).count();
     is_unit_row(row) && 2 * units >= filled(row)
+}
+
+/// A row of the types of the columns, as ETAS writes it.
+fn are_types(row: &ByteRecord) -> bool {
+    const TYPES: [&str; 10] = ["f4", "f8", "u1", "u2", "u4", "u8", "s1", "s2", "s4", "s8"];
+    row.iter().all(|cell| TYPES.contains(&&*text_of(cell).to_lowercase()))
 }
 
 /// A row such as `Y_Unit_Label,deg,deg/s`.

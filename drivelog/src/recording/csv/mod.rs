@@ -13,15 +13,16 @@ mod rows;
 pub(super) mod stamps;
 
 use super::bytes::LogFile;
-use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows};
+use super::{Channel, Columns, Group, Pieces, Recording, Request, Rows, Wanted};
 use crate::Error;
 use crate::error::{counted, shortened};
 use crate::options::LogOptions;
-use cells::is_blank;
+use crate::units::without_unit;
+use cells::{is_blank, joined};
 use comments::WithoutComments;
 use head::Head;
 use losses::Losses;
-use rows::{Csv, joined};
+use rows::Csv;
 use stamps::Dates;
 use std::collections::{HashSet, VecDeque};
 use std::io::{Cursor, Read};
@@ -43,7 +44,6 @@ impl<'a> Csv<'a> {
         let mut reader = file.into_reader()?;
         let (start, whole_lines) = header::start(&name, reader.as_mut(), options.header_line)?;
         let mut head = Head::read(&name, &start[..whole_lines], options.header_line)?;
-        // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
         let bytes = WithoutComments::new(bytes, head.delimiter);
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
@@ -85,11 +85,15 @@ impl<'a> Csv<'a> {
         let losses = Losses::new(top, channels.len());
         let mut group = Group::new(&name, "", channels);
         group.header_line = head.header_line;
+        let parts = dialect::parts(&group.channels);
+        let groups = groups_of(&group, &parts);
         let mut csv = Self {
-            groups: [group],
+            table: group,
+            groups,
+            parts,
             decimal: options.decimal.or(head.decimal),
             stamps: head.stamps,
-            clock: None,
+            clocks: Vec::new(),
             optional: Vec::new(),
             is_tolerant: false,
             losses,
@@ -167,47 +171,94 @@ impl<'a> Csv<'a> {
     }
 }
 
+/// The table, or a group for each of its clocks, named like its first channel.
+fn groups_of(table: &Group, parts: &[Vec<usize>]) -> Vec<Group> {
+    let group = |columns: &Vec<usize>| {
+        let channels: Vec<Channel> = columns.iter().map(|c| table.channels[*c].clone()).collect();
+        let mut group = Group { channels, ..table.clone() };
+        if parts.len() > 1 {
+            group.name = without_unit(&group.channels[1].name).into();
+            group.clock = Some(0);
+        }
+        group
+    };
+    parts.iter().map(group).collect()
+}
+
+/// Leaves out the rows without any value: a slower clock ends before the others.
+fn without_blank_rows(columns: &mut Columns) {
+    let has_value = |row: usize| columns.values.iter().any(|values| !values[row].is_nan());
+    let rows: Vec<usize> = (0..columns.lines.len()).filter(|row| has_value(*row)).collect();
+    if rows.len() < columns.lines.len() {
+        let values = columns.values.iter().map(|values| rows.iter().map(|r| values[*r]).collect());
+        let lines = rows.iter().map(|row| columns.lines[*row]).collect();
+        *columns = Columns { values: values.collect(), lines: Rc::new(lines) };
+    }
+}
+
 impl Recording for Csv<'_> {
     fn groups(&self) -> &[Group] {
         &self.groups
     }
 
     fn tolerate(&mut self, clock: Option<usize>, optional: Vec<usize>) {
-        (self.is_tolerant, self.clock, self.optional) = (true, clock, optional);
+        self.is_tolerant = true;
+        if self.groups.len() > 1 {
+            // Each group has its own, which is its first column.
+            self.clocks = self.parts.iter().map(|columns| columns[0]).collect();
+        } else {
+            (self.clocks, self.optional) = (clock.into_iter().collect(), optional);
+        }
     }
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
-        let Some(wanted) = request.wanted.first() else { return Ok(Box::new(std::iter::empty())) };
-        let mut faults = Vec::new();
+        let column = |own: &Wanted, c: &usize| self.parts[own.group][*c];
+        let wanted: Vec<Vec<usize>> = request
+            .wanted
+            .iter()
+            .map(|own| own.channels.iter().map(|c| column(own, c)).collect())
+            .collect();
+        let columns: Vec<usize> = wanted.concat();
+        let has_several = self.groups.len() > 1;
+        let mut ready: VecDeque<Result<Rows, Error>> = VecDeque::new();
+        if wanted.is_empty() {
+            return Ok(Box::new(std::iter::empty()));
+        }
         let pieces = std::iter::from_fn(move || {
-            if let Some(error) = faults.pop() {
-                return Some(Err(error));
+            if let Some(ready) = ready.pop_front() {
+                return Some(ready);
             }
             if self.is_read {
                 return None;
             }
-            let (columns, fault) = self.take(&wanted.channels, request.most);
-            self.is_read = columns.lines.len() < request.most;
-            faults = self.too_many();
-            faults.reverse();
-            faults.extend(fault);
-            Some(Ok(Rows { wanted: 0, columns }))
+            let (mut all, fault) = self.take(&columns, request.most);
+            self.is_read = all.lines.len() < request.most;
+            for (place, own) in wanted.iter().enumerate() {
+                let values = all.values.drain(..own.len()).collect();
+                let mut columns = Columns { values, lines: Rc::clone(&all.lines) };
+                if has_several {
+                    without_blank_rows(&mut columns);
+                }
+                ready.push_back(Ok(Rows { wanted: place, columns }));
+            }
+            ready.extend(fault.into_iter().chain(self.too_many()).map(Err));
+            ready.pop_front()
         });
         Ok(Box::new(pieces))
     }
 
     fn losses(&self) -> Vec<String> {
-        let file = &self.groups[0].file;
-        let open =
-            self.stamps.iter().zip(&self.groups[0].channels).filter_map(|(stamps, channel)| {
-                let remark = stamps.as_ref()?.remark()?;
-                Some(format!("{file}: column `{}`: {remark}", shortened(&channel.name)))
-            });
-        self.losses.sentences(file, &self.groups[0].channels).into_iter().chain(open).collect()
+        let file = &self.table.file;
+        let open = self.stamps.iter().zip(&self.table.channels).filter_map(|(stamps, channel)| {
+            let remark = stamps.as_ref()?.remark()?;
+            Some(format!("{file}: column `{}`: {remark}", shortened(&channel.name)))
+        });
+        self.losses.sentences(file, &self.table.channels).into_iter().chain(open).collect()
     }
 
     fn dates(&self, clock: usize) -> Option<Dates> {
-        self.stamps.get(clock)?.as_ref()?.dates()
+        let column = self.parts.first()?.get(clock)?;
+        self.stamps[*column].as_ref()?.dates()
     }
 
     fn hashes_bytes(&self) -> bool {

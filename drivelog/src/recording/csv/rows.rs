@@ -1,7 +1,8 @@
 //! Which rows of a table are rows of values, and their numbers.
 
 use super::cells::{
-    comma_number, is_blank, is_comment_record, is_number, line, set_line, switch, text_of,
+    comma_number, decoded, is_blank, is_comment_record, is_number, joined, line, set_line, switch,
+    text_of,
 };
 use super::comments::WithoutComments;
 use super::head::split;
@@ -21,11 +22,15 @@ use steerwright_formats::HashingReader;
 pub(super) type Bytes<'a> = HashingReader<std::io::Chain<Cursor<Vec<u8>>, Box<dyn Read + 'a>>>;
 
 pub(super) struct Csv<'a> {
-    pub(super) groups: [Group; 1],
+    /// All columns of the file.
+    pub(super) table: Group,
+    /// The table, or where it has several clocks a group for each, and the columns of each group.
+    pub(super) groups: Vec<Group>,
+    pub(super) parts: Vec<Vec<usize>>,
     pub(super) decimal: Option<DecimalMark>,
     pub(super) stamps: Vec<Option<Stamps>>,
-    /// The clock, where bad cells of other columns are missing values, and the columns without which the read goes on.
-    pub(super) clock: Option<usize>,
+    /// The clocks, where bad cells of other columns are missing values, and the columns without which the read goes on.
+    pub(super) clocks: Vec<usize>,
     pub(super) optional: Vec<usize>,
     pub(super) is_tolerant: bool,
     pub(super) losses: Losses,
@@ -56,7 +61,7 @@ impl Csv<'_> {
         }
         let more = self.read(record).map_err(|e| self.fault(&e))?;
         if record.as_slice().contains(&0) {
-            return Err(Error::NotText { file: self.groups[0].file.clone(), line: line(record) });
+            return Err(Error::NotText { file: self.table.file.clone(), line: line(record) });
         }
         Ok(more)
     }
@@ -75,7 +80,7 @@ impl Csv<'_> {
         let position = error.position().unwrap_or_else(|| self.reader.position()).clone();
         let line = self.reader.get_mut().line_at(position.byte()).unwrap_or(position.line());
         let problem = error.to_string();
-        Error::Csv { file: self.groups[0].file.clone(), line, problem }
+        Error::Csv { file: self.table.file.clone(), line, problem }
     }
 
     /// Whether no row follows.
@@ -93,7 +98,7 @@ impl Csv<'_> {
                     if is_blank(&record)
                         || is_comment_record(&record) && !has_line_end(record.as_slice()) => {}
                 Ok(true) if record.as_slice().contains(&0) => {
-                    let file = self.groups[0].file.clone();
+                    let file = self.table.file.clone();
                     self.held.push_back(Err(Error::NotText { file, line: line(&record) }));
                 }
                 Ok(true) => self.held.push_back(Ok(std::mem::take(&mut record))),
@@ -150,12 +155,13 @@ impl Csv<'_> {
             if read.is_ok() && self.is_at_end() && self.reader.get_ref().is_torn() {
                 values.iter_mut().for_each(|values| values.truncate(rows));
                 let byte = record.position().map_or(0, csv::Position::byte);
-                let (file, problem) = (self.groups[0].file.clone(), "zeros cut the row off".into());
+                let (file, problem) = (self.table.file.clone(), "zeros cut the row off".into());
                 self.losses.last = Some((Error::Read { file, byte, problem }, 1));
                 break;
             }
             let length = record.iter().next_back().map_or(0, <[u8]>::len);
-            let is_text = self.groups[0]
+            let is_text = self
+                .table
                 .channels
                 .get(record.len().saturating_sub(1))
                 .is_some_and(|last| last.is_text);
@@ -167,7 +173,7 @@ impl Csv<'_> {
                 && !self.reader.get_ref().ends_line()
             {
                 values.iter_mut().for_each(|values| values.truncate(rows));
-                let file = self.groups[0].file.clone();
+                let file = self.table.file.clone();
                 let problem =
                     "the file ends within this line, and its last cell is shorter than those above"
                         .into();
@@ -200,6 +206,7 @@ impl Csv<'_> {
                 ];
                 if let Some((_, unread)) = unread.into_iter().find(|(is_so, _)| *is_so) {
                     unread.get_or_insert((0, line)).0 += 1;
+                    self.stamps.iter_mut().flatten().for_each(Stamps::restart_rows);
                     continue;
                 }
             }
@@ -207,7 +214,7 @@ impl Csv<'_> {
                 self.losses.bad[j].get_or_insert((0, error)).0 += 1;
             }
             self.note_late_numbers(record, line);
-            if record.len() < self.groups[0].channels.len() {
+            if record.len() < self.table.channels.len() {
                 let (count, _) = self.losses.short.get_or_insert((0, line));
                 *count += 1;
             }
@@ -225,7 +232,7 @@ impl Csv<'_> {
         for cell in record {
             let rows = cell.iter().filter(|byte| **byte == b'\n').count();
             if rows > MOST_LINES {
-                let (file, line) = (self.groups[0].file.clone(), line(record));
+                let (file, line) = (self.table.file.clone(), line(record));
                 return Err(Error::LongQuote { file, line, last: line + rows as u64, rows });
             }
         }
@@ -237,7 +244,7 @@ impl Csv<'_> {
         if !has_line_end(record.as_slice()) {
             return Ok(());
         }
-        let file = self.groups[0].file.clone();
+        let file = self.table.file.clone();
         if self.is_at_end() && self.reader.get_ref().is_quoted() {
             return Err(Error::OpenQuote { file, line: line(record) });
         }
@@ -283,7 +290,8 @@ impl Csv<'_> {
     fn likely_clock(&self) -> Option<usize> {
         let is_clock =
             |channel: &Channel| channel.has_stamps || Role::Time.is_named_like(&channel.name);
-        self.clock.or_else(|| self.groups[0].channels.iter().position(is_clock))
+        let first = self.clocks.first().copied();
+        first.or_else(|| self.table.channels.iter().position(is_clock))
     }
 
     /// Whether the clock of the cells is after the first and before the second one, as far as they are there: by number,
@@ -309,7 +317,7 @@ impl Csv<'_> {
     /// the columns of numbers.
     fn is_row(&self, cells: &[&[u8]]) -> bool {
         let filled = cells.iter().rposition(|cell| !text_of(cell).is_empty()).map_or(0, |j| j + 1);
-        let channels = &self.groups[0].channels;
+        let channels = &self.table.channels;
         let (mut numbers, mut texts) = (0, 0);
         for (cell, _) in cells.iter().zip(channels).filter(|(_, channel)| !channel.is_text) {
             let cell = text_of(cell);
@@ -330,7 +338,7 @@ impl Csv<'_> {
         wanted: &[usize],
         values: &mut [Vec<f64>],
     ) -> Result<Vec<(usize, Error)>, Error> {
-        let (got, expected) = (record.len(), self.groups[0].channels.len());
+        let (got, expected) = (record.len(), self.table.channels.len());
         let beyond = record.iter().skip(expected);
         let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
         // Without the end of its line the last cell may be cut.
@@ -339,14 +347,14 @@ impl Csv<'_> {
         // Between blanks an empty cell is not seen.
         let blanks = self.delimiter == b' ';
         if is_longer || !is_whole || blanks && got < expected {
-            let file = self.groups[0].file.clone();
+            let file = self.table.file.clone();
             return Err(Error::RaggedRow { file, line, got, expected, blanks });
         }
         // Cells that are not there are missing.
         let mut faults = Vec::new();
         for (values, &j) in values.iter_mut().zip(wanted) {
             values.push(match self.number(record.get(j).unwrap_or_default(), line, j) {
-                Err(error) if self.is_tolerant && self.clock != Some(j) => {
+                Err(error) if self.is_tolerant && !self.clocks.contains(&j) => {
                     faults.push((j, error));
                     f64::NAN
                 }
@@ -358,7 +366,7 @@ impl Csv<'_> {
 
     /// Counts the numbers in columns whose first cells are texts.
     fn note_late_numbers(&mut self, record: &csv::ByteRecord, line: u64) {
-        let cells = record.iter().zip(&self.groups[0].channels).zip(&mut self.losses.late);
+        let cells = record.iter().zip(&self.table.channels).zip(&mut self.losses.late);
         for ((cell, _), late) in cells.filter(|((_, channel), _)| channel.is_text) {
             let begins = |byte: &u8| byte.is_ascii_digit() || b"+-.".contains(byte);
             if cell.trim_ascii_start().first().is_some_and(begins) && is_number(&text_of(cell)) {
@@ -369,7 +377,7 @@ impl Csv<'_> {
 
     /// Whether the row has as many texts as numbers, or more, in the columns of numbers.
     fn is_of_texts(&self, record: &csv::ByteRecord) -> bool {
-        let cells = record.iter().zip(&self.groups[0].channels);
+        let cells = record.iter().zip(&self.table.channels);
         let cells = cells.filter(|(_, channel)| !channel.is_text).map(|(cell, _)| text_of(cell));
         let (mut numbers, mut texts) = (0, 0);
         for cell in cells.filter(|cell| !is_missing(cell)) {
@@ -391,8 +399,13 @@ impl Csv<'_> {
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
-        let decoded = text_of(cell);
-        let text = decoded.as_str();
+        if let Some(stamps) = &mut self.stamps[column]
+            && let Some(time) = stamps.next_row()
+        {
+            return Ok(time);
+        }
+        let text = decoded(cell);
+        let text = text.as_ref();
         let typeset = text.strip_prefix('−').map(|number| format!("-{number}"));
         let text = typeset.as_deref().unwrap_or(text);
         let with_comma = self.decimal == Some(DecimalMark::Comma);
@@ -434,11 +447,6 @@ impl Csv<'_> {
     }
 
     fn place(&self, line: u64, column: usize) -> Box<Place> {
-        Place::new(&self.groups[0].file, line, &self.groups[0].channels[column].name)
+        Place::new(&self.table.file, line, &self.table.channels[column].name)
     }
-}
-
-/// The cells without blanks around them.
-pub(super) fn joined(record: &csv::ByteRecord) -> Vec<u8> {
-    record.iter().map(<[u8]>::trim_ascii).collect::<Vec<_>>().join(&b'\n')
 }

@@ -56,7 +56,7 @@ enum Order {
     DayFirst,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum StampForm {
     Zoned,
     /// Date and time of an unstated zone.
@@ -74,6 +74,12 @@ enum StampForm {
     Digits,
     /// Days, of which the one of 1970 has this number.
     Serial(i32),
+    /// No text: rows of equal steps.
+    Rows {
+        first: f64,
+        step: f64,
+        row: f64,
+    },
 }
 
 /// The numbers of 1 January 1970 where days are counted from 30 December 1899 (Excel, LibreOffice) and from the year 0
@@ -162,6 +168,27 @@ impl Stamps {
         let (form, last) = (StampForm::Serial(since), f64::NEG_INFINITY);
         let first = Slashed::default();
         Some(Self { form, last, first, order: None, shift: 0.0, first_iso: None })
+    }
+
+    /// The clock of rows that follow each other in equal steps, s, whose cells are blank.
+    pub(super) fn of_rows(first: f64, step: f64) -> Self {
+        let form = StampForm::Rows { first, step, row: 0.0 };
+        let last = f64::NEG_INFINITY;
+        Self { form, last, first: Slashed::default(), order: None, shift: 0.0, first_iso: None }
+    }
+
+    /// The instant of the next row, s, where rows follow each other in equal steps.
+    pub(super) fn next_row(&mut self) -> Option<f64> {
+        let StampForm::Rows { first, step, row } = &mut self.form else { return None };
+        *row += 1.0;
+        Some(*first + *step * (*row - 1.0))
+    }
+
+    /// Begins with the first instant again, as below a repeated header.
+    pub(super) fn restart_rows(&mut self) {
+        if let StampForm::Rows { row, .. } = &mut self.form {
+            *row = 0.0;
+        }
     }
 
     /// Whether the texts are numbers elsewhere.
