@@ -23,7 +23,7 @@ pub(super) fn run(
     arguments.reject_what_needs_a_vehicle()?;
     let mut plants = Vec::new();
     for (path, source, model) in files {
-        let Model::Multivariable(plant) = model else {
+        let Some(plant) = model.multivariable() else {
             return Err(Failure::new(
                 format!(
                     "{}: a model of a vehicle, beside a plant of named channels",
@@ -32,7 +32,7 @@ pub(super) fn run(
                 "compare plants of named channels with each other",
             ));
         };
-        plants.push((path, source, *plant));
+        plants.push((path, source, plant.clone()));
     }
     let compared = simulated_plants(plants, |plant| arguments.log_of(plant))?;
     let written = match folder {
