@@ -317,11 +317,10 @@ pub(crate) fn time_column(
         return Ok(None);
     }
     // The only other name that ends with the time and has a unit of it.
-    let mut others = (0..group.channels.len()).filter_map(|c| {
-        let is_named = Role::is_named_like_another_time(&group.channels[c].name);
-        let unit = of(c).ok().filter(|unit| is_named && unit.quantity == Quantity::Time)?;
-        Some((c, unit))
-    });
+    let is_other = |c: &usize| Role::is_named_like_another_time(&group.channels[*c].name);
+    let mut others = (0..group.channels.len())
+        .filter(is_other)
+        .filter_map(|c| Some((c, of(c).ok().filter(|unit| unit.quantity == Quantity::Time)?)));
     if let (None, true, Some(other), None) =
         (&options.time, unfit.is_empty(), others.next(), others.next())
     {

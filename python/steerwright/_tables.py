@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from datetime import datetime, timedelta, timezone
+from datetime import datetime, time, timedelta, timezone
 from typing import Any
 
 import numpy as np
@@ -20,16 +20,28 @@ def columns(table: Any, title: str = "table", *, is_clock_stated: bool = False) 
         # A query of polars that has not run.
         table = table.collect()
     elif hasattr(table, "__arrow_c_stream__") and not (hasattr(table, "columns") or hasattr(table, "column_names")):
+        if hasattr(table, "to_frame"):
+            raise ArgumentError(
+                f"{title}: a series is one column", "pass a data frame with time, steering and yaw rate"
+            )
         table = library("pyarrow", "a stream of Arrow is read by").table(table)
     found = Columns(title)
     for name, values in _index(table):
         found.add(name, values)
     if not is_clock_stated and found.times and not TIME.match(found.times[0]):
         found.rename(found.times[0], f"time {found.times[0]}")
-    for name, values in _named(table):
-        found.add(str(name), values)
+    named = list(_named(table))
+    lasts = [_last_level(name) for name, _ in named]
+    for (name, values), last in zip(named, lasts):
+        found.add(last if lasts.count(last) == 1 else _of_levels(name), values)
     if not is_clock_stated and len(found.times) == 1 and not any(TIME.match(name) for name in found):
         found.rename(found.times[0], f"time {found.times[0]}")
+    clocks = [item for item in found.unread if TIME.match(item)]
+    if found and clocks and not is_clock_stated and not any(TIME.match(name) for name in found):
+        raise Error(
+            f"{title}: the clock is not read: {listed(clocks)}",
+            "pass seconds, or times as with pandas.to_datetime(column, format='%d.%m.%Y %H:%M:%S.%f')",
+        )
     if not found:
         unread = f"; not read: {listed(found.unread)}" if found.unread else ""
         raise Error(f"{title}: there is no column of numbers{unread}", "pass named columns of numbers")
@@ -98,6 +110,8 @@ class Columns(dict[str, Any]):
         kind, most = "numbers", MOST_BAD * len(items)
         if any(isinstance(item, datetime) or _is_text_of_time(item) for item in present):
             kind, parse, missing, most = "times", _moment, np.datetime64("NaT", "ns"), 0.0
+        elif all(isinstance(item, time) or _is_text_of_day(item) for item in present):
+            kind, parse, missing, most = "times of day", _TimesOfDay(), np.timedelta64("NaT", "ns"), 0.0
         elif all(isinstance(item, timedelta) for item in present):
             kind, parse, missing, most = "durations", np.timedelta64, np.timedelta64("NaT", "ns"), 0.0
         elif all(isinstance(item, bool) for item in present):
@@ -160,6 +174,47 @@ def _index(table: Any) -> Iterable[tuple[str, Any]]:
             yield "time", values
 
 
+def _last_level(name: Any) -> str:
+    """The name of a column, of several levels the last one."""
+    levels = [str(level) for level in name if str(level)] if isinstance(name, tuple) else []
+    return levels[-1] if levels else str(name)
+
+
+def _of_levels(name: Any) -> str:
+    """All levels of the name of a column."""
+    return ".".join(str(level) for level in name if str(level)) if isinstance(name, tuple) else str(name)
+
+
+def _is_text_of_day(item: Any) -> bool:
+    return isinstance(item, str) and OF_DAY.fullmatch(item.strip()) is not None
+
+
+OF_DAY = re.compile(r"(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)")
+"""A time of day."""
+DAY_NS = 86_400_000_000_000
+
+
+class _TimesOfDay:
+    """Times of day as durations; half a day or more before the last one is a time of the next day."""
+
+    def __init__(self) -> None:
+        self.last = 0
+
+    def __call__(self, item: Any) -> Any:
+        if isinstance(item, time):
+            seconds = 3600 * item.hour + 60 * item.minute + item.second
+            own = seconds * 1_000_000_000 + item.microsecond * 1_000
+        else:
+            parts = OF_DAY.fullmatch(str(item).strip())
+            if parts is None or int(parts[1]) > 23 or int(parts[2]) > 59:
+                raise ValueError(item)
+            seconds = 3600 * int(parts[1]) + 60 * int(parts[2])
+            own = seconds * 1_000_000_000 + round(float(parts[3].replace(",", ".")) * 1e9)
+        own += max(0, round((self.last - own) / DAY_NS)) * DAY_NS
+        self.last = max(self.last, own)
+        return np.timedelta64(own, "ns")
+
+
 def _is_text_of_time(item: Any) -> bool:
     return isinstance(item, str) and MOMENT.fullmatch(item.strip()) is not None
 
@@ -192,6 +247,9 @@ def _array(values: Any) -> Any:
         elif array.dtype.kind in "fiub":
             array = np.where(masked, np.nan, array)
         return array
+    if type(getattr(values, "dtype", None)).__name__ == "PeriodDtype":
+        # The instants at which the periods begin.
+        values = (values.dt if hasattr(values, "dt") else values).to_timestamp()
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         # Of pandas, which otherwise makes objects of times with a zone.
         return values.to_numpy(dtype="datetime64[ns]")

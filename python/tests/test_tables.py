@@ -113,7 +113,16 @@ def test_times_are_clocks_whatever_their_column_and_type(table: dict[str, Any], 
     lazy = polars.from_pandas(base.assign(moment=time)).lazy()
     arrow = pyarrow.Table.from_pandas(base, preserve_index=False)
     numbers = pandas.Index(np.arange(len(base)), name="row")
+    # Times of day that go on after midnight.
+    late = time + pandas.Timedelta(seconds=6380)
+    assert late[0].date() != late.iloc[-1].date()
+    levels = frame.set_axis(pandas.MultiIndex.from_product([["car"], frame.columns]), axis=1)
     forms = [
+        base.assign(time=late.dt.strftime("%H:%M:%S.%f")),
+        base.assign(time=late.dt.time),
+        base.set_index(pandas.PeriodIndex(time, freq="ms")),
+        base.assign(recorded=time.dt.to_period("ms")),
+        levels,
         base.assign(recorded=time),
         base.assign(recorded=zoned),
         base.set_index(pandas.DatetimeIndex(zoned, name="recorded")),
@@ -178,11 +187,12 @@ def test_what_is_no_number_is_reported(table: dict[str, Any], log: steerwright.L
     assert all(warning.filename == __file__ for warning in caught)
     time = pandas.to_datetime(frame["time_s"], unit="s").dt.strftime("%Y-%m-%dT%H:%M:%S.%f").tolist()
     time[3] = "later"
-    with (
-        pytest.warns(steerwright.Warning, match="time .1 of 10300 cells are no times, such as 'later' in row 3"),
-        pytest.raises(steerwright.Error, match="no column is the time"),
-    ):
+    unread = "the clock is not read: .*time .1 of 10300 cells are no times, such as 'later' in row 3"
+    with pytest.raises(steerwright.Error, match=unread) as refused:
         steerwright.read({**table, "time": time, "time_s": time}, **COLUMNS)
+    assert "pandas.to_datetime" in refused.value.hint
+    with pytest.raises(steerwright.Error, match="a series is one column"):
+        steerwright.read(frame["speed_mps"], **COLUMNS)
 
 
 def test_columns_of_other_lengths_and_objects_are_named(table: dict[str, Any], fmus: dict[str, Path]) -> None:
