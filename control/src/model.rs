@@ -39,7 +39,7 @@ fn with_play(quality: Quality, play_rad: f64) -> Quality {
     let message = format!(
         "the vehicle has {degrees:.2}° of play between actuator and road wheels, which the design does not include"
     );
-    let advice = "simulate the controller on the vehicle to see the limit cycle: steerwright compare --truth vehicle.json";
+    let advice = "simulate the loop of the packed units to see the limit cycle: steerwright simulate NonlinearVehicle.fmu ReferencePath.fmu LateralPid.fmu";
     let reason = Reason::new(ReasonCode::SteeringPlay, Grade::Warn, message);
     quality.with_reason(reason.compared(degrees, 0.0, "deg"), advice.into())
 }
