@@ -73,7 +73,9 @@ fn frame(time: &str, bus: &str, id: (&str, u32), rest: &[&str], radix: u32) -> O
     let length = rest.iter().position(|word| word.bytes().all(|b| b.is_ascii_digit()));
     let flags = &rest[..length.unwrap_or(rest.len())];
     let has = |flag: &str| flags.iter().any(|own| own.eq_ignore_ascii_case(flag));
-    if has("R") || id.eq_ignore_ascii_case("ErrorFrame") || flags.iter().any(|f| f.contains("rror"))
+    if has("R")
+        || id.eq_ignore_ascii_case("ErrorFrame")
+        || flags.iter().any(|f| f.to_ascii_lowercase().contains("error"))
     {
         return Some(Line::Other);
     }

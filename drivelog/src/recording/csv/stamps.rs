@@ -649,7 +649,7 @@ mod tests {
         }
         // With points the day is first, of a date with either order, too.
         let fourth = ["03.04.2024 23:59:59", "04.04.2024 00:00:00"];
-        assert!(!Stamps::like(fourth[0]).unwrap().remark().is_some());
+        assert!(Stamps::like(fourth[0]).unwrap().remark().is_none());
         assert_eq!(seconds(&fourth), [1_712_188_799.0, 1_712_188_800.0].map(Some));
         assert_eq!(seconds(&["03.04.2024 10:00:00", "03/04/2024 10:00:00"])[1], None);
         assert_eq!(seconds(&["2/29/2024 10:11:32 PM"])[0], Some(leap + 0.5 * DAY_S));
