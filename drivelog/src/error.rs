@@ -446,8 +446,11 @@ fn state_unit(column: &str) -> String {
             "write `{column} [%]`, or `{column} [1]` where it is from 0 to 1, or state the unit of the column"
         );
     }
-    let normalised =
-        if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
+    let normalised = match unit {
+        "deg" => "; a normalised command (−1 to 1) has the unit 1",
+        "s" => "; known units of time are s, ms, us, ns, min, h and d",
+        _ => "",
+    };
     format!(
         "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state the unit of the column{normalised}"
     )

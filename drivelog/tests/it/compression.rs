@@ -42,6 +42,8 @@ fn members_of_gzip_follow_each_other_and_zeros_end_them() {
         let found = read("a.csv.gz", &padded).unwrap();
         assert_eq!((found.groups[0].rows, found.losses.len()), (1000, 0), "{zeros}");
     }
+    let apart = [gzip(start), vec![0; 512], gzip(end)].concat();
+    assert_eq!(read("a.csv.gz", &apart).unwrap().groups[0].rows, 1000);
     let error = read("a.csv.gz", &[members, b"\0\0more".to_vec()].concat()).unwrap_err();
     assert!(error.to_string().contains("no gzip follow"), "{error}");
 }

@@ -303,6 +303,18 @@ fn days_of_a_spreadsheet_and_long_units_are_a_clock() {
     }
     let minutes = |t: f64| format!("{:.12}", t / 60.0);
     same(format!("Time [min],{header}\n{}", body(&minutes)), &o());
+    // Parts of a day may be any time.
+    let parts = |t: f64| format!("{:.12}", 0.4 + t / 86_400.0);
+    let text = format!("Time,{header}\n{}", body(&parts));
+    let e = refused(text.clone().into_bytes(), &o());
+    assert!(
+        e.hint().ends_with("known units of time are s, ms, us, ns, min, h and d"),
+        "{}",
+        e.hint()
+    );
+    let in_days = LogOptions { units: units(&[("Time", "d")]), ..o() };
+    let log = read_one(text.into_bytes(), &in_days).unwrap();
+    assert!((log.channels[0].rate_hz - 100.0).abs() < 1e-3, "{}", log.channels[0].rate_hz);
     // The same numbers with a stated unit are seconds.
     let stated = LogOptions { units: units(&[("Time", "s")]), ..o() };
     let text = format!("Time,{header}\n{}", body(&|t| format!("{}", 45_352.0 + t)));
