@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::Dynamics;
-use steerwright_formats::InputKind;
+use steerwright_formats::{Bicycle, InputKind, VehicleData};
 
 /// The steering of a steady turn, `(L + K·v²)·κ`, in steering coordinates.
 #[derive(Debug, Clone, Copy)]
@@ -102,9 +102,15 @@ impl DesignPlant {
     pub fn at_speed(&self, speed: f64) -> Result<Self, Error> {
         let mut moved = match &self.family {
             Family::Bicycle(bicycle) => {
-                let mut bicycle = bicycle.as_ref().clone();
-                bicycle.vehicle.speed_mps = speed;
-                Self::from_bicycle(&bicycle)?
+                let bicycle = bicycle.as_ref().clone();
+                // Its matrices are those at its speed.
+                let own = Bicycle::new(VehicleData { speed_mps: speed, ..bicycle.vehicle });
+                Self::from_bicycle(&Bicycle {
+                    vehicle: own.vehicle,
+                    state_matrix: own.state_matrix,
+                    input_matrix: own.input_matrix,
+                    ..bicycle
+                })?
             }
             Family::Identified(plant) if plant.input == InputKind::SteeringTimesSpeed => {
                 let mut plant = plant.as_ref().clone();

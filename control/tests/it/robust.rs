@@ -5,8 +5,8 @@ use steerwright_control::{
     DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
 };
 use steerwright_formats::{
-    BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, Specification, Uncertainty,
-    VehicleDirection,
+    Bicycle, BicycleEvidence, Document, EstimationFocus, Matrix, Pid, Plant, Specification,
+    Uncertainty, VehicleDirection,
 };
 
 /// A car whose every entry of A, B and C is uncertain by some percent.
@@ -121,6 +121,9 @@ fn an_identified_bicycle_is_evaluated_at_other_speeds() {
     let mut bicycle = car(1.0);
     let data_only = DesignPlant::from_bicycle(&bicycle).expect("a plant");
     assert!(!data_only.is_speed_scheduled());
+    let file = data_only.at_speed(12.0).expect("another speed").document().expect("a document");
+    let moved = Bicycle::from_json(&file, "bicycle.json").expect("eq 13 at its speed");
+    assert_eq!(moved.vehicle.speed_mps, 12.0);
     bicycle.evidence = Some(BicycleEvidence::default());
     let plant = DesignPlant::from_bicycle(&bicycle).expect("a plant");
     let pid = designed(&plant, &usual());

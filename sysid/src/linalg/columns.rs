@@ -15,10 +15,6 @@ impl Columns {
         Self { height: m.nrows(), values: rows(m.transpose()) }
     }
 
-    pub(crate) fn height(&self) -> usize {
-        self.height
-    }
-
     #[inline(always)]
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
         self.sum(x, Addend::Nothing, out);

@@ -27,6 +27,34 @@ pub(crate) trait Scalar:
     fn atan(self) -> Self;
 }
 
+/// Numbers that are multiplied by such of fewer parameters, the first of their own.
+pub(crate) trait ScaledBy<T>: Scalar {
+    fn scaled_by(self, factor: T) -> Self;
+}
+
+impl ScaledBy<f64> for f64 {
+    #[inline(always)]
+    fn scaled_by(self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+impl<const N: usize, const M: usize> ScaledBy<Dual<M>> for Dual<N> {
+    #[inline(always)]
+    fn scaled_by(mut self, factor: Dual<M>) -> Self {
+        const { assert!(M <= N) };
+        let (x, y) = (self.lanes[0], factor.lanes[0]);
+        for a in &mut self.lanes {
+            *a *= y;
+        }
+        for (a, b) in self.lanes.iter_mut().zip(&factor.lanes) {
+            *a += x * b;
+        }
+        self.lanes[0] = x * y;
+        self
+    }
+}
+
 /// A number and its derivatives by `N − 1` parameters, side by side: sums and products run over all of them in whole
 /// vectors where N is a multiple of 4.
 #[derive(Debug, Clone, Copy, PartialEq)]

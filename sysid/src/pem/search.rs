@@ -184,8 +184,12 @@ pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
     let p = weight.nrows();
     let width = rows.len() / p;
     for i in (0..p).rev() {
-        for k in 0..width {
-            rows[i * width + k] = (0..=i).map(|j| weight[(i, j)] * rows[j * width + k]).sum();
+        let (before, row) = rows.split_at_mut(i * width);
+        let own = weight[(i, i)];
+        row[..width].iter_mut().for_each(|x| *x *= own);
+        for (j, other) in before.chunks_exact(width).enumerate() {
+            let factor = weight[(i, j)];
+            row[..width].iter_mut().zip(other).for_each(|(x, y)| *x += factor * y);
         }
     }
 }

@@ -40,7 +40,8 @@ fn derivatives_are_those_of_finite_differences() {
     // Long enough for the free response to fall by four orders of magnitude.
     const COUNT: usize = 100;
     const STEP: f64 = 1e-6;
-    for (n, m, p) in [(1, 1, 1), (3, 1, 1), (4, 2, 1), (3, 1, 2), (5, 2, 3)] {
+    for (n, m, p) in [(1, 1, 1), (3, 1, 1), (4, 2, 1), (3, 1, 2), (5, 2, 3), (9, 1, 1), (13, 1, 1)]
+    {
         for drive in [Drive::Inputs, Drive::InputsAndOutputs] {
             let segment = Segment::new(numbers(m, COUNT, 5), numbers(p, COUNT, 6));
             let width = drive.width(m, p);

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::model::stability::radius_of_slowest;
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
-use crate::pem::{Focus, refine_prediction};
+use crate::pem::{Focus, Refined, Stop, refine_prediction};
 use crate::selection::candidate::{Candidate, ROUGH, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::initial_estimates::{least_cost, refit_about};
@@ -79,35 +79,55 @@ impl Predicted {
         (self.factor, self.two_stage_input)
     }
 
-    /// The model of an order, as estimated or refined by prediction errors of `data`, that
-    /// simulates the two-stage input best.
+    /// The model of an order that simulates the two-stage input best: one of those that the methods estimate, or that of
+    /// them which predicts `data` best, refined by its prediction errors.
     pub(crate) fn best(
         &self,
         data: &DataSet,
         order: usize,
         feedthrough: bool,
     ) -> Result<Candidate, Error> {
-        let mut all = Vec::new();
         let radius = radius_of_slowest(data.samples(), self.time_constants);
-        for (method, decomposition) in &self.decompositions {
+        let mut all = Vec::new();
+        let mut best: Option<(usize, Predicting)> = None;
+        for (place, (_, decomposition)) in self.decompositions.iter().enumerate() {
             let found = decomposition.stable_model(order, radius);
-            let refined =
-                found.clone().and_then(|found| predicting(&found, data, feedthrough, radius));
-            let of = |found: Result<Innovation, Error>| {
-                let model = found?.model;
-                let values = &decomposition.singular_values;
-                let mut start = self.estimate(*method, &model, values, feedthrough)?;
-                // Held down to the radius, or near it by itself.
-                if model.spectral_radius() > 0.99 * radius {
-                    let free = decomposition.model(order).ok();
-                    start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));
-                }
-                Ok(start)
-            };
-            let refined = if self.refined { Some(of(refined)) } else { None };
-            all.extend(std::iter::once(of(found)).chain(refined));
+            if self.refined
+                && let Ok(found) = &found
+                && let Ok(start) = Predicting::new(found, data)
+                && best.as_ref().is_none_or(|(_, best)| start.cost < best.cost)
+            {
+                best = Some((place, start));
+            }
+            let start = |found: Innovation| self.start(place, &found.model, feedthrough, radius);
+            all.push(found.and_then(start));
+        }
+        if let Some((place, start)) = best {
+            let refined = start.refined(data, feedthrough, radius);
+            all.push(
+                refined.and_then(|found| self.start(place, &found.model, feedthrough, radius)),
+            );
         }
         least_cost(all.into_iter(), Error::no_model("no method could be tried"))
+    }
+
+    /// A and C of a model by the method at a place, with the rest for the simulation.
+    fn start(
+        &self,
+        place: usize,
+        model: &StateSpace,
+        feedthrough: bool,
+        radius: f64,
+    ) -> Result<Candidate, Error> {
+        let (method, decomposition) = &self.decompositions[place];
+        let mut start =
+            self.estimate(*method, model, &decomposition.singular_values, feedthrough)?;
+        // Held down to the radius, or near it by itself.
+        if model.spectral_radius() > 0.99 * radius {
+            let free = decomposition.model(model.order()).ok();
+            start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));
+        }
+        Ok(start)
     }
 
     /// A and C of a model with the rest for the simulation of the two-stage input estimate.
@@ -147,23 +167,48 @@ impl Predicted {
     }
 }
 
-/// The innovation form refined by its prediction errors, where that leaves A with a spectral radius of at most `radius`.
-fn predicting(
-    start: &Innovation,
-    data: &DataSet,
-    feedthrough: bool,
-    radius: f64,
-) -> Result<Innovation, Error> {
-    let predictor = predictor(&start.model, start.gain.as_ref());
-    let segments = data.segments().iter();
-    let x0 = segments
-        .map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let found =
-        refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, ROUGH, 1.0)?.innovation;
-    if found.model.spectral_radius() <= radius {
-        Ok(found)
-    } else {
-        Err(Error::no_model("the model of least prediction errors is slower than the data show"))
+/// An innovation form with the initial states of its predictor.
+struct Predicting {
+    innovation: Innovation,
+    x0: Vec<Vec<f64>>,
+    /// Determinant of the covariance of the prediction errors.
+    cost: f64,
+}
+
+impl Predicting {
+    fn new(found: &Innovation, data: &DataSet) -> Result<Self, Error> {
+        let predictor = predictor(&found.model, found.gain.as_ref());
+        let segments = data.segments().iter();
+        let x0 = segments
+            .map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut start = Self { innovation: found.clone(), x0, cost: f64::INFINITY };
+        let as_it_is = Stop { steps: 0, least_gain: 0.0 };
+        start.cost = start.by_steps(data, false, as_it_is)?.error_covariance.determinant();
+        Ok(start)
+    }
+
+    fn by_steps(&self, data: &DataSet, feedthrough: bool, stop: Stop) -> Result<Refined, Error> {
+        refine_prediction(
+            &self.innovation,
+            &self.x0,
+            data,
+            feedthrough,
+            Focus::Prediction,
+            stop,
+            1.0,
+        )
+    }
+
+    /// Of the least prediction errors, where that leaves A with a spectral radius of at most `radius`.
+    fn refined(&self, data: &DataSet, feedthrough: bool, radius: f64) -> Result<Innovation, Error> {
+        let found = self.by_steps(data, feedthrough, ROUGH)?.innovation;
+        if found.model.spectral_radius() <= radius {
+            Ok(found)
+        } else {
+            Err(Error::no_model(
+                "the model of least prediction errors is slower than the data show",
+            ))
+        }
     }
 }

@@ -10,6 +10,7 @@ use crate::linalg::levenberg_marquardt::{Damping, lower};
 use crate::selection::delay::lags::Quadratic;
 use crate::selection::delay::response::{basis, polynomial, with_pole};
 use faer::Mat;
+use pulp::{Arch, Simd, WithSimd};
 use std::convert::Infallible;
 
 /// A model with its cost; times in samples.
@@ -165,32 +166,49 @@ fn bound(x: &mut [f64], most: f64) {
 }
 
 fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
-    let q = search.q;
-    let n = x.len() - 1;
-    let mut a = polynomial(&x[..n]);
-    if search.lag > 0.0 {
-        a = with_pole(&a, 1.0 / search.lag);
-    }
-    let columns = basis(&a, x[n], q.target.len());
-    let mut residual = q.target.clone();
-    let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
-    for column in columns.into_iter().skip(a.len() - search.numerators(n)) {
-        let mut c = q.times(&column);
-        let full = squares(&c);
-        without(&mut c, &orthogonal);
-        let size = squares(&c);
-        if size > 1e-20 * full {
-            let norm = size.sqrt();
-            c.iter_mut().for_each(|x| *x /= norm);
-            let along = short_dot(&c, &residual);
-            residual.iter_mut().zip(&c).for_each(|(r, c)| *r -= along * c);
-            orthogonal.push(c);
+    Arch::new().dispatch(Left { search, x })
+}
+
+struct Left<'a> {
+    search: &'a Search<'a>,
+    x: &'a [f64],
+}
+
+impl WithSimd for Left<'_> {
+    type Output = Vec<f64>;
+
+    /// The same sums whatever the vectors are.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
+        let Self { search, x } = self;
+        let q = search.q;
+        let n = x.len() - 1;
+        let mut a = polynomial(&x[..n]);
+        if search.lag > 0.0 {
+            a = with_pole(&a, 1.0 / search.lag);
         }
+        let columns = basis(&a, x[n], q.target.len());
+        let mut residual = q.target.clone();
+        let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
+        for column in columns.into_iter().skip(a.len() - search.numerators(n)) {
+            let mut c = q.times(&column);
+            let full = squares(&c);
+            without(&mut c, &orthogonal);
+            let size = squares(&c);
+            if size > 1e-20 * full {
+                let norm = size.sqrt();
+                c.iter_mut().for_each(|x| *x /= norm);
+                let along = short_dot(&c, &residual);
+                residual.iter_mut().zip(&c).for_each(|(r, c)| *r -= along * c);
+                orthogonal.push(c);
+            }
+        }
+        residual
     }
-    residual
 }
 
 /// Takes what lies along orthonormal columns out of `x`; twice is enough (Kahan and Parlett).
+#[inline(always)]
 fn without(x: &mut [f64], orthonormal: &[Vec<f64>]) {
     for _ in 0..2 {
         for o in orthonormal {
@@ -244,6 +262,7 @@ fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
     x
 }
 
+#[inline(always)]
 fn squares(x: &[f64]) -> f64 {
     short_dot(x, x)
 }

@@ -100,12 +100,28 @@ impl Quadratic {
 
 impl Quadratic {
     /// `factor·g`.
+    #[inline(always)]
     pub(super) fn times(&self, g: &[f64]) -> Vec<f64> {
-        let n = g.len();
-        let mut out = vec![0.0; n];
-        for (j, x) in g.iter().enumerate() {
-            let column = self.factor.col(j);
-            for (o, f) in out[..=j].iter_mut().zip(column.iter()) {
+        const GROUP: usize = 4;
+        let mut out = vec![0.0; g.len()];
+        let columns: Vec<&[f64]> = (0..g.len()).map(|j| self.factor.col_as_slice(j)).collect();
+        let mut first = 0;
+        // Several columns at once, since a sum is read and written for each.
+        for (x, columns) in g.as_chunks::<GROUP>().0.iter().zip(columns.as_chunks::<GROUP>().0) {
+            let above = first + 1;
+            let [a, b, c, d] = columns.map(|column| &column[..above]);
+            for (i, o) in out[..above].iter_mut().enumerate() {
+                *o = (((*o + a[i] * x[0]) + b[i] * x[1]) + c[i] * x[2]) + d[i] * x[3];
+            }
+            for (k, (x, column)) in x.iter().zip(columns).enumerate().skip(1) {
+                for i in above..=first + k {
+                    out[i] += column[i] * x;
+                }
+            }
+            first += GROUP;
+        }
+        for (j, x) in g.iter().enumerate().skip(first) {
+            for (o, f) in out[..=j].iter_mut().zip(columns[j]) {
                 *o += f * x;
             }
         }

@@ -4,8 +4,8 @@
 //! before. A basis of n columns of G spans the responses of all models with the poles of F.
 
 pub(super) const MOST: usize = 5;
-/// The largest order, with an additional lag.
-const SIZE: usize = MOST + 1;
+/// The largest order, with an additional lag, and zeros up to whole vectors.
+const SIZE: usize = (MOST + 1).next_multiple_of(4);
 
 type Square = [[f64; SIZE]; SIZE];
 
@@ -37,6 +37,7 @@ pub(super) fn with_pole(a: &[f64], p: f64) -> Vec<f64> {
 }
 
 /// The basis: column j is the response of `count` samples from sample 1 with G = e_j.
+#[inline(always)]
 pub(super) fn basis(a: &[f64], delay: f64, count: usize) -> Vec<Vec<f64>> {
     let n = a.len().min(SIZE);
     let mut f = ZERO;
@@ -62,19 +63,27 @@ pub(super) fn basis(a: &[f64], delay: f64, count: usize) -> Vec<Vec<f64>> {
     let mut h = [0.0; SIZE];
     h[0] = 1.0;
     for k in whole + 1..count {
-        for (j, column) in columns.iter_mut().enumerate() {
-            column[k] = (0..n).map(|i| h[i] * later[i][j]).sum();
+        for (column, x) in columns.iter_mut().zip(row_times(&h, &later, n)) {
+            column[k] = x;
         }
-        let mut next = [0.0; SIZE];
-        for (j, x) in next.iter_mut().enumerate().take(n) {
-            *x = (0..n).map(|i| h[i] * e[i][j]).sum();
-        }
-        h = next;
+        h = row_times(&h, &e, n);
     }
     columns
 }
 
+#[inline(always)]
+fn row_times(row: &[f64; SIZE], m: &Square, n: usize) -> [f64; SIZE] {
+    let mut sums = [0.0; SIZE];
+    for (x, row) in row.iter().zip(m).take(n) {
+        for j in 0..SIZE {
+            sums[j] += x * row[j];
+        }
+    }
+    sums
+}
+
 /// e^{Ft} and Ψ(t), by Taylor series on a short time and doubling: Ψ(2t) = (e^{Ft} + I) Ψ(t).
+#[inline(always)]
 fn exponential(f: &Square, n: usize, t: f64) -> (Square, Square) {
     let norm = t * (0..n).map(|j| (0..n).map(|i| f[i][j].abs()).sum::<f64>()).fold(0.0, f64::max);
     let doublings = if norm > 0.25 { (norm / 0.25).log2().ceil().min(60.0) as i32 } else { 0 };
@@ -85,13 +94,9 @@ fn exponential(f: &Square, n: usize, t: f64) -> (Square, Square) {
         row[i] = t;
     }
     for k in 1..=12 {
-        for i in 0..n {
-            for j in 0..n {
-                psi[i][j] += term[i][j];
-            }
-        }
+        add(&mut psi, &term);
         term = product(f, &term, n);
-        for x in term.iter_mut().flatten() {
+        for x in term.as_flattened_mut() {
             *x *= t / f64::from(k + 1);
         }
     }
@@ -101,26 +106,26 @@ fn exponential(f: &Square, n: usize, t: f64) -> (Square, Square) {
     }
     for _ in 0..doublings {
         let twice = product(&e, &psi, n);
-        for i in 0..n {
-            for j in 0..n {
-                psi[i][j] += twice[i][j];
-            }
-        }
+        add(&mut psi, &twice);
         e = product(&e, &e, n);
     }
     (e, psi)
 }
 
+#[inline(always)]
 fn product(a: &Square, b: &Square, n: usize) -> Square {
     let mut c = ZERO;
-    for i in 0..n {
-        for k in 0..n {
-            for j in 0..n {
-                c[i][j] += a[i][k] * b[k][j];
-            }
-        }
+    for (row, a) in c.iter_mut().zip(a).take(n) {
+        *row = row_times(a, b, n);
     }
     c
+}
+
+#[inline(always)]
+fn add(to: &mut Square, m: &Square) {
+    for (to, x) in to.as_flattened_mut().iter_mut().zip(m.as_flattened()) {
+        *to += x;
+    }
 }
 
 #[cfg(test)]

@@ -20,6 +20,8 @@ use steerwright_drivelog::signal::standard_deviation;
 const STEPS: usize = 40;
 /// [`Problem::least_gain`] of what is delivered.
 const LEAST_GAIN: f64 = 1e-8;
+/// Where initial estimates are compared, and refined again after.
+const COMPARED: f64 = 1e-4;
 /// Largest step: of a logarithm, and of what is measured in its prior's deviations.
 const LARGEST_STEP: f64 = 1.0;
 /// Initial estimates that are refined, of those that are tried.
@@ -127,7 +129,8 @@ impl<'a> Problem<'a> {
             let Some(errors) = self.errors(&best.parameters, &best.initial_states) else { break };
             let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
             let cost = self.cost(&best.parameters, &best.initial_states, s2).unwrap_or(best.cost);
-            best = self.refine(Estimate { long_run_variance: s2, cost, ..best })?;
+            best =
+                self.refine(Estimate { long_run_variance: s2, cost, ..best }, self.least_gain)?;
         }
         Ok(best)
     }
@@ -143,18 +146,20 @@ impl<'a> Problem<'a> {
             let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance)?;
             Some(Estimate { cost, ..from })
         });
-        self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))
+        let best =
+            self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))?;
+        self.refine(best, self.least_gain)
     }
 
     /// Estimates from an estimate of a problem that differs a little; `None` where the model leaves all bounds
     /// there.
     pub(super) fn solve_from(&self, from: &Estimate) -> Result<Option<Estimate>, Error> {
         let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance);
-        cost.map(|cost| self.refine(Estimate { cost, ..from.clone() })).transpose()
+        cost.map(|cost| self.refine(Estimate { cost, ..from.clone() }, self.least_gain)).transpose()
     }
 
     fn best(&self, starts: impl Iterator<Item = Estimate>) -> Result<Option<Estimate>, Error> {
-        let refined = starts.map(|s| self.refine(s)).collect::<Result<Vec<_>, _>>()?;
+        let refined = starts.map(|s| self.refine(s, COMPARED)).collect::<Result<Vec<_>, _>>()?;
         Ok(refined.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)))
     }
 
@@ -201,13 +206,14 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn refine(&self, from: Estimate) -> Result<Estimate, Error> {
+    /// Until a step lowers the cost by a smaller share than `least_gain`.
+    fn refine(&self, from: Estimate, least_gain: f64) -> Result<Estimate, Error> {
         let cost = from.cost;
         let reached = lower::<_, _, Error>(
             (from, cost),
             STEPS,
             Damping { first: 1e-3, fall: 0.1, tries: 10, ..USUAL },
-            by_more_than(self.least_gain),
+            by_more_than(least_gain),
             |at, _| Ok(self.linearised(at)),
             |at, system, damping| {
                 let solution = system.solve(damping)?;

@@ -15,6 +15,8 @@ pub(super) const PARAMETERS: usize = 9;
 /// With the initial v_y and r of a segment.
 pub(super) const ALL: usize = PARAMETERS + 2;
 
+/// The first parameters, on which the motion from one sample to the next depends.
+pub(super) const OF_MOTION: usize = 6;
 /// Places of ln α, ln β, ln L, ln η, ln Tn, τ, the offsets and ln of the steering factor.
 pub(super) const FRONT: usize = 0;
 pub(super) const REAR: usize = 1;

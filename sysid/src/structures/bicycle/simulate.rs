@@ -4,8 +4,8 @@
 //! acts τ later: within a sample it is first the older value, then the newer. The transitions over the two
 //! parts have derivatives by their lengths, too, from which the one by the delay follows.
 
-use crate::linalg::dual::{Dual, Scalar};
-use crate::structures::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
+use crate::linalg::dual::{Dual, Scalar, ScaledBy};
+use crate::structures::bicycle::parameters::{ALL, Coefficients, OF_MOTION, PARAMETERS};
 use crate::structures::bicycle::transitions::{Between, Transition, Transitions};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
@@ -48,17 +48,19 @@ struct AtSpeed<S> {
 
 /// Runs the model; `each` gets the yaw rates. `false` where it leaves all bounds. `by_delay` keeps
 /// the older part of a sample where it is empty, for the derivative by its length.
-fn run<S: Scalar>(
-    c: &Coefficients<S>,
+fn run<T: Scalar, S: ScaledBy<T>>(
+    c: (&Coefficients<T>, &Coefficients<S>),
     recording: &SpeedSegment<'_>,
     start: [S; 2],
     by_delay: bool,
     each: impl FnMut(S),
 ) -> bool {
-    Arch::new().dispatch(BicycleRun { c, recording, start, by_delay, each })
+    Arch::new().dispatch(BicycleRun { of_motion: c.0, c: c.1, recording, start, by_delay, each })
 }
 
-struct BicycleRun<'a, S, F> {
+struct BicycleRun<'a, T, S, F> {
+    /// The same with derivatives by the parameters of the motion alone.
+    of_motion: &'a Coefficients<T>,
     c: &'a Coefficients<S>,
     recording: &'a SpeedSegment<'a>,
     start: [S; 2],
@@ -66,18 +68,18 @@ struct BicycleRun<'a, S, F> {
     each: F,
 }
 
-impl<S: Scalar, F: FnMut(S)> WithSimd for BicycleRun<'_, S, F> {
+impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F> {
     type Output = bool;
 
     /// The same sums whatever the vectors are.
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) -> bool {
-        let Self { c, recording, start, by_delay, mut each } = self;
+        let Self { of_motion, c, recording, start, by_delay, mut each } = self;
         let t = recording.sample_time;
-        let whole = (c.delay.value() / t).floor();
+        let whole = (of_motion.delay.value() / t).floor();
         // The part of a sample in which the older value still acts.
-        let older = c.delay - S::constant(whole * t);
-        let newer = S::constant(t) - older;
+        let older = of_motion.delay - T::constant(whole * t);
+        let newer = T::constant(t) - older;
         let known = recording.before.len() as f64;
         let last = recording.steering.len() as f64 - 1.0;
         let target = |k: f64| {
@@ -91,22 +93,22 @@ impl<S: Scalar, F: FnMut(S)> WithSimd for BicycleRun<'_, S, F> {
         };
         let mut x = start;
         // The wheel is where the steering before has brought it; long before, where it was commanded to.
-        let history = (LASTING / (c.rate.value() * t)).ceil().clamp(0.0, known) as usize;
+        let history = (LASTING / (of_motion.rate.value() * t)).ceil().clamp(0.0, known) as usize;
         let mut wheel = target(-(history as f64) - whole - 1.0);
         if history > 0 {
-            let rests = [older, newer].map(|h| (-(h * c.rate)).exp());
+            let rests = [older, newer].map(|h| (-(h * of_motion.rate)).exp());
             for k in (1..=history).rev() {
                 let at = -(k as f64) - whole;
                 for (rest, target) in rests.into_iter().zip([target(at - 1.0), target(at)]) {
-                    wheel = target + rest * (wheel - target);
+                    wheel = target + (wheel - target).scaled_by(rest);
                 }
             }
         }
         let acts = older.value() > 0.0 || by_delay;
-        let mut olders = if acts { Some(Transitions::new(c, older)) } else { None };
-        let mut newers = Transitions::new(c, newer);
+        let mut olders = if acts { Some(Transitions::new(of_motion, older)) } else { None };
+        let mut newers = Transitions::new(of_motion, newer);
         // That of the sample before is kept: a speed may be constant, or logged at a lower rate.
-        let mut kept: Option<(f64, AtSpeed<S>)> = None;
+        let mut kept: Option<(f64, AtSpeed<T>)> = None;
         for (k, &speed) in recording.speed.iter().enumerate().take(recording.len()) {
             each(x[1] + c.yaw_rate_offset);
             let over = match &mut kept {
@@ -140,11 +142,8 @@ pub(super) fn yaw_rate(
     start: &InitialState,
 ) -> Option<Vec<f64>> {
     let mut all = Vec::with_capacity(recording.len());
-    if run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)) {
-        Some(all)
-    } else {
-        None
-    }
+    let c = Coefficients::new(p, share);
+    if run((&c, &c), recording, *start, false, |r| all.push(r)) { Some(all) } else { None }
 }
 
 /// A simulated yaw rate, and its derivatives by the parameters and the two initial states.
@@ -162,11 +161,18 @@ pub(super) fn sensitivities(
     start: &InitialState,
     by_delay: bool,
 ) -> Option<Sensitivities> {
+    // Value and derivatives by these fill two vectors, not three.
+    let of_motion = std::array::from_fn(|i| match i {
+        0..OF_MOTION => Dual::<8>::parameter(p[i], i),
+        _ => Dual::constant(p[i]),
+    });
+    let of_motion = Coefficients::new(&of_motion, share);
     let p = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(p[i], i));
     let start = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(start[i], PARAMETERS + i));
     let mut all = Vec::with_capacity(recording.len());
     let mut by = Vec::with_capacity(recording.len());
-    let bounded = run(&Coefficients::new(&p, share), recording, start, by_delay, |r| {
+    let c = Coefficients::new(&p, share);
+    let bounded = run((&of_motion, &c), recording, start, by_delay, |r| {
         all.push(r.value());
         by.push(r.by());
     });

@@ -2,7 +2,7 @@
 //! exp([A b 0; 0 −l l; 0 0 0]·h) by scaling and squaring of its blocks (l = 1/Tn), exact with its derivatives. It is
 //! computed at a table of speeds and interpolated between them.
 
-use crate::linalg::dual::Scalar;
+use crate::linalg::dual::{Scalar, ScaledBy};
 use crate::structures::bicycle::parameters::{BLEND_SPEED, Coefficients};
 
 /// Terms of the series; with a norm of at most 1/4 the next is below 1e-17.
@@ -24,6 +24,11 @@ fn product<S: Scalar>(m: &[S; 4], x: &[S; 2]) -> [S; 2] {
 }
 
 #[inline(always)]
+fn row_times<T: Copy, S: ScaledBy<T>>(row: &[T], x: &[S; 2]) -> S {
+    x[0].scaled_by(row[0]) + x[1].scaled_by(row[1])
+}
+
+#[inline(always)]
 fn sum<S: Scalar>(x: &[S; 2], y: &[S; 2]) -> [S; 2] {
     [x[0] + y[0], x[1] + y[1]]
 }
@@ -34,14 +39,13 @@ impl<S: Scalar> Transition<S> {
         Self { lateral: [zero; 4], by_wheel: [zero; 2], by_target: [zero; 2], wheel: zero }
     }
 
-    /// Adds `weight·other`.
+    /// Adds `weight·other` but for the wheel, which follows its command at every speed alike.
     #[inline(always)]
     fn add(&mut self, other: &Self, weight: f64) {
         let add = |sum: &mut S, x: &S| *sum = *sum + x.times(weight);
         self.lateral.iter_mut().zip(&other.lateral).for_each(|(sum, x)| add(sum, x));
         self.by_wheel.iter_mut().zip(&other.by_wheel).for_each(|(sum, x)| add(sum, x));
         self.by_target.iter_mut().zip(&other.by_target).for_each(|(sum, x)| add(sum, x));
-        add(&mut self.wheel, &other.wheel);
     }
 
     fn new(a: &[S; 4], b: &[S; 2], rate: S, h: S) -> Self {
@@ -111,12 +115,13 @@ impl<S: Scalar> Transition<S> {
     }
 
     #[inline(always)]
-    pub(super) fn apply(&self, x: &mut [S; 2], wheel: &mut S, target: S) {
-        let turned = product(&self.lateral, x);
+    pub(super) fn apply<X: ScaledBy<S>>(&self, x: &mut [X; 2], wheel: &mut X, target: X) {
+        let turned = [row_times(&self.lateral[..2], x), row_times(&self.lateral[2..], x)];
         for (i, turned) in turned.into_iter().enumerate() {
-            x[i] = turned + self.by_wheel[i] * *wheel + self.by_target[i] * target;
+            let steered = wheel.scaled_by(self.by_wheel[i]) + target.scaled_by(self.by_target[i]);
+            x[i] = turned + steered;
         }
-        *wheel = target + self.wheel * (*wheel - target);
+        *wheel = target + (*wheel - target).scaled_by(self.wheel);
     }
 }
 
@@ -198,6 +203,7 @@ impl<'a, S: Scalar> Transitions<'a, S> {
             }
             if let Some(transition) = &self.table[place] {
                 sum.add(transition, *weight);
+                sum.wheel = transition.wheel;
             }
         }
         sum
