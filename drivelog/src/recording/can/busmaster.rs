@@ -1,7 +1,7 @@
 //! Lines of BUSMASTER's logs.
 
 use super::frame::{Frame, Line};
-use crate::recording::csv::stamps::instant;
+use crate::recording::csv::instants::instant;
 
 /// What a log begins with.
 pub(super) const MARK: &str = "***BUSMASTER";

@@ -1,7 +1,7 @@
 //! Lines of candump of SocketCAN.
 
 use super::frame::{Frame, Line};
-use crate::recording::csv::stamps::instant;
+use crate::recording::csv::instants::instant;
 
 /// `(1436509052.249713) can0 044#2A366C2B7F`, with `##` and flags for CAN FD, or in columns
 /// `(1436509052.249713)  can0  044   [5]  2A 36 6C 2B 7F`. The time may be a date (`-t A`); flags of the direction

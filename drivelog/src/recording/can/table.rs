@@ -5,7 +5,8 @@ use super::candump::bytes;
 use super::frame::{Frame, Line};
 use super::trc::LONG;
 use crate::recording::base64::base64;
-use crate::recording::csv::stamps::{Stamps, instant};
+use crate::recording::csv::instants::instant;
+use crate::recording::csv::stamps::Stamps;
 
 /// How the bytes of a frame are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

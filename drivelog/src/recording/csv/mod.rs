@@ -7,6 +7,7 @@ mod comments;
 mod dialect;
 mod head;
 mod header;
+pub(super) mod instants;
 mod losses;
 pub(super) mod missing;
 mod rows;
