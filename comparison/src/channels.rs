@@ -23,12 +23,12 @@ pub struct SimulatedPlant {
 /// The comparison for scripts.
 #[derive(Serialize)]
 pub struct ChannelOverview<'a> {
-    models: Vec<PlantOverview<'a>>,
+    models: Vec<SimulationOverview<'a>>,
     files: &'a [SourceFile],
 }
 
 #[derive(Serialize)]
-struct PlantOverview<'a> {
+struct SimulationOverview<'a> {
     name: &'a str,
     file: &'a SourceFile,
     order: usize,
@@ -116,7 +116,7 @@ pub fn channel_json<'a>(
         fit_percent,
         validation_fit_percent,
     };
-    let model = |plant: &'a SimulatedPlant| PlantOverview {
+    let model = |plant: &'a SimulatedPlant| SimulationOverview {
         name: &plant.label,
         file: &plant.source,
         order: plant.plant.order(),

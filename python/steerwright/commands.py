@@ -201,10 +201,14 @@ def export(
     return found
 
 
+Compared = Union[LateralModel, MultivariablePlant, File]
+
+
 @documented("compare", {"json"})
-def compare(models: LateralModel | File | Sequence[LateralModel | File], **options: Unpack[CompareOptions]) -> dict[str, Any]:
+def compare(models: Compared | Sequence[Compared], **options: Unpack[CompareOptions]) -> dict[str, Any]:
     """Compares models with a drive, on each other's plants, and on a vehicle that represents the truth.
 
+    Plants of named channels each simulate the ``log``, and the fits of their outputs are returned.
     ``pid`` may be a list of controllers of this package. Returns what ``steerwright compare --json`` prints.
     """
     keywords: dict[str, Any] = dict(options)

@@ -118,3 +118,17 @@ def test_no_controller_is_designed_for_it(plant: steerwright.MultivariablePlant)
     with pytest.raises(steerwright.Error, match="no steering controller is designed") as caught:
         steerwright.design(plant)
     assert "to_control" in caught.value.hint
+
+
+def test_plants_are_compared_on_another_log(plant: steerwright.MultivariablePlant, tmp_path: Path) -> None:
+    other = tanks(400, 0.1)
+    log = tmp_path / "other.csv"
+    rows = np.column_stack(list(other.values()))
+    header = "time_s,heater[W],valve,T1[degC],T2[degC]"
+    np.savetxt(log, rows, delimiter=",", header=header, comments="")
+    compared = steerwright.compare(plant, log=str(log))
+    (model,) = compared["models"]
+    simulated = {output["name"]: output["fit_percent"] for output in model["outputs"]}
+    assert set(simulated) == {"T1", "T2"} and min(simulated.values()) > 90, simulated
+    with pytest.raises(steerwright.Error, match="has no effect"):
+        steerwright.compare(plant, log=str(log), road_speed=10.0)
