@@ -60,6 +60,10 @@ pub enum ManoeuvreKind {
     Slalom,
     /// Lane changes there and back, by steps of the angle.
     Steps,
+    /// Slaloms of a steady rhythm each whose amplitude grows.
+    GrowingSlalom,
+    /// An angle that rises slowly, and returns.
+    RisingAngle,
 }
 
 crate::words!(ManoeuvreKind {
@@ -67,16 +71,55 @@ crate::words!(ManoeuvreKind {
     Sweep = "sweep",
     Slalom = "slalom",
     Steps = "steps",
+    GrowingSlalom = "growing-slalom",
+    RisingAngle = "rising-angle",
 });
+
+/// The quantity whose standard error a manoeuvre minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ManoeuvreGoal {
+    /// Gain (relative) and phase (rad) of the response from the steering angle to the yaw rate in a band, the larger of both.
+    #[default]
+    Response,
+    /// The understeer gradient at the road wheel, rad·s²/m.
+    Understeer,
+    /// The friction coefficients of front and rear axle, relative, the larger of both.
+    TyreLimit,
+}
+
+crate::words!(ManoeuvreGoal {
+    Response = "response",
+    Understeer = "understeer",
+    TyreLimit = "tyre-limit",
+});
+
+impl ManoeuvreGoal {
+    /// Unit of its standard error; empty of a relative one.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Response | Self::TyreLimit => "",
+            Self::Understeer => "rad.s2/m",
+        }
+    }
+
+    // By reference, as serde calls it.
+    fn is_response(&self) -> bool {
+        *self == Self::Response
+    }
+}
 
 /// What is to be known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ManoeuvrePurpose {
-    /// Band of the response from the steering angle to the yaw rate, Hz.
+    /// The quantity whose standard error is minimised; absent of the response.
+    #[serde(default, skip_serializing_if = "ManoeuvreGoal::is_response")]
+    pub goal: ManoeuvreGoal,
+    /// Band of the response from the steering angle to the yaw rate, Hz; of other goals that of the steering.
     pub band_hz: [f64; 2],
-    /// Two standard errors of gain (relative) and phase (rad) that are to be reached in the band; absent where as little as
-    /// possible is wanted.
+    /// Two standard errors of the goal, in its unit, that are to be reached; absent where as little as possible is wanted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_error: Option<f64>,
 }
@@ -149,7 +192,8 @@ pub struct SignalPeaks {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExpectedErrors {
-    /// Largest standard error of gain (relative) and phase (rad) in the band, at all speeds.
+    /// Standard error of the goal, in its unit: of the response the largest of gain (relative) and phase (rad) in the band at all
+    /// speeds.
     pub largest_error: f64,
     /// The same of the convex problem: no powers of the tones within the limits are better. Absent of other kinds than
     /// the multisine.
@@ -163,7 +207,7 @@ pub struct ExpectedErrors {
     /// Time of the same manoeuvre that would reach it, s; absent where none is stated or no time does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed_time_s: Option<f64>,
-    /// By speed and frequency.
+    /// By speed and frequency; empty where the goal is the tyre limit.
     pub response: Vec<ExpectedResponse>,
     /// Of the parameters at the mean speed.
     pub parameters: Vec<Estimated>,
@@ -191,7 +235,7 @@ pub struct ExpectedResponse {
 pub struct Alternative {
     /// Its kind.
     pub kind: ManoeuvreKind,
-    /// Largest standard error of gain (relative) and phase (rad) in the band.
+    /// Standard error of the goal, in its unit.
     pub largest_error: f64,
 }
 
@@ -200,6 +244,11 @@ impl Manoeuvre {
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.block_s * self.schedule.len() as f64
+    }
+
+    /// The blocks of the first half, which has all signals and estimates.
+    pub fn estimation_blocks(&self) -> impl Iterator<Item = &ManoeuvreBlock> {
+        self.schedule.iter().take(self.schedule.len() / 2)
     }
 
     /// Samples of a block: its signal, and straight driving up to the next.
@@ -289,6 +338,7 @@ impl Described for Manoeuvre {
         let (lowest, highest) = (speeds(f64::min), speeds(f64::max));
         let mut facts = vec![
             Fact::new("kind", self.kind.name(), ""),
+            Fact::new("goal", self.purpose.goal.name(), ""),
             Fact::new("blocks", self.schedule.len(), ""),
             Fact::new("time", self.time_s(), "s"),
             Fact::new("lowest_speed", lowest, "m/s"),
@@ -298,7 +348,11 @@ impl Described for Manoeuvre {
                 self.limits.max_lateral_acceleration_mps2,
                 "m/s2",
             ),
-            Fact::new("largest_standard_error", self.expected.largest_error, ""),
+            Fact::new(
+                "largest_standard_error",
+                self.expected.largest_error,
+                self.purpose.goal.unit(),
+            ),
             Fact::new("requirements_met", self.expected.met, ""),
         ];
         facts.extend(quality_facts(self.quality));

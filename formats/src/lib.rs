@@ -71,8 +71,8 @@ pub use evidence::{
     too_few_blocks,
 };
 pub use excitation::{
-    Alternative, ExpectedErrors, ExpectedResponse, Manoeuvre, ManoeuvreBlock, ManoeuvreKind,
-    ManoeuvreLimits, ManoeuvrePurpose, SignalPeaks, SteeringSignal,
+    Alternative, ExpectedErrors, ExpectedResponse, Manoeuvre, ManoeuvreBlock, ManoeuvreGoal,
+    ManoeuvreKind, ManoeuvreLimits, ManoeuvrePurpose, SignalPeaks, SteeringSignal,
 };
 pub use facts::{Described, Fact, Facts};
 pub use gains::{GuidanceAdvice, PidGains};

@@ -48,6 +48,10 @@ pub struct VehicleEvidence {
     /// How much less friction the rear axle can have, relative, before the free simulation of estimation or validation
     /// data spins: at most 0.2, in steps of 0.005 near 0.
     pub spin_margin: f64,
+    /// Spectral density of the errors of the yaw rate by which it was weighted, (rad/s)²/Hz, two-sided: the largest from 0 to
+    /// 2 Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_noise_density: Option<f64>,
     /// Warnings of the log reader and of the identification.
     pub warnings: Vec<String>,
 }
@@ -150,6 +154,9 @@ impl VehicleEvidence {
         check_fields!(c.finite(self, at): lateral_acceleration_mps2 spin_margin);
         if let Some(period) = self.open_hold_s {
             c.positive(period, &format!("{at}open_hold_s"));
+        }
+        if let Some(density) = self.yaw_rate_noise_density {
+            c.positive(density, &format!("{at}yaw_rate_noise_density"));
         }
         if let Some(actuator) = &self.actuator {
             actuator.check(c, &format!("{at}actuator."));

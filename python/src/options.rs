@@ -196,6 +196,7 @@ fn text(option: &OptionDescription, value: &Bound<'_, PyAny>) -> Accepted<String
         "SPEED" => "m/s",
         "ACCELERATION" => "m/s2",
         "JERK" => "m/s3",
+        "GRADIENT" => "rad.s2/m",
         "PER_SECOND" => "/s",
         "SHARE" => {
             let share = value.extract::<f64>()?;

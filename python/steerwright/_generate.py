@@ -73,6 +73,7 @@ NUMBERS = {
     "SPEED",
     "ACCELERATION",
     "JERK",
+    "GRADIENT",
     "PER_SECOND",
     "SHARE",
     "GAIN",

@@ -101,9 +101,18 @@ class Manoeuvre(Document, documents.Manoeuvre):
             rows["speed_mps"] = signal.speed_mps
         return table
 
+    @property
+    def goal(self) -> str:
+        """What is determined: ``response``, ``understeer`` or ``tyre-limit``."""
+        return str(self.purpose.to_dict().get("goal", "response"))
+
     def __repr__(self) -> str:
         time, error = self.block_s * len(self.schedule), 200.0 * self.expected.largest_error
-        return f"<Manoeuvre {self.name}: {self.kind} of {time:.0f} s, response to ±{error:.1f} %>"
+        known = {
+            "understeer": f"understeer gradient to ±{error / 100.0:.2g} rad.s2/m",
+            "tyre-limit": f"friction to ±{error:.1f} %",
+        }.get(self.goal, f"response to ±{error:.1f} %")
+        return f"<Manoeuvre {self.name}: {self.kind} of {time:.0f} s, {known}>"
 
 
 @documented("excite")

@@ -55,7 +55,16 @@ def test_a_manoeuvre_is_that_of_the_command_line(tmp_path: Path) -> None:
     for name, digits in (("time_s", 1e-4), ("steering_rad", 1e-7), ("speed_mps", 1e-3)):
         assert np.abs(rows[name] - steered[name]).max() <= digits
     assert isinstance(steerwright.load(folder / "excitation.json"), steerwright.Manoeuvre)
-    assert "of 40 s" in repr(manoeuvre)
+    assert "of 40 s" in repr(manoeuvre) and manoeuvre.goal == "response"
+
+
+def test_the_goals_of_a_manoeuvre_are_those_of_the_command_line(tmp_path: Path) -> None:
+    sheet = DRIVE.parent / "vehicle.toml"
+    options = ["--goal", "understeer", "--time", "80s", "--understeer-error", "0.002rad.s2/m"]
+    ok("excite", sheet, *options, cwd=tmp_path)
+    manoeuvre = steerwright.excite(sheet, goal="understeer", time=80.0, understeer_error=0.002)
+    assert manoeuvre.to_json() == (tmp_path / "excitation" / "excitation.json").read_text("utf-8")
+    assert manoeuvre.goal == "understeer" and "understeer gradient to" in repr(manoeuvre)
 
 
 def test_an_accumulator_is_that_of_the_command_line(tmp_path: Path) -> None:

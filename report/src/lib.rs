@@ -36,8 +36,9 @@ pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
 pub use sections::{
-    factor_in_words, manoeuvre_limits, manoeuvre_page, not_negative, parameter_tables,
-    sideslip_in_words, signal_in_words, start_in_words,
+    factor_in_words, goal_error, goal_in_words, manoeuvre_limits, manoeuvre_page,
+    manoeuvre_parameters, not_negative, parameter_tables, sideslip_in_words, signal_in_words,
+    start_in_words,
 };
 pub use table::{COLUMNS, Table};
 

@@ -36,6 +36,8 @@ readers! {
     rate: "/s" = 1.0;
     /// A frequency in Hz.
     frequency: "Hz" = 1.0;
+    /// An understeer gradient in rad·s²/m.
+    gradient: "deg/g" = PI / 180.0 / 9.80665, "rad.s2/m" = 1.0;
     /// A share in percent.
     percent: "%" = 1.0;
     /// A gain in dB.

@@ -2,11 +2,13 @@
 
 use crate::terminal::console;
 use std::fmt::Write;
-use steerwright_formats::{Manoeuvre, ManoeuvreKind};
-use steerwright_report::{Table, manoeuvre_limits, signal_in_words};
+use steerwright_formats::{Manoeuvre, ManoeuvreGoal, ManoeuvreKind};
+use steerwright_report::{
+    Table, goal_error, goal_in_words, manoeuvre_limits, manoeuvre_parameters, signal_in_words,
+};
 
 pub(crate) fn summary(manoeuvre: &Manoeuvre) -> String {
-    let [low, high] = manoeuvre.purpose.band_hz;
+    let goal = manoeuvre.purpose.goal;
     let blocks = manoeuvre.schedule.len();
     let mut text = format!(
         "{}: {} of {:.0} s, {blocks} blocks of {:.0} s\n",
@@ -20,22 +22,24 @@ pub(crate) fn summary(manoeuvre: &Manoeuvre) -> String {
     }
     let _ = writeln!(text, "\n{}", console::table(&manoeuvre_limits(manoeuvre)));
     let e = &manoeuvre.expected;
-    let _ = write!(
-        text,
-        "response from {low} to {high} Hz known to ±{:.2} % (two standard errors of gain and phase, the largest in the band)",
-        200.0 * e.largest_error
-    );
+    let detail = match goal {
+        ManoeuvreGoal::Response => "two standard errors of gain and phase, the largest in the band",
+        ManoeuvreGoal::Understeer => "two standard errors",
+        ManoeuvreGoal::TyreLimit => "two standard errors, the larger of both",
+    };
+    let error = goal_error(goal, 2.0 * e.largest_error);
+    let _ = write!(text, "{} known to {error} ({detail})", goal_in_words(manoeuvre));
     if let Some(bound) = e.bound {
         let _ = write!(
             text,
-            "; no tones within the limits know it better than to ±{:.2} %",
-            200.0 * bound
+            "; no tones within the limits know it better than to {}",
+            goal_error(goal, 2.0 * bound)
         );
     }
     text.push('\n');
     if let Some(wanted) = manoeuvre.purpose.max_error {
         let met = if e.met { "met" } else { "not met" };
-        let _ = write!(text, "required ±{:.2} %: {met}", 100.0 * wanted);
+        let _ = write!(text, "required {}: {met}", goal_error(goal, wanted));
         let _ = match e.needed_time_s {
             Some(time) => writeln!(text, "; {time:.0} s would do"),
             None => writeln!(text, "; no time would do"),
@@ -52,17 +56,21 @@ pub(crate) fn summary(manoeuvre: &Manoeuvre) -> String {
             format!("{:.2}°", 2.0 * row.phase_error_rad.to_degrees()),
         ]);
     }
+    let table =
+        if goal == ManoeuvreGoal::TyreLimit { manoeuvre_parameters(manoeuvre) } else { table };
     let _ = writeln!(text, "\n{}", console::table(&table));
-    let mut table = Table::new(["manoeuvre", "largest error in the band"]);
+    let mut table = Table::new([
+        "manoeuvre",
+        if goal == ManoeuvreGoal::Response { "largest error in the band" } else { "error" },
+    ]);
     for other in &manoeuvre.alternatives {
         let who = match other.kind {
+            _ if goal == ManoeuvreGoal::TyreLimit => "robot or driver",
             ManoeuvreKind::Multisine => "robot",
-            ManoeuvreKind::Sweep | ManoeuvreKind::Slalom | ManoeuvreKind::Steps => "driver",
+            _ => "driver",
         };
-        table.push([
-            format!("{} ({who})", other.kind),
-            format!("±{:.2} %", 200.0 * other.largest_error),
-        ]);
+        table
+            .push([format!("{} ({who})", other.kind), goal_error(goal, 2.0 * other.largest_error)]);
     }
     let _ = write!(text, "{}", console::table(&table));
     text

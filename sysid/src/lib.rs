@@ -46,7 +46,7 @@ pub use data::scaled::Detrend;
 pub use data::split::{ValidationData, ValidationPlace};
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
-pub use excitation::{ExcitationOptions, excite};
+pub use excitation::{ExcitationOptions, excite, excite_vehicle};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
 pub use selection::options::{IdentifyOptions, Method};

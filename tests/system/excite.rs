@@ -16,10 +16,10 @@ fn car() -> VehicleData {
 }
 
 /// Uniform and normal numbers from a linear congruential generator.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let mut sum = -6.0;
         for _ in 0..12 {
             let next = self.0.wrapping_mul(6_364_136_223_846_793_005);
@@ -45,7 +45,7 @@ fn log(steering: &[f64], speed: &[f64], seed: u64) -> String {
 }
 
 /// A column of a table with times, at the multiples of 10 ms.
-fn resampled(file: &Path, name: &str) -> Vec<f64> {
+pub(crate) fn resampled(file: &Path, name: &str) -> Vec<f64> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut lines = text.lines();
     let place = lines.next().unwrap().split(',').position(|cell| cell == name).unwrap();

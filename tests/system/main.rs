@@ -19,6 +19,7 @@ mod crashing;
 mod demo;
 mod dependencies;
 mod excite;
+mod excite_goals;
 mod export;
 mod first_fmu;
 mod fmus;

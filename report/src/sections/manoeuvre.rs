@@ -6,7 +6,59 @@ use crate::figures::DEG;
 use crate::html::{Block, Section, Tone, report_html};
 use crate::palette::{BLUE, VERMILION, nth};
 use crate::table::Table;
-use steerwright_formats::{Manoeuvre, ManoeuvreKind, SteeringSignal};
+use steerwright_formats::{Manoeuvre, ManoeuvreGoal, ManoeuvreKind, SteeringSignal};
+
+/// Degrees per acceleration of free fall of an understeer gradient of 1 rad·s²/m.
+const DEGREES_PER_G: f64 = DEG * 9.806_65;
+
+/// An error of a goal, in the unit that is usual for it.
+#[must_use]
+pub fn goal_error(goal: ManoeuvreGoal, error: f64) -> String {
+    match goal {
+        ManoeuvreGoal::Response | ManoeuvreGoal::TyreLimit => format!("±{:.2} %", 100.0 * error),
+        ManoeuvreGoal::Understeer => {
+            format!("±{}\u{a0}deg/g", super::significant(DEGREES_PER_G * error))
+        }
+    }
+}
+
+/// What a manoeuvre determines, with the value of the model where it is one number.
+#[must_use]
+pub fn goal_in_words(manoeuvre: &Manoeuvre) -> String {
+    let of = |name: &str| {
+        let parameters = &manoeuvre.expected.parameters;
+        parameters.iter().find(|p| p.name == name).map_or(f64::NAN, |p| p.value)
+    };
+    match manoeuvre.purpose.goal {
+        ManoeuvreGoal::Response => {
+            let [low, high] = manoeuvre.purpose.band_hz;
+            format!("response from {low} to {high} Hz")
+        }
+        ManoeuvreGoal::Understeer => format!(
+            "understeer gradient of {:.3}\u{a0}deg/g at the road wheel",
+            DEGREES_PER_G * of("understeer_gradient")
+        ),
+        ManoeuvreGoal::TyreLimit => format!(
+            "friction coefficients of {:.2} in front and {:.2} at the rear",
+            of("friction_coefficient_front"),
+            of("friction_coefficient_rear")
+        ),
+    }
+}
+
+/// The quantities that a manoeuvre determines, with two standard errors.
+pub fn manoeuvre_parameters(manoeuvre: &Manoeuvre) -> Table {
+    let mut table = Table::new(["quantity", "value", "± two standard errors"]);
+    for parameter in &manoeuvre.expected.parameters {
+        let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
+        table.push([
+            parameter.name.replace('_', " "),
+            value(parameter.value, 4, unit),
+            value(2.0 * parameter.standard_error, 4, unit),
+        ]);
+    }
+    table
+}
 
 /// The distance of the cones of a slalom, of which one stands at each change of side; `None` of other signals.
 fn cone_distance_m(signal: &SteeringSignal) -> Option<f64> {
@@ -36,6 +88,18 @@ pub fn signal_in_words(kind: ManoeuvreKind, signal: &SteeringSignal) -> String {
             "lane changes there and back at {speed:.1} m/s, ±{angle:.1}°: hold {hold:.1} s, {:.1} s to the other side, {hold:.1} s",
             2.0 * hold
         ),
+        (ManoeuvreKind::GrowingSlalom, Some([hz, _]), _) => {
+            let cones = cone_distance_m(signal).unwrap_or_default();
+            format!(
+                "slalom of {hz:.2} Hz at {speed:.1} m/s that grows to ±{angle:.1}°: metronome at {:.0} beats a minute, one beat a side, a cone every {cones:.1} m",
+                120.0 * hz
+            )
+        }
+        (ManoeuvreKind::RisingAngle, ..) => {
+            format!(
+                "angle that rises slowly to {angle:.1}° at {speed:.1} m/s, and returns: the vehicle turns"
+            )
+        }
         (_, Some([from, to]), _) => {
             format!("tones from {from:.2} to {to:.2} Hz at {speed:.1} m/s, up to ±{angle:.1}°")
         }
@@ -91,6 +155,8 @@ pub fn manoeuvre_page(manoeuvre: &Manoeuvre) -> String {
 fn drive(manoeuvre: &Manoeuvre) -> Section {
     let who = if manoeuvre.kind == ManoeuvreKind::Multisine {
         "A steering robot or drive-by-wire steers excitation.csv; a person holds the speed and takes over to centre the vehicle."
+    } else if manoeuvre.kind == ManoeuvreKind::RisingAngle {
+        "The driver or a robot holds the speed and turns the wheel slowly and steadily, on a free area."
     } else {
         "The driver holds the speed and steers to the beat of a metronome: the hands are at one side at each beat."
     };
@@ -110,10 +176,15 @@ fn drive(manoeuvre: &Manoeuvre) -> Section {
         .iter()
         .map(|s| format!("{} at {:.1} m/s", length(s.peaks.offset_m[1]), s.speed_mps))
         .collect();
-    list.push(format!(
+    if manoeuvre.purpose.goal == ManoeuvreGoal::TyreLimit {
+        list.push("The tyres come near their grip: on a free, level and dry area, with the stated limits checked with a smaller amplitude first, and with the stability control as it is to be known.".into());
+    }
+    if manoeuvre.kind != ManoeuvreKind::RisingAngle {
+        list.push(format!(
         "The vehicle stays within {} to either side of its line, and returns to it, if the wheel that drives straight is at 0°; a steering offset, a crowned road or wind make it drift, which the driver or a slow correction of the robot takes out.",
         offsets.join(", ")
     ));
+    }
     let mut table = Table::new(["block", "from (s)", "speed (m/s)", "first to", "what"]);
     for (k, block) in manoeuvre.schedule.iter().enumerate() {
         let Some(signal) = manoeuvre.signals.get(block.signal) else { continue };
@@ -166,9 +237,49 @@ fn errors(manoeuvre: &Manoeuvre) -> Section {
             Some(time) => format!("{time:.0} s of this manoeuvre reach it."),
             None => "No time reaches it.".into(),
         };
-        let title = format!("Required ±{} %: {met}.", super::significant(100.0 * wanted));
+        let title = match manoeuvre.purpose.goal {
+            ManoeuvreGoal::Response => {
+                format!("Required ±{} %: {met}.", super::significant(100.0 * wanted))
+            }
+            goal => format!("Required {}: {met}.", goal_error(goal, wanted)),
+        };
         blocks.push(Block::Note { tone, title, text: needed });
     }
+    if !e.response.is_empty() {
+        blocks.push(response_figure(manoeuvre));
+    }
+    if manoeuvre.purpose.goal != ManoeuvreGoal::Response {
+        let error = goal_error(manoeuvre.purpose.goal, 2.0 * e.largest_error);
+        blocks.push(Block::Text(format!("{}: {error}.", goal_in_words(manoeuvre))));
+    }
+    blocks.push(Block::Table(manoeuvre_parameters(manoeuvre)));
+    blocks.push(Block::Table(manoeuvre_alternatives(manoeuvre)));
+    Section::new("Errors to expect", blocks)
+}
+
+/// The best manoeuvre of each kind.
+fn manoeuvre_alternatives(manoeuvre: &Manoeuvre) -> Table {
+    let goal = manoeuvre.purpose.goal;
+    let heading = match goal {
+        ManoeuvreGoal::Response => "largest error in the band",
+        ManoeuvreGoal::Understeer => "error of the understeer gradient",
+        ManoeuvreGoal::TyreLimit => "larger error of the friction",
+    };
+    let mut table = Table::new(["manoeuvre", heading]);
+    for other in &manoeuvre.alternatives {
+        let error = match goal {
+            ManoeuvreGoal::Response => {
+                format!("±{} %", super::significant(200.0 * other.largest_error))
+            }
+            _ => goal_error(goal, 2.0 * other.largest_error),
+        };
+        table.push([other.kind.name().to_owned(), error]);
+    }
+    table
+}
+
+fn response_figure(manoeuvre: &Manoeuvre) -> Block {
+    let e = &manoeuvre.expected;
     let mut gain = Panel::new("Frequency (Hz)", "± gain (%)");
     let mut phase = Panel::new("Frequency (Hz)", "± phase (deg)");
     let mut speeds: Vec<f64> = e.response.iter().map(|row| row.speed_mps).collect();
@@ -189,25 +300,9 @@ fn errors(manoeuvre: &Manoeuvre) -> Section {
         panel.x_log = true;
         panel.link = "frequency";
     }
-    let result = format!("At most ±{} %.", super::significant(200.0 * e.largest_error));
+    let largest = e.response.iter().map(|row| row.gain_error.max(row.phase_error_rad));
+    let largest = largest.fold(0.0, f64::max);
+    let result = format!("At most ±{} %.", super::significant(200.0 * largest));
     let figure = Figure::new("Errors of the response to expect", vec![gain, phase]).stating(result);
-    blocks.push(Block::figure(figure, 420, "Two standard errors, with the stated noise."));
-    let mut table = Table::new(["quantity", "value", "± two standard errors"]);
-    for parameter in &e.parameters {
-        table.push([
-            parameter.name.replace('_', " "),
-            value(parameter.value, 4, &parameter.unit),
-            value(2.0 * parameter.standard_error, 4, &parameter.unit),
-        ]);
-    }
-    blocks.push(Block::Table(table));
-    let mut table = Table::new(["manoeuvre", "largest error in the band"]);
-    for other in &manoeuvre.alternatives {
-        table.push([
-            other.kind.name().to_owned(),
-            format!("±{} %", super::significant(200.0 * other.largest_error)),
-        ]);
-    }
-    blocks.push(Block::Table(table));
-    Section::new("Errors to expect", blocks)
+    Block::figure(figure, 420, "Two standard errors, with the stated noise.")
 }

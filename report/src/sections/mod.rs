@@ -8,7 +8,10 @@ mod model;
 mod outcome;
 
 pub use identification::{factor_in_words, start_in_words};
-pub use manoeuvre::{manoeuvre_limits, manoeuvre_page, signal_in_words};
+pub use manoeuvre::{
+    goal_error, goal_in_words, manoeuvre_limits, manoeuvre_page, manoeuvre_parameters,
+    signal_in_words,
+};
 pub use model::{not_negative, parameter_tables, sideslip_in_words};
 
 use crate::figures::text;

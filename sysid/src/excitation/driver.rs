@@ -1,6 +1,6 @@
 //! Manoeuvres that a driver can steer: slaloms to the beat of a metronome, a slalom whose rhythm rises, and lane changes there
-//! and back. Each signal has no integral and no first moment, as a multisine: it is the second difference of a windowed
-//! wave, or pulses `+, −, −, +` of equal length, whose edges are ramps.
+//! and back. Each of these signals has no integral and no first moment, as a multisine: it is the second difference of a windowed
+//! wave, or pulses `+, −, −, +` of equal length, whose edges are ramps. An angle that rises slowly turns the vehicle.
 
 use super::shape::{second_differences, window};
 use std::f64::consts::TAU;
@@ -14,13 +14,31 @@ const SWEEPS_HZ: [[f64; 2]; 6] =
 /// Times for which a step is held, s, and the time of an edge.
 const HOLDS_S: [f64; 5] = [0.4, 0.6, 0.9, 1.3, 1.9];
 const EDGE_S: f64 = 0.2;
+/// Amplitude with which a growing slalom begins, as a share of the last.
+const FIRST: f64 = 0.25;
+/// Shares of the time for which an angle rises.
+const RISES: [f64; 3] = [0.5, 0.7, 0.85];
 
 /// A signal that a driver steers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DriverSignal {
-    Slalom { hz: f64 },
-    Sweep { hz: [f64; 2] },
-    Steps { hold_s: f64 },
+    Slalom {
+        hz: f64,
+    },
+    Sweep {
+        hz: [f64; 2],
+    },
+    Steps {
+        hold_s: f64,
+    },
+    /// A slalom whose amplitude grows.
+    GrowingSlalom {
+        hz: f64,
+    },
+    /// An angle that rises for a share of the time, and returns.
+    RisingAngle {
+        share: f64,
+    },
 }
 
 impl DriverSignal {
@@ -31,21 +49,25 @@ impl DriverSignal {
             ManoeuvreKind::Slalom => RHYTHMS_HZ.map(|hz| Self::Slalom { hz }).to_vec(),
             ManoeuvreKind::Sweep => SWEEPS_HZ.map(|hz| Self::Sweep { hz }).to_vec(),
             ManoeuvreKind::Steps => HOLDS_S.map(|hold_s| Self::Steps { hold_s }).to_vec(),
+            ManoeuvreKind::GrowingSlalom => {
+                RHYTHMS_HZ.map(|hz| Self::GrowingSlalom { hz }).to_vec()
+            }
+            ManoeuvreKind::RisingAngle => RISES.map(|share| Self::RisingAngle { share }).to_vec(),
         }
     }
 
     pub(super) fn frequency_hz(self) -> Option<[f64; 2]> {
         match self {
-            Self::Slalom { hz } => Some([hz; 2]),
+            Self::Slalom { hz } | Self::GrowingSlalom { hz } => Some([hz; 2]),
             Self::Sweep { hz } => Some(hz),
-            Self::Steps { .. } => None,
+            Self::Steps { .. } | Self::RisingAngle { .. } => None,
         }
     }
 
     pub(super) fn hold_s(self) -> Option<f64> {
         match self {
-            Self::Slalom { .. } | Self::Sweep { .. } => None,
             Self::Steps { hold_s } => Some(hold_s),
+            _ => None,
         }
     }
 
@@ -55,11 +77,12 @@ impl DriverSignal {
         let times = (0..count).map(|k| sample_time_s * k as f64);
         match self {
             // The taper of one cycle is what a driver steers towards the first cone.
-            Self::Slalom { hz } => {
+            Self::Slalom { hz } | Self::GrowingSlalom { hz } => {
                 let rate = TAU * hz;
                 let taper = (1.0 / hz).min(length_s / 3.0);
-                let wave =
-                    times.map(|t| -window(t, length_s, taper) * (rate * t).sin() / (rate * rate));
+                let first = if matches!(self, Self::Slalom { .. }) { 1.0 } else { FIRST };
+                let size = |t: f64| (first + (1.0 - first) * t / length_s) / (rate * rate);
+                let wave = times.map(|t| -window(t, length_s, taper) * size(t) * (rate * t).sin());
                 second_differences(&wave.collect::<Vec<f64>>(), sample_time_s)
             }
             Self::Sweep { hz: [from, to] } => {
@@ -77,6 +100,12 @@ impl DriverSignal {
                 second_differences(&wave.collect::<Vec<f64>>(), sample_time_s)
             }
             Self::Steps { hold_s } => steps(hold_s, length_s, sample_time_s),
+            Self::RisingAngle { share } => {
+                let top = share * length_s;
+                let angle =
+                    |t: f64| if t < top { t / top } else { (length_s - t) / (length_s - top) };
+                times.map(|t| angle(t).max(0.0)).collect()
+            }
         }
     }
 }

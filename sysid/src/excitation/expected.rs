@@ -2,15 +2,13 @@
 //! eliminated as in the identification.
 
 use super::criterion::{Factor, Square};
+use super::schedule::needed_times;
 use crate::Error;
 use crate::structures::bicycle::information::BicycleInformation;
-use steerwright_formats::{Estimated, ExpectedErrors, ExpectedResponse};
+use steerwright_formats::{Estimated, ExpectedErrors, ExpectedResponse, ManoeuvreGoal};
 
 /// Initial states of a block, after the parameters in a row of sensitivities.
 const INITIAL: usize = 2;
-/// The longest time that is stated as needed, as a multiple of the manoeuvre's.
-const LONGEST: f64 = 1e4;
-const BISECTIONS: usize = 60;
 /// Of the information of an initial state, as a share of the largest.
 const RIDGE: f64 = 1e-9;
 
@@ -75,6 +73,7 @@ pub(super) struct Expected<'a> {
     pub(super) driven: &'a Driven,
     pub(super) speeds_mps: &'a [f64],
     pub(super) frequencies_hz: &'a [f64],
+    pub(super) goal: ManoeuvreGoal,
 }
 
 impl Expected<'_> {
@@ -108,29 +107,25 @@ impl Expected<'_> {
         time_s: f64,
         steering_ratio: f64,
     ) -> Result<ExpectedErrors, Error> {
-        let largest = |rows: &[ExpectedResponse]| {
-            rows.iter().map(|row| row.gain_error.max(row.phase_error_rad)).fold(0.0, f64::max)
+        let largest = |factor: &Factor, rows: &[ExpectedResponse]| match self.goal {
+            ManoeuvreGoal::Understeer => {
+                factor.variance(&self.information.understeer_gradient()).sqrt()
+            }
+            ManoeuvreGoal::Response | ManoeuvreGoal::TyreLimit => {
+                rows.iter().map(|row| row.gain_error.max(row.phase_error_rad)).fold(0.0, f64::max)
+            }
         };
         let factor = self.driven.factor(1.0)?;
         let response = self.response(&factor, steering_ratio);
-        let largest_error = largest(&response);
+        let largest_error = largest(&factor, &response);
         let is_met = |error: f64| max_error.is_none_or(|wanted| 2.0 * error <= wanted);
-        let mut needed_time_s = None;
-        if max_error.is_some() {
-            let reached = |times: f64| {
+        let times = max_error.map(|_| {
+            needed_times(|times| {
                 let factor = self.driven.factor(times)?;
-                Ok::<bool, Error>(is_met(largest(&self.response(&factor, steering_ratio))))
-            };
-            if reached(LONGEST)? {
-                let mut ends = [1.0 / LONGEST, LONGEST];
-                for _ in 0..BISECTIONS {
-                    let middle = (ends[0] * ends[1]).sqrt();
-                    let end = usize::from(reached(middle)?);
-                    ends[end] = middle;
-                }
-                needed_time_s = Some(ends[1] * time_s);
-            }
-        }
+                Ok(is_met(largest(&factor, &self.response(&factor, steering_ratio))))
+            })
+        });
+        let needed_time_s = times.transpose()?.flatten().map(|times| times * time_s);
         let mean = self.speeds_mps.iter().sum::<f64>() / self.speeds_mps.len() as f64;
         let mut parameters = Vec::new();
         for (name, unit, value, gradient) in self.information.combinations(mean) {

@@ -239,7 +239,8 @@ fn each_speed_has_its_blocks() {
     let manoeuvre = excite(&car(), &ExcitationOptions { speeds_mps, ..options() }).unwrap();
     let driven: Vec<f64> =
         manoeuvre.schedule.iter().map(|b| manoeuvre.signals[b.signal].speed_mps).collect();
-    assert_eq!(driven, [10.0, 10.0, 25.0, 25.0]);
+    // The half that estimates has all speeds.
+    assert_eq!(driven, [10.0, 25.0, 10.0, 25.0]);
     assert_eq!(manoeuvre.expected.response.len(), 18);
 }
 

@@ -12,6 +12,7 @@ mod drives;
 mod dryer2;
 mod evidence;
 mod excitation;
+mod excitation_goals;
 mod factor;
 mod faults;
 mod held_input;

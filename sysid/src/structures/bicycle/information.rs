@@ -116,6 +116,14 @@ impl BicycleInformation {
         gradients
     }
 
+    /// The gradient of the understeer gradient at the road wheel, rad·s²/m, by all parameters.
+    pub(crate) fn understeer_gradient(&self) -> Vec<f64> {
+        // It does not depend on the speed.
+        let all = self.combinations(1.0);
+        let own = all.into_iter().find(|(name, ..)| *name == "understeer_gradient");
+        own.map_or_else(|| vec![0.0; self.free.len()], |(.., gradient)| gradient)
+    }
+
     /// The combinations that the identification states: name, unit, value, and gradient by all parameters.
     pub(crate) fn combinations(
         &self,

@@ -297,6 +297,7 @@ fn evidence(
         largest_steering_rate_radps: log.fastest_steering(),
         actuator: identified_actuator(log, &mut warnings),
         spin_margin: found.spin_margin,
+        yaw_rate_noise_density: found.noise[0].map(|noise| noise * noise * log.sample_time_s),
         warnings,
     })
 }

@@ -26,6 +26,7 @@ mod drive;
 mod dynamics;
 mod fit;
 mod identify;
+pub(crate) mod information;
 mod log;
 mod log_options;
 mod margin;
@@ -41,7 +42,7 @@ mod simulate;
 mod step;
 mod uncertainty;
 mod unusual_parameters;
-mod vehicle;
+pub(crate) mod vehicle;
 
 pub use drive::{Drive, DriveSegment};
 pub use identify::{ParameterEstimate, SingleTrack, identify_single_track};

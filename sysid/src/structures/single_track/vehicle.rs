@@ -7,7 +7,7 @@
 use crate::structures::single_track::dynamics::ROLL_TIME_CONSTANT_S;
 use crate::structures::single_track::model::SingleTrackModel;
 use crate::structures::single_track::parameters::Parameter;
-use steerwright_formats::{Body, Document, Quality, SteeringActuator, Tyres, Vehicle};
+use steerwright_formats::{Body, Document, Quality, SteeringActuator, Tyres, Vehicle, VehicleData};
 
 /// What a single-track model does not have.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,9 +37,65 @@ impl Default for VehicleOptions {
 }
 
 /// Largest rate (rad/s) and angle (rad) of the road wheels, which are not identified: beyond those of any drive.
-const ROAD_WHEEL_LIMITS: [f64; 2] = [10.0, 0.7];
+pub(crate) const ROAD_WHEEL_LIMITS: [f64; 2] = [10.0, 0.7];
 
 impl SingleTrackModel {
+    /// Of the data of a bicycle, with the tyres beyond their cornering stiffness and what braking and driving do by the means of
+    /// the priors.
+    #[must_use]
+    pub fn of_bicycle(data: &VehicleData) -> Self {
+        let (a, b) = (data.distance_front_m, data.distance_rear_m);
+        let (wheelbase, mass) = (a + b, data.mass_kg);
+        let weight = mass * crate::structures::single_track::dynamics::GRAVITY;
+        [
+            (
+                Parameter::StiffnessFront,
+                data.cornering_stiffness_front_npr * wheelbase / (weight * b),
+            ),
+            (
+                Parameter::StiffnessRear,
+                data.cornering_stiffness_rear_npr * wheelbase / (weight * a),
+            ),
+            (Parameter::Wheelbase, wheelbase),
+            (Parameter::DynamicIndex, data.yaw_inertia_kgm2 / (mass * a * b)),
+            (Parameter::FrontShare, b / wheelbase),
+            (Parameter::Lag, data.actuator_time_constant_s),
+            (Parameter::Delay, data.actuator_delay_s),
+        ]
+        .into_iter()
+        .fold(Self::default(), |model, (parameter, value)| model.with(parameter, value))
+    }
+
+    /// The reverse of [`SingleTrackModel::vehicle`], by the steering ratio of the vehicle. Sensitivities to the load, which the
+    /// model does not have, are left out.
+    #[must_use]
+    pub fn of_vehicle(vehicle: &Vehicle) -> Self {
+        let (body, tyres) = (&vehicle.body, &vehicle.tyres);
+        let data = VehicleData {
+            mass_kg: body.mass_kg,
+            yaw_inertia_kgm2: body.yaw_inertia_kgm2,
+            distance_front_m: body.distance_front_m,
+            distance_rear_m: body.distance_rear_m,
+            cornering_stiffness_front_npr: tyres.cornering_stiffness_front_npr,
+            cornering_stiffness_rear_npr: tyres.cornering_stiffness_rear_npr,
+            actuator_time_constant_s: vehicle.actuator.time_constant_s,
+            actuator_delay_s: vehicle.actuator.delay_s,
+            ..VehicleData::default()
+        };
+        let wheelbase = body.distance_front_m + body.distance_rear_m;
+        [
+            (Parameter::FrictionFront, tyres.friction_coefficient),
+            (Parameter::FrictionBalance, tyres.friction_balance_rear),
+            (Parameter::ShapeFactor, tyres.shape_factor),
+            (Parameter::CurvatureFactor, tyres.curvature_factor),
+            (Parameter::HeightRatio, body.centre_of_gravity_height_m / wheelbase),
+            (Parameter::DriveShare, body.drive_share_front),
+            (Parameter::BrakeShare, body.brake_share_front),
+        ]
+        .into_iter()
+        .fold(Self::of_bicycle(&data), |model, (parameter, value)| model.with(parameter, value))
+    }
+
     /// The vehicle of this model.
     #[must_use]
     pub fn vehicle(&self, options: &VehicleOptions) -> Vehicle {
