@@ -1,7 +1,8 @@
 //! What a manoeuvre is designed for, within which limits.
 
 use crate::Error;
-use steerwright_formats::{ManoeuvreGoal, ManoeuvreLimits};
+use crate::structures::single_track::vehicle::ROAD_WHEEL_LIMITS;
+use steerwright_formats::{ManoeuvreGoal, ManoeuvreLimits, Vehicle};
 
 /// Straight driving after the signal of a block, s.
 pub(super) const REST_S: f64 = 2.0;
@@ -135,4 +136,27 @@ impl ExcitationOptions {
         let at = |i: usize| low * (high / low).powf(i as f64 / (FREQUENCIES - 1) as f64);
         (0..FREQUENCIES).map(at).collect()
     }
+}
+
+/// The options with the limits of a vehicle's actuator, beyond which the road wheels do not follow; the model has none.
+pub(super) fn within_actuator(vehicle: &Vehicle, options: &ExcitationOptions) -> ExcitationOptions {
+    let actuator = &vehicle.actuator;
+    let mut options = options.clone();
+    let [rate, angle] = [
+        (actuator.road_wheel_rate_max_radps, ROAD_WHEEL_LIMITS[0]),
+        (actuator.road_wheel_angle_max_rad, ROAD_WHEEL_LIMITS[1]),
+    ]
+    // Those of an identified vehicle are beyond any drive.
+    .map(
+        |(own, unknown)| {
+            if own < unknown { own * actuator.steering_ratio } else { f64::INFINITY }
+        },
+    );
+    for (limit, own) in
+        [(&mut options.limits.max_rate_radps, rate), (&mut options.limits.max_angle_rad, angle)]
+    {
+        let least = limit.unwrap_or(f64::INFINITY).min(own);
+        *limit = if least.is_finite() { Some(least) } else { None };
+    }
+    options
 }

@@ -10,7 +10,7 @@
 use super::criterion::{Criterion, Factor, Square};
 use super::driver::DriverSignal;
 use super::limits::{Peaks, limit_values, rates};
-use super::options::{ExcitationOptions, REST_S};
+use super::options::{ExcitationOptions, REST_S, within_actuator};
 use super::schedule::{Scaled, Subject, best_of, best_selection, needed_times, of_selection};
 use crate::Error;
 use crate::structures::single_track::information::SingleTrackInformation;
@@ -62,29 +62,6 @@ pub fn excite_vehicle(vehicle: &Vehicle, options: &ExcitationOptions) -> Result<
     let stated = vehicle.evidence.as_ref().map(|e| &e.covariance.0);
     let model = SingleTrackModel::of_vehicle(vehicle);
     design(subject, &model, stated, &within_actuator(vehicle, options))
-}
-
-/// The options with the limits of a vehicle's actuator, beyond which the road wheels do not follow; the model has none.
-fn within_actuator(vehicle: &Vehicle, options: &ExcitationOptions) -> ExcitationOptions {
-    let actuator = &vehicle.actuator;
-    let mut options = options.clone();
-    let [rate, angle] = [
-        (actuator.road_wheel_rate_max_radps, ROAD_WHEEL_LIMITS[0]),
-        (actuator.road_wheel_angle_max_rad, ROAD_WHEEL_LIMITS[1]),
-    ]
-    // Those of an identified vehicle are beyond any drive.
-    .map(
-        |(own, unknown)| {
-            if own < unknown { own * actuator.steering_ratio } else { f64::INFINITY }
-        },
-    );
-    for (limit, own) in
-        [(&mut options.limits.max_rate_radps, rate), (&mut options.limits.max_angle_rad, angle)]
-    {
-        let least = limit.unwrap_or(f64::INFINITY).min(own);
-        *limit = if least.is_finite() { Some(least) } else { None };
-    }
-    options
 }
 
 /// The same of a bicycle with the tyres of the priors.
