@@ -20,6 +20,8 @@ ManoeuvreKind = Literal[
     "sweep",
     "slalom",
     "steps",
+    "growing-slalom",
+    "rising-angle",
 ]
 """The kind of a manoeuvre."""
 
@@ -35,6 +37,13 @@ Grade = Literal[
     "fail",
 ]
 """The grade of a model or of one reason; later ones are worse."""
+
+ManoeuvreGoal = Literal[
+    "response",
+    "understeer",
+    "tyre-limit",
+]
+"""The quantity whose standard error a manoeuvre minimises."""
 
 Intersample = Literal[
     "zoh",
@@ -907,6 +916,9 @@ class VehicleEvidence(Record):
     spin_margin: float
     """How much less friction the rear axle can have, relative, before the free simulation of estimation or
     validation data spins: at most 0.2, in steps of 0.005 near 0."""
+    yaw_rate_noise_density: Union[float, None]
+    """Spectral density of the errors of the yaw rate by which it was weighted, (rad/s)²/Hz, two-sided: the
+    largest from 0 to 2 Hz."""
     warnings: tuple[str, ...]
     """Warnings of the log reader and of the identification."""
 
@@ -1426,11 +1438,14 @@ class SpeedProfile(Record):
 class ManoeuvrePurpose(Record):
     """What is to be known."""
 
+    goal: Union[ManoeuvreGoal, None]
+    """The quantity whose standard error is minimised; absent of the response."""
     band_hz: Array
-    """Band of the response from the steering angle to the yaw rate, Hz."""
+    """Band of the response from the steering angle to the yaw rate, Hz; of other goals that of the
+    steering."""
     max_error: Union[float, None]
-    """Two standard errors of gain (relative) and phase (rad) that are to be reached in the band; absent
-    where as little as possible is wanted."""
+    """Two standard errors of the goal, in its unit, that are to be reached; absent where as little as
+    possible is wanted."""
 
 
 class ManoeuvreLimits(Record):
@@ -1477,7 +1492,8 @@ class ExpectedErrors(Record):
     """The standard errors to expect."""
 
     largest_error: float
-    """Largest standard error of gain (relative) and phase (rad) in the band, at all speeds."""
+    """Standard error of the goal, in its unit: of the response the largest of gain (relative) and phase
+    (rad) in the band at all speeds."""
     bound: Union[float, None]
     """The same of the convex problem: no powers of the tones within the limits are better. Absent of other
     kinds than the multisine."""
@@ -1488,7 +1504,7 @@ class ExpectedErrors(Record):
     needed_time_s: Union[float, None]
     """Time of the same manoeuvre that would reach it, s; absent where none is stated or no time does."""
     response: tuple[ExpectedResponse, ...]
-    """By speed and frequency."""
+    """By speed and frequency; empty where the goal is the tyre limit."""
     parameters: tuple[Estimated, ...]
     """Of the parameters at the mean speed."""
 
@@ -1499,7 +1515,7 @@ class Alternative(Record):
     kind: ManoeuvreKind
     """Its kind."""
     largest_error: float
-    """Largest standard error of gain (relative) and phase (rad) in the band."""
+    """Standard error of the goal, in its unit."""
 
 
 class Gnss(Record):
