@@ -53,7 +53,8 @@ pub use guidance::demand::{Demand, OtherSpeed, Quantity, demands};
 pub use guidance::track::{TrackTrace, track, track_with};
 pub use guidance::{guidance_for, guidance_schedule, sideslip, with_sideslip};
 pub use model::{
-    evidence_acceleration, model_behind, model_bicycle, model_sideslip, no_steering, plant_sideslip,
+    evidence_acceleration, model_behind, model_bicycle, model_sideslip, model_vehicle, no_steering,
+    plant_sideslip,
 };
 pub use plants::design_plant::DesignPlant;
 pub use plants::plant_model::PlantModel;

@@ -5,7 +5,7 @@ use crate::bicycle::bicycle_of_vehicle;
 use crate::plants::behind_actuator::{bicycle_behind, plant_behind};
 use crate::plants::design_plant::DesignPlant;
 use steerwright_formats::{
-    Bicycle, Grade, Model, Plant, Quality, Reason, ReasonCode, StatedActuator, Structure,
+    Bicycle, Grade, Model, Plant, Quality, Reason, ReasonCode, StatedActuator, Structure, Vehicle,
 };
 use steerwright_models::Sideslip;
 
@@ -78,6 +78,15 @@ pub fn model_behind(model: &Model, actuator: Option<StatedActuator>) -> Model {
             Model::SingleTrack(behind)
         }
         other => other.clone(),
+    }
+}
+
+/// The vehicle up to its limits that a model is; `None` of another structure.
+#[must_use]
+pub fn model_vehicle(model: &Model) -> Option<&Vehicle> {
+    match model {
+        Model::SingleTrack(vehicle) => Some(vehicle),
+        _ => None,
     }
 }
 

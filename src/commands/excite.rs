@@ -188,7 +188,7 @@ fn model(path: &Path) -> Result<Subject, Failure> {
     }
     let model = Model::from_json(&text, &name)?;
     if let Some(bicycle) = steerwright_control::model_bicycle(&model)? {
-        let vehicle = if let Model::SingleTrack(vehicle) = model { Some(*vehicle) } else { None };
+        let vehicle = steerwright_control::model_vehicle(&model).cloned();
         return Ok(Subject { bicycle, vehicle, source });
     }
     let (what, hint) = if model.plant().is_some() {
