@@ -77,7 +77,8 @@ pub use excitation::{
 pub use facts::{Described, Fact, Facts};
 pub use gains::{GuidanceAdvice, PidGains};
 pub use longitudinal::{
-    Brake, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise, SpeedGain,
+    Brake, GainVariation, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise,
+    SpeedGain,
 };
 pub use loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 pub use matrix::Matrix;

@@ -10,8 +10,8 @@ use crate::uncertainty::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// `dv/dt = p + b − (c0 + c1·v + c2·v²) − ρ·g·sin(grade)`, with the speed v ≥ 0. The drive p follows `G(v)·u(t − d)` with
-/// the lag τ, where u is the accelerator from 0 to 1 or the acceleration command; b follows `−B·w(t − e)` with the lag σ,
-/// where w is the brake from 0 to 1.
+/// the lag τ, where u is the accelerator from 0 to 1, curved by κ, or the acceleration command; b follows `−B·w(t − e)`
+/// with the lag σ, where w is the brake from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Longitudinal {
@@ -24,10 +24,13 @@ pub struct Longitudinal {
     /// G, table over the speed with increasing speeds, linear between them and constant beyond; one row where it does not
     /// depend on the speed.
     pub gains: Vec<SpeedGain>,
-    /// G by the number of the gear, in place of `gains`, which then holds the mean of all gears; empty where the gear is
+    /// G by the number of the gear, in place of `gains`, which then holds the mean of all gears as they were used; empty where the gear is
     /// not an input of the model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gear_gains: Vec<GearGain>,
+    /// κ, curvature of the pedal: an accelerator a acts as `u = a + κ·a·(1 − a)`; absent where it is 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pedal_curvature: Option<Estimate>,
     /// τ, lag of the drive, s.
     pub time_constant_s: Estimate,
     /// d, delay of the command, s.
@@ -109,12 +112,30 @@ pub struct LongitudinalNoise {
     pub disturbance_time_constant_s: f64,
 }
 
+/// Variation of the gain from one stretch of the drive to another at one speed, relative to it, such as that of gears which
+/// the log does not have.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GainVariation {
+    /// Length of the stretches, s.
+    pub stretch_s: f64,
+    /// Standard deviation of greatest likelihood.
+    pub deviation: f64,
+    /// Upper end of its 95 % band.
+    pub largest: f64,
+    /// Logarithm of the ratio of the likelihoods with and without it.
+    pub log_likelihood_ratio: f64,
+}
+
 /// The data of a longitudinal model, and its errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LongitudinalEvidence {
     /// What was read from each column.
     pub channels: Vec<ChannelSummary>,
+    /// How far the gain varies at one speed; absent in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_variation: Option<GainVariation>,
     /// Number of estimation samples.
     pub estimation_samples: usize,
     /// Number of validation samples.
@@ -194,6 +215,7 @@ impl Longitudinal {
             };
         }
         match name {
+            "pedal_curvature" => self.pedal_curvature.as_mut(),
             "time_constant_s" => Some(&mut self.time_constant_s),
             "delay_s" => Some(&mut self.delay_s),
             "brake.gain_mps2" => self.brake.as_mut().map(|b| &mut b.gain_mps2),
@@ -230,6 +252,7 @@ impl Document for Longitudinal {
             check(row.gain, &format!("gear_gains[{i}].gain"));
         }
         let optional = [
+            (self.pedal_curvature, "pedal_curvature"),
             (Some(self.time_constant_s), "time_constant_s"),
             (Some(self.delay_s), "delay_s"),
             (self.brake.map(|b| b.gain_mps2), "brake.gain_mps2"),
@@ -248,6 +271,13 @@ impl Document for Longitudinal {
         for (i, row) in self.gains.iter().enumerate() {
             c.not_negative(row.speed_mps, &format!("gains[{i}].speed_mps"));
         }
+        if let Some(curvature) = self.pedal_curvature {
+            c.require(!self.is_acceleration_commanded(), "pedal_curvature", || {
+                "the command is an acceleration, which has no pedal".into()
+            });
+            // Beyond these an accelerator that is pressed further would drive less.
+            c.within(curvature.value, -1.0, 1.0, "pedal_curvature.value");
+        }
         c.positive(self.time_constant_s.value, "time_constant_s.value");
         c.not_negative(self.delay_s.value, "delay_s.value");
         if let Some(brake) = &self.brake {
@@ -261,6 +291,11 @@ impl Document for Longitudinal {
         c.positive(e.sample_time_s, "evidence.sample_time_s");
         check_fields!(c.finite(e, "evidence."): least_speed_mps window_s estimation_fit
             validation_fit prediction_error_ratio correlation_standard_error);
+        if let Some(variation) = &e.gain_variation {
+            c.positive(variation.stretch_s, "evidence.gain_variation.stretch_s");
+            check_fields!(c.not_negative(variation, "evidence.gain_variation."):
+                deviation largest log_likelihood_ratio);
+        }
         self.quality.check(c, "quality.");
     }
 }

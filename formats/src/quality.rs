@@ -60,7 +60,7 @@ pub enum ReasonCode {
     ModelError,
     /// The gain from steering to yaw rate is too uncertain, at rest or at a frequency that a controller needs.
     UncertainGain,
-    /// The effect of the accelerator depends on a gear that the log does not have.
+    /// The effect of the accelerator varies at one speed, as with gears, which the log does not have, or may do so.
     UnknownGear,
     /// The phase from steering to yaw rate is too uncertain at a frequency that a controller needs.
     UncertainPhase,

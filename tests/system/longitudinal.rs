@@ -240,6 +240,8 @@ impl Log {
 fn rates(model: &Longitudinal, state: [f64; 3], time_s: f64, log: &Log) -> [f64; 3] {
     let [drive, brake, speed] = state;
     let accelerator = log.pedal(0, time_s - model.delay_s.value);
+    let curvature = model.pedal_curvature.map_or(0.0, |own| own.value);
+    let accelerator = accelerator + curvature * accelerator * (1.0 - accelerator);
     let of_brake = model.brake.as_ref().unwrap();
     let pedal = log.pedal(1, time_s - of_brake.delay_s.value);
     let resistance = model.resistance_mps2.value

@@ -28,6 +28,9 @@ pub(crate) fn draw(
                 let least = if is_positive { LEAST_SHARE * estimate.value } else { f64::MIN };
                 let least = if name.contains("delay") { 0.0 } else { least };
                 estimate.value = (estimate.value + moved).max(least);
+                if name == "pedal_curvature" {
+                    estimate.value = estimate.value.clamp(-1.0, 1.0);
+                }
             }
         }
         vehicles.push(vehicle);

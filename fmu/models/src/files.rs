@@ -81,6 +81,7 @@ pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
 #[must_use]
 pub fn longitudinal_parameters(model: &Longitudinal) -> LongitudinalParameters {
     let mut parameters = LongitudinalParameters {
+        pedal_curvature: 0.0,
         time_constant: model.time_constant_s.value,
         delay: model.delay_s.value,
         brake_gain: 0.0,
@@ -92,6 +93,9 @@ pub fn longitudinal_parameters(model: &Longitudinal) -> LongitudinalParameters {
         drag: model.drag_per_m.value,
         grade_coefficient: 1.0,
     };
+    if let Some(curvature) = model.pedal_curvature {
+        parameters.pedal_curvature = curvature.value;
+    }
     if let Some(brake) = &model.brake {
         parameters.brake_gain = brake.gain_mps2.value;
         parameters.brake_time_constant = brake.time_constant_s.value;

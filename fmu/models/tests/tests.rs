@@ -6,6 +6,7 @@ mod common;
 mod exact_steps;
 mod files;
 mod identified_plant;
+mod longitudinal;
 mod nonlinear;
 mod nonlinear_reference;
 mod path;

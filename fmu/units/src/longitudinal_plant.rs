@@ -36,7 +36,7 @@ variables! {
     Acceleration = 11, real "acceleration", Output, Continuous,
         .unit("m/s2").depends_on(On(&["grade"]))
         .initial_depends_on(On(&["accelerator", "brake", "acceleration_command", "grade", "gear", "brake_gain", "resistance",
-            "resistance_per_speed", "drag", "grade_coefficient", "initial_speed"]))
+            "resistance_per_speed", "drag", "pedal_curvature", "grade_coefficient", "initial_speed"]))
         .description("derivative of the speed; 0 while the vehicle stands");
     Distance = 12, real "distance", Output, Continuous,
         .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_distance"]))
@@ -59,6 +59,8 @@ variables! {
         .unit("1/m").nominal(0.001).description("resistance per squared speed, c2");
     GradeCoefficient = 28, real "grade_coefficient", Parameter, Fixed, at plant.parameters.grade_coefficient,
         .unit("1").description("share of the gravity along the road that acts on the speed, rho");
+    PedalCurvature = 29, real "pedal_curvature", Parameter, Fixed, at plant.parameters.pedal_curvature,
+        .unit("1").min(-1.0).max(1.0).description("curvature of the accelerator, kappa; has no effect where the model has an acceleration command");
     InitialSpeed = 30, real "initial_speed", Parameter, Fixed, at plant.initial_speed,
         .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("speed at the start");
     InitialDistance = 31, real "initial_distance", Parameter, Fixed, at plant.initial_distance,
@@ -243,7 +245,7 @@ impl CoSimulationUnit for LongitudinalPlant {
     fn dependency(&self, unknown: Unknown<V>, known: Known<V>) -> Option<DependencyKind> {
         use Known::{State, Variable};
         let is_drive = match known {
-            Variable(V::Accelerator) => !self.plant.is_acceleration_commanded(),
+            Variable(V::Accelerator | V::PedalCurvature) => !self.plant.is_acceleration_commanded(),
             Variable(V::AccelerationCommand) => self.plant.is_acceleration_commanded(),
             Variable(V::Gear) => !self.plant.document().gear_gains.is_empty(),
             known => known == Variable(V::InitialSpeed),

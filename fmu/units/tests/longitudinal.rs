@@ -71,7 +71,9 @@ fn the_grid_follows_the_equations() {
     let mut largest = 0.0_f64;
     for (k, row) in trajectory(0.02).iter().enumerate().take(19) {
         for n in k * per_row..(k + 1) * per_row {
-            let target = file.gain_at(speed) * at(n, delay)[0];
+            let pedal = at(n, delay)[0];
+            let curved = pedal + file.pedal_curvature.unwrap().value * pedal * (1.0 - pedal);
+            let target = file.gain_at(speed) * curved;
             let braking = -own_brake.gain_mps2.value * at(n, brake_delay)[1];
             let slowing = file.resistance_mps2.value
                 + file.resistance_per_speed.unwrap().value * speed
@@ -145,7 +147,8 @@ fn gears_have_their_gains_and_commands_their_input() {
     for (acceleration, expected) in accelerations {
         assert!((acceleration - expected).abs() < 1e-12, "{accelerations:?}");
     }
-    let commanded = Longitudinal { command_unit: "m/s2".into(), brake: None, ..base };
+    let commanded =
+        Longitudinal { command_unit: "m/s2".into(), pedal_curvature: None, brake: None, ..base };
     let mut plant = common::open_longitudinal(&commanded);
     set(&mut plant, "accelerator", 1.0);
     set(&mut plant, "brake", 1.0);

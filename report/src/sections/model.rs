@@ -238,6 +238,7 @@ fn parameters_of_longitudinal(model: &Longitudinal) -> Table {
     for row in &model.gear_gains {
         rows.push((format!("gain in gear {}", row.gear), Some(row.gain), gain_unit, false));
     }
+    rows.push(("curvature of the pedal".into(), model.pedal_curvature, "1", false));
     rows.push(("lag".into(), Some(model.time_constant_s), "s", true));
     rows.push(("delay".into(), Some(model.delay_s), "s", true));
     if let Some(brake) = &model.brake {

@@ -52,8 +52,8 @@ pub(crate) struct StructureArguments {
     /// wheelbase over 2.6 m
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
     min_speed: Option<f64>,
-    /// The drive of the structure longitudinal has one gear, as most electric ones: an accelerator whose log has no gear
-    /// is then no reason to doubt the model
+    /// The drive of the structure longitudinal has one gear, as most electric ones: a log without a gear that is too short
+    /// to show this is then no reason to doubt the model
     #[arg(long)]
     single_gear: bool,
     /// Rate of the steering angle at which the friction of the structure torque reaches 76 % of its value, in

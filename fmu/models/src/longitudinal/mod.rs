@@ -9,97 +9,19 @@ use crate::Error;
 use crate::delay::DelayLine;
 use crate::error::diverged;
 use crate::identified_plant::LONGEST_STEP;
-use crate::numbers::as_numbers;
 use crate::ticks::Ticks;
-use crate::trigonometry::sin_cos;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use steerwright_formats::Longitudinal;
 
+mod parameters;
 mod saved;
 
+pub use parameters::LongitudinalParameters;
 pub use saved::SavedLongitudinalPlant;
-
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
-
-/// Least and largest time constant of a lag, s.
-const TIME_CONSTANTS: [f64; 2] = [1e-4, 100.0];
-
-/// Longest delay of an input, s.
-const LONGEST_DELAY: f64 = 10.0;
 
 /// Most grid points in a step: about a second of computing.
 const MOST_GRID_POINTS: f64 = 1e7;
-
-/// The parameters that can be set; the gains are those of the document.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct LongitudinalParameters {
-    /// τ, lag of the drive, s.
-    pub time_constant: f64,
-    /// d, delay of the drive, s.
-    pub delay: f64,
-    /// B, deceleration at a brake of 1, m/s²; 0 without a brake.
-    pub brake_gain: f64,
-    /// σ, lag of the brake, s.
-    pub brake_time_constant: f64,
-    /// e, delay of the brake, s.
-    pub brake_delay: f64,
-    /// c0, m/s².
-    pub resistance: f64,
-    /// c1, 1/s.
-    pub resistance_per_speed: f64,
-    /// c2, 1/m.
-    pub drag: f64,
-    /// ρ, share of the gravity along the road.
-    pub grade_coefficient: f64,
-}
-
-as_numbers!(LongitudinalParameters: time_constant delay brake_gain brake_time_constant brake_delay resistance
-    resistance_per_speed drag grade_coefficient);
-
-impl LongitudinalParameters {
-    /// Resistances at a speed, m/s, and gravity on a grade, rad: m/s².
-    #[must_use]
-    pub fn slowing(&self, speed: f64, grade: f64) -> f64 {
-        self.resistance
-            + self.resistance_per_speed * speed
-            + self.drag * (speed * speed)
-            + self.gravity(grade)
-    }
-
-    /// Gravity along the road on a grade, rad, as far as it acts: m/s².
-    #[must_use]
-    pub fn gravity(&self, grade: f64) -> f64 {
-        let (sin, _) = sin_cos(grade);
-        self.grade_coefficient * (GRAVITY * sin)
-    }
-
-    /// Refuses parameters that no vehicle has.
-    ///
-    /// # Errors
-    /// Where a number is not finite, or a lag or delay is out of its bounds.
-    pub fn check(&self) -> Result<(), Error> {
-        let [min, max] = TIME_CONSTANTS;
-        let longest = LONGEST_DELAY;
-        for (name, value, min, max) in [
-            ("the time constant", self.time_constant, min, max),
-            ("the time constant of the brake", self.brake_time_constant, min, max),
-            ("the delay", self.delay, 0.0, longest),
-            ("the delay of the brake", self.brake_delay, 0.0, longest),
-        ] {
-            if !(min..=max).contains(&value) {
-                return Err(Error::Range { name, value, min, max });
-            }
-        }
-        for value in self.numbers() {
-            if !value.is_finite() {
-                return Err(Error::NotFinite { name: "a parameter", value });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// The inputs, held within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -296,12 +218,12 @@ impl LongitudinalPlant {
         }
     }
 
-    /// u, the input that the model has.
+    /// u, the input that the model has, behind the curve of the pedal.
     fn command(&self) -> f64 {
         if self.is_acceleration_commanded() {
             self.inputs.acceleration_command
         } else {
-            self.inputs.accelerator
+            self.started.share_of_gain(self.inputs.accelerator)
         }
     }
 

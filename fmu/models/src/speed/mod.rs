@@ -351,10 +351,10 @@ impl SpeedControl {
             output.brake = (-force / brake_gain).max(0.0).min(1.0);
             output.saturated = -force > brake_gain;
         } else if gain > LEAST_GAIN {
-            output.accelerator = (force / gain).max(0.0).min(1.0);
+            output.accelerator = self.inverse.accelerator(force / gain);
             output.saturated = force > gain;
         }
-        self.drive(p.sample_time, gain * output.accelerator)?;
+        self.drive(p.sample_time, gain * self.inverse.share_of_gain(output.accelerator))?;
         Ok(output)
     }
 

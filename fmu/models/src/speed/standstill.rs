@@ -110,9 +110,10 @@ impl SpeedControl {
         let gain = self.gain(input);
         let force = self.inverse.slowing(0.0, input.grade) + RELEASE;
         let mut output = SpeedControlOutputs { holding: true, ..SpeedControlOutputs::default() };
-        output.accelerator = if gain > LEAST_GAIN { (force / gain).max(0.0).min(1.0) } else { 0.0 };
+        output.accelerator =
+            if gain > LEAST_GAIN { self.inverse.accelerator(force / gain) } else { 0.0 };
         self.brake_by(input, self.memory.drive - load, &mut output);
-        self.drive(p.sample_time, gain * output.accelerator)?;
+        self.drive(p.sample_time, gain * self.inverse.share_of_gain(output.accelerator))?;
         Ok(Some(output))
     }
 }

@@ -6,11 +6,13 @@ use crate::linalg::dual::{Dual, Scalar};
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, lower};
 use crate::linalg::sandwich::{ScoreBin, andrews_lags, sandwich};
 use crate::structures::longitudinal::model::{
-    BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GAINS, GRADE, LAG, Point, RESISTANCE,
+    BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, PEDAL, Point, RESISTANCE,
     RESISTANCE_PER_SPEED, Schedule, Simulation,
 };
 use crate::structures::longitudinal::noise::{self, Noise};
 use crate::structures::longitudinal::signals::{Piece, Signals, samples};
+use crate::structures::longitudinal::start::{priors, schedules};
+use crate::structures::longitudinal::variation::GainScore;
 use faer::Mat;
 use steerwright_drivelog::Role;
 use steerwright_formats::Estimate;
@@ -23,10 +25,6 @@ const LEAST_GAIN: f64 = 1e-4;
 const BIN_S: f64 = 1.0;
 /// Delays that the search begins with, s.
 const DELAYS: [f64; 4] = [0.05, 0.2, 0.45, 0.75];
-/// Numbers of gains over the speed that are tried.
-const SPEED_GAINS: [usize; 4] = [2, 3, 4, 6];
-/// Least distance between the speeds of two gains, m/s.
-const LEAST_SPACING_MPS: f64 = 3.0;
 /// Rounds of parameters and noise in turn.
 const ROUNDS: usize = 3;
 /// Standard deviation of g·sin(grade) from which the coefficient of the grade is estimated, m/s².
@@ -43,6 +41,8 @@ pub(super) struct Fit {
     /// COUNT by COUNT, zeros of those that are not estimated.
     pub(super) covariance: Mat<f64>,
     pub(super) noise: Noise,
+    /// Share of each gain in what the command does on the estimation data.
+    pub(super) shares: Vec<f64>,
 }
 
 /// The least-squares problem of one schedule and noise.
@@ -91,30 +91,33 @@ impl Fit {
                 (point, cost) = (found, now);
             }
         }
-        let without = problem.free.clone();
-        problem.free.push(RESISTANCE_PER_SPEED);
-        match problem.refined(&point) {
-            Some((found, _)) if problem.criterion(&found).is_some_and(|now| now < cost) => {
-                point = found;
+        let further: &[usize] = if signals.is_acceleration { &[] } else { &[PEDAL] };
+        for place in further.iter().chain(&[RESISTANCE_PER_SPEED]) {
+            let without = problem.free.clone();
+            problem.free.push(*place);
+            let refined = problem.refined(&point).map(|(found, _)| found);
+            match refined.map(|found| (found, problem.criterion(&found))) {
+                Some((found, Some(now))) if now < cost => (point, cost) = (found, now),
+                _ => problem.free = without,
             }
-            _ => problem.free = without,
         }
+        problem.free.sort_unstable();
         point = problem.alternated(point, ROUNDS).ok_or_else(failed)?;
         let covariance = problem.covariance(&point)?;
+        let shares = problem.shares_of_gains();
         let Problem { schedule, noise, free, priors, .. } = problem;
-        Ok(Self { schedule, point, free, priors, covariance, noise })
+        Ok(Self { schedule, point, free, priors, covariance, noise, shares })
     }
 
-    /// Mean of the gains, and its standard error.
+    /// Mean of the gains as they are used, and its standard error.
     pub(super) fn mean_gain(&self) -> Estimate {
-        let n = self.schedule.len();
-        let mut variance = 0.0;
-        for i in 0..n {
-            for j in 0..n {
-                variance += self.covariance[(i, j)] / (n * n) as f64;
+        let (mut value, mut variance) = (0.0, 0.0);
+        for (i, share) in self.shares.iter().enumerate() {
+            value += share * self.point[i];
+            for (j, other) in self.shares.iter().enumerate() {
+                variance += share * other * self.covariance[(i, j)];
             }
         }
-        let value = average_gain(&self.schedule, &self.point);
         Estimate { value, standard_error: variance.max(0.0).sqrt() }
     }
 
@@ -125,56 +128,6 @@ impl Fit {
 
 fn average_gain(schedule: &Schedule, point: &Point) -> f64 {
     point[..schedule.len()].iter().sum::<f64>() / schedule.len() as f64
-}
-
-/// The schedules that are tried beside a constant gain.
-fn schedules(signals: &Signals<'_>, pieces: &[Piece]) -> Vec<Schedule> {
-    let mut speeds: Vec<f64> = Vec::new();
-    for piece in pieces {
-        for k in piece.range.clone() {
-            if signals.log.input[k].abs() > 0.02 {
-                speeds.push(signals.mean_speed[k]);
-            }
-        }
-    }
-    speeds.sort_by(f64::total_cmp);
-    let mut all = Vec::new();
-    if !speeds.is_empty() {
-        let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
-        let (low, high) = (at(0.03), at(0.97));
-        for count in SPEED_GAINS {
-            let spacing = (high - low) / (count - 1) as f64;
-            if spacing >= LEAST_SPACING_MPS {
-                let knots = (0..count).map(|i| low + i as f64 * spacing).collect();
-                all.push(Schedule::Speeds(knots));
-            }
-        }
-    }
-    if (2..=GAINS).contains(&signals.gears.len()) {
-        all.push(Schedule::Gears(signals.gears.clone()));
-    }
-    all
-}
-
-/// Weak priors: they keep what the drive does not determine where vehicles have it.
-fn priors(signals: &Signals<'_>) -> [Normal; COUNT] {
-    let normal = |mean, deviation, bounds| Normal { mean, deviation, bounds };
-    let gain = match signals.is_acceleration {
-        true => normal(1.0, 30.0, [-1e3, 1e3]),
-        false => normal(3.0, 30.0, [-1e3, 1e3]),
-    };
-    let mut priors = [gain; COUNT];
-    let brake = if signals.brake.is_some() { 8.0 } else { 0.0 };
-    priors[BRAKE_GAIN] = normal(brake, 60.0, [-1e3, 1e3]);
-    priors[LAG] = normal(0.3, 1.0, [0.005, 5.0]);
-    priors[DELAY] = normal(0.1, 0.5, [0.0, 1.0]);
-    priors[BRAKE_LAG] = normal(0.15, 0.3, [0.005, 3.0]);
-    priors[BRAKE_DELAY] = normal(0.1, 0.2, [0.0, 1.0]);
-    priors[RESISTANCE] = normal(0.15, 1.0, [-10.0, 10.0]);
-    priors[RESISTANCE_PER_SPEED] = normal(0.0, 0.05, [-1.0, 1.0]);
-    priors[DRAG] = normal(4e-4, 6e-4, [-0.02, 0.02]);
-    priors[GRADE] = normal(1.0, 0.5, [-3.0, 3.0]);
-    priors
 }
 
 impl<'a> Problem<'a> {
@@ -196,6 +149,21 @@ impl<'a> Problem<'a> {
         free.sort_unstable();
         let priors = priors(signals);
         Self { signals, pieces, schedule, noise: Noise::initial(), free, priors }
+    }
+
+    /// Share of each gain in the sum of the commands' sizes.
+    fn shares_of_gains(&self) -> Vec<f64> {
+        let signals = self.signals;
+        let mut sums = vec![0.0; self.schedule.len()];
+        for k in self.pieces.iter().flat_map(|piece| piece.range.clone()) {
+            let gear = signals.gear.as_ref().map(|gear| gear[k]);
+            let (low, high, share) = self.schedule.weights(signals.mean_speed[k], gear);
+            let size = signals.log.input[k].abs();
+            sums[low] += (1.0 - share) * size;
+            sums[high] += share * size;
+        }
+        let all = sums.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        sums.iter().map(|sum| sum / all).collect()
     }
 
     /// Passes on the errors between measured and simulated speed of each piece; the simulation of a piece begins with
@@ -380,6 +348,32 @@ pub(super) fn prediction_errors(
         if let Some(own) = all.last_mut() {
             own.push(e);
         }
+    });
+    all
+}
+
+/// Scores of a relative change of all gains, in stretches of the pieces.
+pub(super) fn gain_scores(
+    fit: &Fit,
+    signals: &Signals<'_>,
+    pieces: &[Piece],
+    stretch_s: f64,
+) -> Vec<GainScore> {
+    let mut problem = Problem::new(signals, pieces, fit.schedule.clone());
+    problem.noise = fit.noise;
+    let per_stretch = samples(stretch_s, signals.log);
+    let gains = fit.schedule.len();
+    let mut all: Vec<GainScore> = Vec::new();
+    problem.errors(Problem::duals(&fit.point), |_, i, e| {
+        // The first sample of a piece has no error.
+        if (i - 1).is_multiple_of(per_stretch) {
+            all.push(GainScore::default());
+        }
+        let Some(own) = all.last_mut() else { return };
+        let by: [f64; COUNT] = e.by();
+        let by_gains: f64 = (0..gains).map(|gain| by[gain] * fit.point[gain]).sum();
+        own.score += by_gains * e.value();
+        own.information += by_gains * by_gains;
     });
     all
 }

@@ -11,14 +11,16 @@ mod noise;
 mod options;
 mod quality;
 mod signals;
+mod start;
 mod validate;
+mod variation;
 
 pub use options::LongitudinalOptions;
 
 use crate::Error;
 use crate::structures::longitudinal::fit::{Fit, prediction_errors};
 use crate::structures::longitudinal::model::{
-    BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, Point, RESISTANCE,
+    BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, PEDAL, Point, RESISTANCE,
     RESISTANCE_PER_SPEED, Schedule, Simulation,
 };
 use crate::structures::longitudinal::quality::{Demands, check_excitation, quality};
@@ -87,6 +89,7 @@ pub fn identify_longitudinal(
     let count = |pieces: &[Piece]| pieces.iter().map(|piece| piece.range.len()).sum::<usize>();
     let evidence = LongitudinalEvidence {
         channels: log.channels.clone(),
+        gain_variation: variation::gain_variation(&fit, &signals, &estimation),
         estimation_samples: count(&estimation),
         validation_samples: count(&validation),
         sample_time_s: log.sample_time_s,
@@ -172,6 +175,7 @@ fn speeds(signals: &Signals<'_>, pieces: &[Piece]) -> [f64; 3] {
 /// Name of a parameter in the file.
 fn name(schedule: &Schedule, index: usize) -> String {
     match index {
+        PEDAL => "pedal_curvature".into(),
         LAG => "time_constant_s".into(),
         DELAY => "delay_s".into(),
         BRAKE_GAIN => "brake.gain_mps2".into(),
@@ -222,6 +226,7 @@ fn document(
         command_unit: if signals.is_acceleration { "m/s2" } else { "1" }.into(),
         gains,
         gear_gains,
+        pedal_curvature: if_free(PEDAL),
         time_constant_s: estimate(LAG),
         delay_s: estimate(DELAY),
         brake: signals.brake.map(|_| Brake {
@@ -265,6 +270,7 @@ fn parameters(model: &Longitudinal) -> (Schedule, Point) {
         }
         Schedule::Gears(model.gear_gains.iter().map(|row| row.gear).collect())
     };
+    point[PEDAL] = model.pedal_curvature.map_or(0.0, |curvature| curvature.value);
     point[LAG] = model.time_constant_s.value;
     point[DELAY] = model.delay_s.value;
     // Without a brake its lag has no effect, and must not be 0.

@@ -15,8 +15,9 @@ pub(super) const RESISTANCE: usize = GAINS + 5;
 pub(super) const RESISTANCE_PER_SPEED: usize = GAINS + 6;
 pub(super) const DRAG: usize = GAINS + 7;
 pub(super) const GRADE: usize = GAINS + 8;
+pub(super) const PEDAL: usize = GAINS + 9;
 /// Number of parameters.
-pub(super) const COUNT: usize = GAINS + 9;
+pub(super) const COUNT: usize = GAINS + 10;
 
 /// All parameters; those that a model does not have are 0.
 pub(super) type Point = [f64; COUNT];
@@ -137,12 +138,22 @@ impl<'a, S: Scalar> Simulation<'a, S> {
         self.p[low].times(1.0 - share) + self.p[high].times(share)
     }
 
+    /// A command behind the curve of the pedal, which beyond 0 and 1 has none.
+    #[inline]
+    fn curved(&self, command: f64) -> S {
+        let within = command.clamp(0.0, 1.0);
+        self.p[PEDAL].times(within * (1.0 - within)).plus(command)
+    }
+
     /// Lags in the steady state of the inputs at the start of a segment.
     pub(super) fn steady(&self, from: usize) -> Lags<S> {
         let signals = self.signals;
         let gain = self.gain(signals.mean_speed[from], from);
         let brake = signals.brake.map_or(0.0, |brake| brake[from]);
-        Lags { drive: gain.times(signals.log.input[from]), brake: self.p[BRAKE_GAIN].times(-brake) }
+        Lags {
+            drive: gain * self.curved(signals.log.input[from]),
+            brake: self.p[BRAKE_GAIN].times(-brake),
+        }
     }
 
     /// Change of the speed from sample `k` to the next at a speed, m/s; `from` is the start of the segment of the log.
@@ -152,7 +163,8 @@ impl<'a, S: Scalar> Simulation<'a, S> {
         let step = signals.log.sample_time_s;
         let gain = self.gain(speed, k);
         let [earlier, later] = self.drive.values(&signals.log.input, from, k);
-        let mut change = self.drive.follow(&mut lags.drive, gain.times(earlier), gain.times(later));
+        let [earlier, later] = [earlier, later].map(|command| gain * self.curved(command));
+        let mut change = self.drive.follow(&mut lags.drive, earlier, later);
         if let Some(brake) = signals.brake {
             let [earlier, later] = self.brake.values(brake, from, k);
             let gain = -self.p[BRAKE_GAIN];

@@ -2,7 +2,9 @@
 
 use crate::Error;
 use crate::structures::longitudinal::fit::Fit;
-use crate::structures::longitudinal::model::{BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, DELAY, LAG};
+use crate::structures::longitudinal::model::{
+    BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, DELAY, LAG, PEDAL,
+};
 use crate::structures::longitudinal::signals::{Piece, Signals};
 use steerwright_drivelog::Role;
 use steerwright_formats::{Estimate, Grade, Longitudinal, NORMAL_95, Quality, Reason, ReasonCode};
@@ -14,6 +16,12 @@ const UNCERTAIN: f64 = 0.2;
 const TOO_UNCERTAIN: f64 = 0.5;
 /// The same of one gain of the table.
 const UNCERTAIN_ROW: f64 = 0.5;
+/// Relative variation of the gain at one speed up to which a log without a gear is one of a single gear: the upper end of
+/// its band. Of the simulated vehicles, those of one gear have at most 0.053 and those of several 0.108 and more.
+const VARYING_GAIN: f64 = 0.08;
+/// Logarithm of a ratio of likelihoods from which a variation is not by chance: the deviation is no less than 0, so this is
+/// half of the 90 % quantile of χ² with a degree of freedom.
+const SIGNIFICANT: f64 = 1.35;
 /// Fits in percent.
 const GOOD_FIT: f64 = 60.0;
 const LEAST_FIT: f64 = 30.0;
@@ -102,8 +110,8 @@ pub(super) fn quality(
     gains(model, fit.mean_gain(), &mut reasons);
     units(demands, &mut reasons);
     parameters(model, fit, &mut reasons);
-    if model.command_unit != "m/s2" && model.gear_gains.is_empty() && !has_single_gear {
-        reasons.push(Reason::new(ReasonCode::UnknownGear, Grade::Warn, UNKNOWN_GEAR));
+    if !model.is_acceleration_commanded() && model.gear_gains.is_empty() {
+        reasons.extend(unknown_gear(model, has_single_gear));
     }
     fits(model, change_mps, &mut reasons);
     let advice = advice(model, &reasons);
@@ -131,9 +139,35 @@ pub(super) fn quality(
     Quality::new(summary, reasons, advice).with_remarks(remarks)
 }
 
-/// Of the simulated engines whose log has no gear, some have a gain at one speed that is wrong by a third, which neither the
-/// band nor the residuals show (test `responses_of_usual_vehicles_are_those_of_the_files`).
-const UNKNOWN_GEAR: &str = "the log has no gear: an engine has several gains at one speed; the stated gain is their mean, and that of one gear may be outside of its band by up to a third";
+/// Of the simulated engines whose log has no gear, some have a gain at one speed that is wrong by a quarter, which neither
+/// the band nor the residuals show, but its variation does (test `responses_of_usual_vehicles_are_those_of_the_files`).
+fn unknown_gear(model: &Longitudinal, has_single_gear: bool) -> Option<Reason> {
+    let Some(variation) = &model.evidence.gain_variation else {
+        if has_single_gear {
+            return None;
+        }
+        let message = "the log has no gear, and is too short to show whether the vehicle has several gains at one speed";
+        return Some(Reason::new(ReasonCode::UnknownGear, Grade::Warn, message));
+    };
+    if variation.largest <= VARYING_GAIN {
+        return None;
+    }
+    let message = if variation.log_likelihood_ratio > SIGNIFICANT {
+        let origin =
+            if has_single_gear { "though one gear is stated" } else { "as in several gears" };
+        format!(
+            "the gain varies by {:.0} % at one speed, {origin}; the stated gain is their mean, and that of one gear may be outside of its band by two or three times as much",
+            100.0 * variation.deviation
+        )
+    } else if has_single_gear {
+        return None;
+    } else {
+        "the log has no gear, and does not exclude that the vehicle has several gains at one speed"
+            .into()
+    };
+    let reason = Reason::new(ReasonCode::UnknownGear, Grade::Warn, message);
+    Some(reason.compared(variation.largest, VARYING_GAIN, "1"))
+}
 
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
@@ -288,6 +322,14 @@ fn parameters(model: &Longitudinal, fit: &Fit, reasons: &mut Vec<Reason>) {
             let message = format!("the {name} is at its bound");
             let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, message);
             reasons.push(reason.compared(estimate.value, high, "s"));
+        }
+    }
+    if let Some(curvature) = model.pedal_curvature {
+        let [_, high] = fit.priors[PEDAL].bounds;
+        if curvature.value.abs() >= high {
+            let message = "the curvature of the pedal is at its bound: the acceleration is not that of a smooth curve of the accelerator";
+            let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, message);
+            reasons.push(reason.compared(curvature.value.abs(), high, "1"));
         }
     }
     let free = -model.resistance_mps2.value;

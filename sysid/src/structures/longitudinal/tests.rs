@@ -1,5 +1,6 @@
 mod car;
 mod response;
+mod variation;
 
 use super::options::LongitudinalOptions;
 use super::{identify_longitudinal, validate_longitudinal};
@@ -61,8 +62,8 @@ fn lacks_the_gear_alone(model: &Longitudinal) -> bool {
 fn a_linear_car_in_a_closed_loop_is_returned() {
     let car = Car { logs_grade: true, ..Car::linear() };
     let model = identify(&car.drive(1, 400.0));
-    // The gear of its log is unknown.
-    assert!(lacks_the_gear_alone(&model), "{:?}", model.quality);
+    assert_eq!(model.quality.grade, Grade::Pass, "{:?}", model.quality);
+    assert_eq!(model.pedal_curvature, None);
     assert_eq!(model.gains.len(), 1, "{:?}", model.gains);
     for (name, estimate, truth) in estimates(&model, &car) {
         let error = (estimate.value - truth).abs();
@@ -109,36 +110,27 @@ fn the_bands_of_a_hundred_closed_loop_drives_contain_the_truth() {
     assert!((90.0..=98.0).contains(&share), "{share}");
 }
 
+/// The gain of an engine varies at one speed, and that of a motor does not.
 #[test]
-#[ignore = "slow: cargo xtask test"]
-fn usual_vehicles_pass() {
-    let (mut passed, mut usable) = (0, 0);
-    for seed in 0..24 {
-        let car = Car::usual(seed);
-        let model = identify(&car.drive(seed, 420.0));
-        let e = &model.evidence;
-        eprintln!(
-            "{seed} {:?}: {} {} fit {:.1} ± {:.1} / {:.1} %, gains {:.2?}, gears {}, lag {:.2} of {:.2}, delay {:.2} of {:.2}, ratio {:.2}",
-            car.drive,
-            model.quality.grade,
-            model.quality.codes(),
-            e.validation_fit,
-            1.96 * e.validation_fit_standard_error.unwrap_or(f64::NAN),
-            e.estimation_fit,
-            model.gains.iter().map(|row| row.gain.value).collect::<Vec<_>>(),
-            model.gear_gains.len(),
-            model.time_constant_s.value,
-            car.lag_s,
-            model.delay_s.value,
-            car.delay_s,
-            e.prediction_error_ratio,
-        );
-        passed += usize::from(model.quality.grade == Grade::Pass);
-        let is_usable = model.quality.grade == Grade::Pass || lacks_the_gear_alone(&model);
-        usable += usize::from(is_usable);
-    }
-    eprintln!("{passed} of 24 pass, and {usable} have no other reason than a log without the gear");
-    assert!(usable >= 20, "{usable}");
+fn gears_that_the_log_does_not_have_are_noticed() {
+    let engine = Car::usual(3);
+    let motor = Car::usual(1);
+    assert!(matches!(engine.drive, Drive::Engine { .. }) && !engine.logs_gear);
+    assert!(matches!(motor.drive, Drive::Motor { .. }));
+    let [engine, motor] = [(engine, 3), (motor, 1)].map(|(car, seed)| car.drive(seed, 420.0));
+    let model = identify(&engine);
+    assert!(lacks_the_gear_alone(&model), "{:?}", model.quality);
+    let variation = model.evidence.gain_variation.unwrap();
+    assert!(variation.deviation > 0.1 && variation.log_likelihood_ratio > 10.0, "{variation:?}");
+    // Who states one gear is told that the log shows more.
+    let options = LongitudinalOptions { single_gear: true, ..LongitudinalOptions::default() };
+    let stated = identify_longitudinal(&read(&engine).unwrap(), &options).unwrap();
+    assert!(lacks_the_gear_alone(&stated), "{:?}", stated.quality);
+    assert!(stated.quality.reasons[0].message.contains("one gear is stated"));
+    let model = identify(&motor);
+    assert_eq!(model.quality.grade, Grade::Pass, "{:?}", model.quality);
+    // Its acceleration grows with the accelerator to the power of 0.86.
+    assert!(model.pedal_curvature.unwrap().value > 0.3, "{:?}", model.pedal_curvature);
 }
 
 /// With what their users know: the gear of an engine is logged, and that an electric motor has one is stated.
