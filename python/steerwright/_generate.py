@@ -82,7 +82,7 @@ NUMBERS = {
 WHOLE = {"N", "RUNS"}
 PLAIN = {"R", "KG", "M", "MU"}
 RANGES = {"FROM..TO", "RANGE"}
-OBJECTS = {("compare", "pid"), ("path", "pid"), ("path", "plant")}
+OBJECTS = {("compare", "pid"), ("path", "pid"), ("path", "plant"), ("path", "speed_controller")}
 
 
 def kind_of(command: str, name: str, value: str | None, values: list[str], repeated: bool) -> str:

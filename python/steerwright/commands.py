@@ -65,11 +65,11 @@ class Path(Document, documents.Path):
 def path(track: File | None = None, **options: Unpack[PathOptions]) -> Path:
     """Makes a reference path: from recorded points (CSV, GPX, NMEA), from segments (TOML), or the standard road.
 
-    ``pid`` and ``plant`` may be objects of this package.
+    ``pid``, ``plant`` and ``speed_controller`` may be objects of this package.
     """
     keywords: dict[str, Any] = dict(options)
     with _command.folder() as folder:
-        for name in ("pid", "plant"):
+        for name in ("pid", "plant", "speed_controller"):
             if keywords.get(name) is not None:
                 keywords[name] = _command.as_files([keywords[name]], folder)[0]
         out = folder / "out" / "path.json"

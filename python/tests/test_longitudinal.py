@@ -72,6 +72,9 @@ def test_its_controller_is_designed_packed_and_read_again(tmp_path: Path) -> Non
         assert abs(row.up.settling_time_s - in_loop.up.settling_time_s) < 1e-3
         assert abs(row.up.overshoot_percent - in_loop.up.overshoot_percent) < 0.01
 
+    road = steerwright.path(profile=True, speed_controller=controller)
+    assert isinstance(road, steerwright.Path)
+
     model.save(tmp_path / "longitudinal.json")
     controller.save(tmp_path / "speed_controller.json")
     again = steerwright.load(tmp_path / "speed_controller.json")

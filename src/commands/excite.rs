@@ -147,6 +147,15 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     if let Some(warning) = uncertain(&manoeuvre) {
         console::warning(warning);
     }
+    // Half a second is no block.
+    if manoeuvre.time_s() + 0.5 < arguments.time {
+        console::warning(format!(
+            "{:.0} s of the {:.0} s are used: each half has the same number of blocks of {:.0} s at each speed (--block)",
+            manoeuvre.time_s(),
+            arguments.time,
+            manoeuvre.block_s
+        ));
+    }
     for note in hints(&manoeuvre, vehicle.is_some()) {
         console::note(note);
     }

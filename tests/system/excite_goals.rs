@@ -135,3 +135,13 @@ fn a_goal_that_does_not_fit_is_named_with_what_to_do() {
     assert!(text.contains("required ±2.00 %: not met"), "{text}");
     assert!(text.contains("hardly determines the friction"), "{text}");
 }
+
+#[test]
+fn a_time_that_is_not_used_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (time, is_named) in [("60s", true), ("80s", false)] {
+        let line = format!("excite {{data}}/multibody/vehicle.toml --time {time} -o {time}");
+        let text = text_of(&run(folder.path(), &line));
+        assert_eq!(text.contains("40 s of the 60 s are used"), is_named, "{text}");
+    }
+}

@@ -207,12 +207,28 @@ fn options_of_the_other_controller_are_refused() {
     for (line, what) in [
         ("design longitudinal.json --max-angle 20deg", "--max-angle is an option of a steering"),
         ("design longitudinal.json --latency 20ms", "--latency is an option of a steering"),
-        ("design longitudinal.json --speeds 5..6", "range of speeds is 1 m/s"),
+        ("design longitudinal.json --speeds 5..6", "lowest speed is 5 m/s"),
         ("design bicycle.json --grade 4%", "--grade is an option of a speed controller"),
     ] {
         let refused = run(folder.path(), line);
         let text = text_of(&refused);
         assert!(!refused.status.success() && text.contains(what), "{line}: {text}");
+    }
+}
+
+#[test]
+fn a_design_beyond_the_speeds_of_the_drive_is_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = example(|_| {});
+    let [low, _, high] = model.evidence.speed_mps;
+    std::fs::write(folder.path().join("longitudinal.json"), model.to_json()).unwrap();
+    for (range, is_doubted) in
+        [(format!("{low}..{high}"), false), (format!("{low}..{}", 1.3 * high), true)]
+    {
+        let line = format!("design longitudinal.json --speeds {range} --settling none --force");
+        let text = text_of(&run(folder.path(), &line));
+        let file = controller_in(&folder.path().join("speed_controller.json"));
+        assert_eq!(file.quality.has(ReasonCode::NotValidated), is_doubted, "{text}");
     }
 }
 

@@ -94,9 +94,9 @@ impl SpeedDesignOptions {
     pub(crate) fn specification(&self, model: &Longitudinal) -> Result<SpeedSpecification, Error> {
         let [low, _, high] = model.evidence.speed_mps;
         let [low, high] = self.speeds_mps.unwrap_or([low, high]);
-        let is_range = low > 0.0 && high <= 100.0 && high - low >= STEP;
-        let must = "from above 0 to at most 100 m/s, and 2 m/s wide or wider";
-        require(is_range, "range of speeds", (high - low, " m/s"), must)?;
+        let must = "above 0, and 2 m/s or more below the highest";
+        require(low > 0.0 && high - low >= STEP, "lowest speed", (low, " m/s"), must)?;
+        require(high <= 100.0, "highest speed", (high, " m/s"), "at most 100 m/s")?;
         let settling = self.settling_time_s.unwrap_or(0.0);
         Ok(SpeedSpecification {
             overshoot_percent: self.overshoot_percent,

@@ -6,6 +6,8 @@ use steerwright_formats::{Grade, Quality, Reason, ReasonCode, SpeedController};
 /// Shares of the drawn vehicles that must keep every requirement for `pass` and for `warn`.
 const PASS_SHARE: f64 = 0.95;
 const WARN_SHARE: f64 = 0.5;
+/// How far beyond the speeds of the drive a design may reach, relative to these.
+const BEYOND_DRIVE: f64 = 0.1;
 
 /// The quality that follows from model and evidence.
 pub(crate) fn quality(controller: &SpeedController) -> Quality {
@@ -45,6 +47,20 @@ pub(crate) fn quality(controller: &SpeedController) -> Quality {
         let message = "the model has no brake: the vehicle slows down by coasting, and is not held at standstill";
         reasons.push(Reason::new(ReasonCode::NoBrake, Grade::Warn, message));
         advice.push("identify with a log that has the brake".into());
+    }
+    let [driven_low, _, driven_high] = model.evidence.speed_mps;
+    let [low, high] = controller.specification.speeds_mps;
+    let is_beyond =
+        high > (1.0 + BEYOND_DRIVE) * driven_high || low < (1.0 - BEYOND_DRIVE) * driven_low;
+    if is_beyond {
+        let message = format!(
+            "the design is for {low:.1} to {high:.1} m/s, and the model is of a drive at {driven_low:.1} to {driven_high:.1} m/s: beyond these its gain is held constant, and that of a vehicle is not"
+        );
+        reasons.push(Reason::new(ReasonCode::NotValidated, Grade::Warn, message));
+        advice.push(
+            "identify with a drive at all speeds of the design, or state those of the drive (--speeds)"
+                .into(),
+        );
     }
     let summary = match (&evidence.ensemble, evidence.met) {
         (Some(e), true) => format!(

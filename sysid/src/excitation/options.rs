@@ -89,8 +89,8 @@ impl ExcitationOptions {
         within("time", self.time_s, [least, 3600.0], " s")?;
         let [low, high] = self.band_hz;
         let least_hz = 2.0 / (self.block_s - REST_S);
-        within("lower end of the band", low, [least_hz, 5.0], " Hz")?;
-        within("upper end of the band", high, [1.2 * low, 5.0], " Hz")?;
+        within("band", low, [least_hz, 5.0], " Hz")?;
+        within("band", high, [(1.2 * low).min(5.0), 5.0], " Hz")?;
         within("sample time", self.sample_time_s, [0.001, 0.1 / high], " s")?;
         if let Some(error) = self.max_error {
             match self.goal {
@@ -107,17 +107,22 @@ impl ExcitationOptions {
             }
         }
         let limits = &self.limits;
-        within("lateral acceleration", limits.max_lateral_acceleration_mps2, [0.1, 50.0], " m/s²")?;
+        within(
+            "max lateral acceleration",
+            limits.max_lateral_acceleration_mps2,
+            [0.1, 50.0],
+            " m/s²",
+        )?;
         let positive = [
-            ("steering angle", limits.max_angle_rad, " rad"),
-            ("steering rate", limits.max_rate_radps, " rad/s"),
-            ("lateral offset", limits.max_offset_m, " m"),
+            ("max angle", limits.max_angle_rad, " rad"),
+            ("max rate", limits.max_rate_radps, " rad/s"),
+            ("road width", limits.max_offset_m, " m"),
         ];
         for (option, limit, unit) in positive {
             within(option, limit.unwrap_or(1.0), [1e-3, 1e3], unit)?;
         }
         within("uncertainty", 100.0 * self.assumed_uncertainty, [0.0, 50.0], " %")?;
-        within("noise density", self.noise_density.sqrt(), [1e-9, 1.0], " (rad/s)/√Hz")
+        within("noise", self.noise_density.sqrt(), [1e-9, 1.0], " (rad/s)/√Hz")
     }
 
     /// Signal without the straight driving after it, s.

@@ -12,7 +12,6 @@ use crate::structures::longitudinal::model::{
 use crate::structures::longitudinal::noise::{self, Noise};
 use crate::structures::longitudinal::signals::{Piece, Signals, samples};
 use crate::structures::longitudinal::start::{priors, schedules};
-use crate::structures::longitudinal::variation::GainScore;
 use faer::Mat;
 use steerwright_drivelog::Role;
 use steerwright_formats::Estimate;
@@ -350,6 +349,13 @@ pub(super) fn prediction_errors(
         }
     });
     all
+}
+
+/// Score and information of a relative change of the gain in one stretch.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct GainScore {
+    pub(super) score: f64,
+    pub(super) information: f64,
 }
 
 /// Scores of a relative change of all gains, in stretches of the pieces.

@@ -129,7 +129,8 @@ pub(super) fn quality(
     }
     let e = &model.evidence;
     let error = match e.validation_fit_standard_error {
-        Some(error) => format!(" ± {:.1}", NORMAL_95 * error),
+        // As every fit that is printed: two standard errors.
+        Some(error) => format!(" ± {:.1}", 2.0 * error),
         None => String::new(),
     };
     let summary = format!(
@@ -340,12 +341,13 @@ fn parameters(model: &Longitudinal, fit: &Fit, reasons: &mut Vec<Reason>) {
     }
     if let Some(share) = model.grade_coefficient {
         let half_width = NORMAL_95 * share.standard_error;
+        // However wide its band: a plant with this share of gravity climbs wrongly.
         let away = (share.value - 1.0).abs();
         // A controller behind an acceleration command may compensate the grade.
         let is_compensated = model.command_unit == "m/s2" && share.value > -half_width;
-        if away - half_width > GRADE_TOLERANCE && !is_compensated {
+        if away > GRADE_TOLERANCE && !is_compensated {
             let message = format!(
-                "the gravity along the road acts with {:.2} of its value: check sign, unit and offset of the {}",
+                "the gravity along the road acts with {:.2} of its value: check sign, unit, offset and resolution of the {}",
                 share.value, model.grade_source
             );
             let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, message);

@@ -6,7 +6,7 @@
 //! `ln L(τ) − ln L(0) = ½ Σ (s²·τ²/(1 + i·τ²) − ln(1 + i·τ²))`, the likelihood of a random effect (J. C. Pinheiro and D. M.
 //! Bates, *Mixed-Effects Models in S and S-PLUS*, 2000, chapter 2).
 
-use crate::structures::longitudinal::fit::{Fit, gain_scores};
+use crate::structures::longitudinal::fit::{Fit, GainScore, gain_scores};
 use crate::structures::longitudinal::signals::{Piece, Signals};
 use steerwright_formats::GainVariation;
 
@@ -19,13 +19,6 @@ const LARGEST: f64 = 2.0;
 const STEP: f64 = 0.002;
 /// Half of the 95 % quantile of χ² with a degree of freedom.
 const BAND: f64 = 1.92;
-
-/// Score and information of a relative change of the gain in one stretch.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct GainScore {
-    pub(super) score: f64,
-    pub(super) information: f64,
-}
 
 /// `None` where the drive is too short.
 pub(super) fn gain_variation(

@@ -1,7 +1,8 @@
 //! The variation of the gain from scores of a known one.
 
 use super::car::Random;
-use crate::structures::longitudinal::variation::{GainScore, variation};
+use crate::structures::longitudinal::fit::GainScore;
+use crate::structures::longitudinal::variation::variation;
 
 /// Stretches whose gain differs by a random number of a standard deviation.
 fn stretches(count: usize, deviation: f64, seed: u64) -> Vec<GainScore> {
