@@ -246,8 +246,8 @@ class Torque(Record):
 
 class Longitudinal(Record):
     """`dv/dt = p + b − (c0 + c1·v + c2·v²) − ρ·g·sin(grade)`, with the speed v ≥ 0. The drive p follows
-    `G(v)·u(t − d)` with the lag τ, where u is the accelerator from 0 to 1 or the acceleration command; b
-    follows `−B·w(t − e)` with the lag σ, where w is the brake from 0 to 1."""
+    `G(v)·u(t − d)` with the lag τ, where u is the accelerator from 0 to 1, curved by κ, or the
+    acceleration command; b follows `−B·w(t − e)` with the lag σ, where w is the brake from 0 to 1."""
 
     schema: str
     """`steerwright/longitudinal/1`."""
@@ -259,8 +259,10 @@ class Longitudinal(Record):
     """G, table over the speed with increasing speeds, linear between them and constant beyond; one row
     where it does not depend on the speed."""
     gear_gains: Union[tuple[GearGain, ...], None]
-    """G by the number of the gear, in place of `gains`, which then holds the mean of all gears; empty where
-    the gear is not an input of the model."""
+    """G by the number of the gear, in place of `gains`, which then holds the mean of all gears as they were
+    used; empty where the gear is not an input of the model."""
+    pedal_curvature: Union[Estimate, None]
+    """κ, curvature of the pedal: an accelerator a acts as `u = a + κ·a·(1 − a)`; absent where it is 0."""
     time_constant_s: Estimate
     """τ, lag of the drive, s."""
     delay_s: Estimate
@@ -1006,6 +1008,8 @@ class LongitudinalEvidence(Record):
 
     channels: tuple[ChannelSummary, ...]
     """What was read from each column."""
+    gain_variation: Union[GainVariation, None]
+    """How far the gain varies at one speed; absent in files of earlier versions."""
     estimation_samples: int
     """Number of estimation samples."""
     validation_samples: int
@@ -2007,6 +2011,20 @@ class VehicleParameter(Record):
     """Whether the drive determines it: a posterior of at most half the prior's deviation."""
     is_at_bound: bool
     """Whether the value is at one of its bounds."""
+
+
+class GainVariation(Record):
+    """Variation of the gain from one stretch of the drive to another at one speed, relative to it, such as
+    that of gears which the log does not have."""
+
+    stretch_s: float
+    """Length of the stretches, s."""
+    deviation: float
+    """Standard deviation of greatest likelihood."""
+    largest: float
+    """Upper end of its 95 % band."""
+    log_likelihood_ratio: float
+    """Logarithm of the ratio of the likelihoods with and without it."""
 
 
 class OutputEvidence(Record):
