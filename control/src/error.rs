@@ -140,7 +140,7 @@ pub enum Error {
         "the {end} speed is {stated_mps} m/s: the limits along the path allow {reached_mps:.2} m/s there"
     )]
     #[diagnostic(help(
-        "state a speed of at most {reached_mps:.1} m/s at the {end}, or raise the limits of acceleration, deceleration and jerk"
+        "state a lower {end} speed of at most {reached_mps:.1} m/s, or raise the limits of acceleration, deceleration and jerk"
     ))]
     ProfileEnd { end: &'static str, stated_mps: f64, reached_mps: f64 },
     #[error(

@@ -230,8 +230,8 @@ class ModelOptions(TypedDict, total=False):
     """Lowest speed that is used. By default 15 m/s for the structure torque, 3 m/s for longitudinal,
     otherwise 3 m/s times the root of the wheelbase over 2.6 m."""
     single_gear: bool
-    """The drive of the structure longitudinal has one gear, as most electric ones: an accelerator whose
-    log has no gear is then no reason to doubt the model."""
+    """The drive of the structure longitudinal has one gear, as most electric ones: a log without a gear
+    that is too short to show this is then no reason to doubt the model."""
     friction_rate: Quantity
     """Rate of the steering angle at which the friction of the structure torque reaches 76 % of its
     value, in coordinates of the log. By default 0.05rad/s."""
@@ -466,24 +466,34 @@ class PathOptions(TypedDict, total=False):
 class ExciteOptions(TypedDict, total=False):
     """The options of `excite`."""
 
+    goal: Literal["response", "understeer", "tyre-limit"]
+    """What is to be known: the response in the band, the understeer gradient, or the friction of the
+    tyres; the understeer gradient needs two speeds, the friction a large lateral acceleration (default
+    response)."""
     by: Literal["robot", "driver"]
-    """Who steers (default robot)."""
+    """Who steers; at the tyre limit both steer the same (default robot)."""
     speed: Quantity
-    """Speed; by default that of the model."""
+    """Speed; by default that of the model, and half of it where the goal is the understeer gradient."""
     speeds: Union[tuple[Quantity, Quantity], str]
-    """Range of speeds, of which the lowest, the middle and the highest are driven for equal times, such
-    as 10..25."""
+    """Range of speeds, of which the lowest, the middle (not of goal understeer) and the highest are
+    driven for equal times, such as 10..25."""
     time: Quantity
     """Time of the recording, of which the first half estimates and the second validates (default 120s)."""
     block: Quantity
     """Length of a block: its signal and 2 s straight (default 20s)."""
     band: Union[tuple[Quantity, Quantity], str]
-    """Band in which the response is to be known (default 0.2..2Hz)."""
+    """Band in which the response is to be known; of other goals that of the steering (default 0.2..2Hz)."""
     response_error: Quantity
     """Largest error of the response in the band, as two standard errors of the gain (relative) and of
     the phase (100% are 1 rad); the exit status is 1 if it is not reached in the time."""
+    understeer_error: Quantity
+    """Largest error of the understeer gradient at the road wheel, as two standard errors, such as
+    0.1deg/g; of goal understeer, with the same exit status."""
+    friction_error: Quantity
+    """Largest error of the friction coefficients of both axles, as two standard errors, relative; of
+    goal tyre-limit, with the same exit status."""
     max_lateral_acceleration: Quantity
-    """Largest lateral acceleration (default 3m/s2)."""
+    """Largest lateral acceleration [default: 3m/s2; to be stated for goal tyre-limit]."""
     max_angle: Quantity
     """Largest steering angle, in steering coordinates."""
     max_rate: Quantity
@@ -496,8 +506,8 @@ class ExciteOptions(TypedDict, total=False):
     """Standard deviation of the yaw rate's noise at each sample; by default that of the log which the
     model is from, otherwise 0.1deg/s."""
     uncertainty: Quantity
-    """Standard deviation of each axle's cornering stiffness where the model states no uncertainty; the
-    limits leave room for it (default 10%)."""
+    """Standard deviation of each axle's cornering stiffness where the model states no uncertainty, and
+    of a vehicle's friction; the limits leave room for it (default 10%)."""
     sample_time: Quantity
     """Time from one sample to the next, of the steering and of the log (default 10ms)."""
 
