@@ -48,14 +48,14 @@ impl LongitudinalParameters {
     /// Share of the gain that acts at an accelerator; beyond 0 and 1 as without curvature.
     #[must_use]
     pub fn share_of_gain(&self, accelerator: f64) -> f64 {
-        let within = accelerator.max(0.0).min(1.0);
+        let within = accelerator.clamp(0.0, 1.0);
         accelerator + self.pedal_curvature * (within * (1.0 - within))
     }
 
     /// The accelerator from 0 to 1 at which a share of the gain acts, as far as one does.
     #[must_use]
     pub fn accelerator(&self, share_of_gain: f64) -> f64 {
-        let share = share_of_gain.max(0.0).min(1.0);
+        let share = share_of_gain.clamp(0.0, 1.0);
         let rise = 1.0 + self.pedal_curvature;
         // Root of κ·a² − (1 + κ)·a + share without a difference of large numbers; where κ = −1, it is that of the share.
         let root = (rise * rise - 4.0 * self.pedal_curvature * share).max(0.0).sqrt();
