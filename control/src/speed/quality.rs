@@ -58,7 +58,7 @@ pub(crate) fn quality(controller: &SpeedController) -> Quality {
         );
         reasons.push(Reason::new(ReasonCode::NotValidated, Grade::Warn, message));
         advice.push(
-            "identify with a drive at all speeds of the design, or state those of the drive (--speeds)"
+            "identify with a drive at all speeds of the design, or design for the speeds of the drive"
                 .into(),
         );
     }
