@@ -60,7 +60,7 @@ pub fn excite_vehicle(vehicle: &Vehicle, options: &ExcitationOptions) -> Result<
         quality: &vehicle.quality,
     };
     let stated = vehicle.evidence.as_ref().map(|e| &e.covariance.0);
-    let model = SingleTrackModel::of_vehicle(vehicle);
+    let model = SingleTrackModel::from_vehicle(vehicle);
     design(subject, &model, stated, &within_actuator(vehicle, options))
 }
 
@@ -89,7 +89,7 @@ pub(super) fn excite_with_usual_tyres(
     };
     let row = |i: usize| (0..COUNT).map(|j| if i == j { variance(i) } else { 0.0 }).collect();
     let covariance: Vec<Vec<f64>> = (0..COUNT).map(row).collect();
-    design(subject, &SingleTrackModel::of_bicycle(data), Some(&covariance), options)
+    design(subject, &SingleTrackModel::from_bicycle(data), Some(&covariance), options)
 }
 
 fn design(

@@ -43,7 +43,7 @@ impl SingleTrackModel {
     /// Of the data of a bicycle, with the tyres beyond their cornering stiffness and what braking and driving do by the means of
     /// the priors.
     #[must_use]
-    pub fn of_bicycle(data: &VehicleData) -> Self {
+    pub fn from_bicycle(data: &VehicleData) -> Self {
         let (a, b) = (data.distance_front_m, data.distance_rear_m);
         let (wheelbase, mass) = (a + b, data.mass_kg);
         let weight = mass * crate::structures::single_track::dynamics::GRAVITY;
@@ -69,19 +69,8 @@ impl SingleTrackModel {
     /// The reverse of [`SingleTrackModel::vehicle`], by the steering ratio of the vehicle. Sensitivities to the load, which the
     /// model does not have, are left out.
     #[must_use]
-    pub fn of_vehicle(vehicle: &Vehicle) -> Self {
+    pub fn from_vehicle(vehicle: &Vehicle) -> Self {
         let (body, tyres) = (&vehicle.body, &vehicle.tyres);
-        let data = VehicleData {
-            mass_kg: body.mass_kg,
-            yaw_inertia_kgm2: body.yaw_inertia_kgm2,
-            distance_front_m: body.distance_front_m,
-            distance_rear_m: body.distance_rear_m,
-            cornering_stiffness_front_npr: tyres.cornering_stiffness_front_npr,
-            cornering_stiffness_rear_npr: tyres.cornering_stiffness_rear_npr,
-            actuator_time_constant_s: vehicle.actuator.time_constant_s,
-            actuator_delay_s: vehicle.actuator.delay_s,
-            ..VehicleData::default()
-        };
         let wheelbase = body.distance_front_m + body.distance_rear_m;
         [
             (Parameter::FrictionFront, tyres.friction_coefficient),
@@ -93,7 +82,9 @@ impl SingleTrackModel {
             (Parameter::BrakeShare, body.brake_share_front),
         ]
         .into_iter()
-        .fold(Self::of_bicycle(&data), |model, (parameter, value)| model.with(parameter, value))
+        .fold(Self::from_bicycle(&vehicle.in_gentle_driving()), |model, (parameter, value)| {
+            model.with(parameter, value)
+        })
     }
 
     /// The vehicle of this model.
