@@ -4,6 +4,7 @@ use super::identity::Identity;
 use crate::failure::Failure;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A lock that holds for as long as its process lives.
 #[derive(Debug)]
@@ -18,7 +19,7 @@ impl Lock {
         loop {
             let file = File::options().create(true).truncate(false).write(true).open(path);
             let file = file.map_err(|e| Failure::file(path, &e))?;
-            match file.try_lock() {
+            match lock(&file) {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
                     return Err(Failure::new(
@@ -45,6 +46,18 @@ impl Lock {
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
+}
+
+/// Locks a file, or says that another process has it, after half a second: the lock of a run that was just killed lasts a
+/// moment longer, and a run that looks for what killed runs left holds each file for a moment.
+pub(super) fn lock(file: &File) -> Result<(), TryLockError> {
+    for pause_ms in [20, 80, 400] {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(pause_ms)),
+            result => return result,
+        }
+    }
+    file.try_lock()
 }
 
 impl Drop for Lock {

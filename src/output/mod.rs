@@ -14,7 +14,6 @@ use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::time::Duration;
 use steerwright_formats::{Document, Model};
 
 use lock::Lock;
@@ -273,19 +272,15 @@ impl Output {
     }
 }
 
-/// Whether a process has the file for itself, as a sweep has its results. The claim of one that was just killed may last a
-/// moment longer.
+/// Whether a process has the file for itself, as a sweep has its results.
 fn is_claimed(path: &Path) -> bool {
-    for pause_ms in [0, 20, 80, 400] {
-        std::thread::sleep(Duration::from_millis(pause_ms));
-        let Ok(file) = fs::File::open(path) else { return false };
-        if !matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
-            // Closed, it would stay locked for as long as a child that is being started has a copy of it.
-            let _ = file.unlock();
-            return false;
-        }
+    let Ok(file) = fs::File::open(path) else { return false };
+    if matches!(lock::lock(&file), Err(fs::TryLockError::WouldBlock)) {
+        return true;
     }
-    true
+    // Closed, it would stay locked for as long as a child that is being started has a copy of it.
+    let _ = file.unlock();
+    false
 }
 
 fn no_folder(path: &Path) -> Failure {

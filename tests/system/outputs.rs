@@ -267,6 +267,13 @@ fn links_and_permissions_are_kept() {
     done(here, &format!("{line} --force"));
 }
 
+fn is_locked(path: &Path) -> bool {
+    let Ok(file) = fs::File::open(path) else { return false };
+    let is_locked = matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock));
+    let _ = file.unlock();
+    is_locked
+}
+
 /// Of two runs with one output file the second is refused before its work, and the end of the first, by whatever, frees the
 /// file.
 #[test]
@@ -283,7 +290,8 @@ fn two_runs_never_write_one_file() {
         .spawn()
         .unwrap();
     let lock = here.join(".steerwright-new-shared.json.lock");
-    while !lock.exists() {
+    // It is there a moment before it is locked.
+    while !is_locked(&lock) {
         assert!(first.try_wait().unwrap().is_none(), "it waits for its log");
         std::thread::yield_now();
     }
