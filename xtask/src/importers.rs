@@ -2,14 +2,14 @@
 //! archives of a demo.
 
 use crate::every_fmu;
+use crate::python;
 use crate::run::{answer, cargo, root, run, target};
 use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// Packs every FMU and runs the tests on them all. `python` is an interpreter of the tests' environment, which holds
-/// libclang.
-pub(crate) fn importers(python: &Path) -> Result<(), String> {
+/// Packs every FMU and runs the tests on them all.
+pub(crate) fn importers() -> Result<(), String> {
     let out = target().join("importers-out");
     every_fmu::pack(&out, None)?;
     let manifest = root().join("tests/importers/Cargo.toml");
@@ -18,7 +18,7 @@ pub(crate) fn importers(python: &Path) -> Result<(), String> {
     // A folder of its own, so that it is built once, and not at odds with the workspace's.
     test.env("CARGO_TARGET_DIR", target().join("importers")).env("STEERWRIGHT_OUT", &out);
     if env::var_os("LIBCLANG_PATH").is_none() {
-        test.env("LIBCLANG_PATH", libclang(python)?);
+        test.env("LIBCLANG_PATH", libclang(&python::environment()?)?);
         if env::var_os("BINDGEN_EXTRA_CLANG_ARGS").is_none()
             && let Some(folder) = compiler_headers()
         {

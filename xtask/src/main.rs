@@ -43,6 +43,8 @@ enum Command {
     Test(test::Options),
     /// The tests of the report in headless Chromium alone
     Browser,
+    /// The FMUs in importers that are not this project's alone
+    Importers,
     /// rustfmt and clippy, warnings denied
     Lint,
     /// Build the FMU libraries for other platforms, and the demo's archives with them
@@ -91,6 +93,7 @@ fn main() -> ExitCode {
         Command::Test(options) => test::test(&options),
         Command::Cross(options) => cross::cross(&options),
         Command::Browser => browser::browser(),
+        Command::Importers => importers::importers(),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),

@@ -1,9 +1,11 @@
 //! `cargo xtask test`.
 
 use crate::run::{answer, cargo, run};
-use crate::{browser, evaluate, fuzz, importers, python, stress, wheel};
+use crate::{browser, evaluate, fuzz, python, stress};
+use std::io::Write;
 use std::process::Command;
 use std::time::{Duration, Instant};
+use std::{env, io, thread};
 
 /// What is tested.
 #[derive(clap::Args)]
@@ -13,8 +15,8 @@ pub(crate) struct Options {
     full: bool,
 }
 
-/// Every test of the workspace, with the Python environment that some of them need, and then those
-/// that are outside of it.
+/// Every test of the workspace, with the Python environment that some of them need, and beside them those that are
+/// outside of it.
 ///
 /// With `STEERWRIGHT_FMU_BINARIES` they are of the FMU libraries in that folder, such as those that `cargo xtask cross`
 /// built; by default of this machine's own.
@@ -24,17 +26,25 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     check_machine()?;
     let python = python::environment()?;
     let mut suites = Suites::default();
-    // Release: the tests step models millions of times. With those that `cargo test` leaves out.
-    let all = ["--", "--include-ignored", "--skip", stress::STRESS];
-    let mut workspace = cargo(&["test", "--release", "--no-fail-fast"]);
-    workspace.args(all).env("STEERWRIGHT_PYTHON", &python);
-    suites.note("the Rust tests", run(&mut workspace));
+    // Release: the tests step models millions of times.
+    let all = ["test", "--release", "--no-fail-fast"];
+    run(cargo(&all).arg("--no-run"))?;
+    suites.note("building", Ok(()));
+    thread::scope(|scope| {
+        // Most of what these do is on one processor. They are on their own, so that what they print stays together.
+        let beside = BESIDE.map(|(task, name)| (name, scope.spawn(move || task_apart(task))));
+        // With those that `cargo test` leaves out.
+        let mut workspace = cargo(&all);
+        workspace.args(["--", "--include-ignored", "--skip", stress::STRESS]);
+        suites.note("the Rust tests", run(workspace.env("STEERWRIGHT_PYTHON", &python)));
+        for (name, suite) in beside {
+            let outcome = suite.join().unwrap_or_else(|_| Err("it panicked".into()));
+            suites.note(name, outcome);
+        }
+    });
     // No default member: this program.
     let mut own = cargo(&["test", "--release", "--quiet", "--package", "xtask"]);
     suites.note("the tests of xtask", run(&mut own));
-    suites.note("the report in Chromium", browser::browser());
-    suites.note("the Python package", wheel::wheel(false));
-    suites.note("independent importers", importers::importers(&python));
     eprintln!(
         "left out: the libraries for an older glibc and for Windows (`cargo xtask cross --run`), for ARM \
          (`cargo xtask cross --run aarch64-linux`)"
@@ -49,7 +59,30 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     suites.outcome()
 }
 
-/// The suites that failed, and what each took.
+/// Tasks that test what the Rust tests do not, and what they are.
+const BESIDE: [(&str, &str); 3] = [
+    ("browser", "the report in Chromium"),
+    ("wheel", "the Python package"),
+    ("importers", "independent importers"),
+];
+
+/// Runs a task of this program to its end, then shows what it printed.
+fn task_apart(task: &str) -> Result<(), String> {
+    let problem = |e: std::io::Error| format!("{task}: {e}");
+    let program = env::current_exe().map_err(problem)?;
+    let output = Command::new(program).arg(task).output().map_err(problem)?;
+    let mut text = format!("$ cargo xtask {task}\n").into_bytes();
+    text.extend(output.stdout);
+    text.extend(output.stderr);
+    io::stderr().lock().write_all(&text).map_err(problem)?;
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(format!("cargo xtask {task}: {}", output.status))
+    }
+}
+
+/// The suites that failed, and how much longer it took until each had ended.
 struct Suites {
     failed: Vec<String>,
     took: Vec<(String, Duration)>,

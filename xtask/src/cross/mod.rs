@@ -25,6 +25,7 @@ use platform::{Platform, Runner};
 pub(crate) use setup::linker;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 pub(crate) use toolchain::Source;
 
@@ -40,7 +41,7 @@ const USUAL: [Platform; 2] = [Platform::Linux64, Platform::Win64];
 pub(crate) struct Options {
     /// The platforms; without any, linux64 and win64
     platforms: Vec<Platform>,
-    /// Install what the platforms need, and build nothing
+    /// Install what the platforms need, and build nothing; with --run beside the first build
     #[arg(long)]
     setup: bool,
     /// Also run the libraries and compare them with those of linux64, as far as they run here
@@ -54,11 +55,33 @@ pub(crate) struct Options {
 /// `cargo xtask cross`.
 pub(crate) fn cross(options: &Options) -> Result<(), String> {
     let platforms = with_own(&options.platforms);
-    if options.setup {
-        return timed("set up", || setup::install(&platforms, options.std));
+    let install = || timed("set up", || setup::install(&platforms, options.std));
+    if options.setup && !options.run {
+        return install();
     }
-    setup::check(&platforms, options.run)?;
-    libraries(&platforms, options.std)?;
+    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        return Err("`cargo xtask cross` runs on x86-64 Linux\nhint: elsewhere, \
+                    `cargo build --profile fmu --target TARGET --package FMU` builds one library"
+            .into());
+    }
+    if !options.setup {
+        setup::check(&platforms, options.run)?;
+    }
+    let zig = timed("zig", setup::zig)?;
+    thread::scope(|scope| {
+        // The libraries for linux64, the first, need nothing else.
+        let mut installed = if options.setup { Some(scope.spawn(install)) } else { None };
+        // An older library next to those that are built could be of other sources.
+        remove(&binaries())?;
+        for &platform in &platforms {
+            if platform != Platform::Linux64 {
+                ended(installed.take())?;
+            }
+            libraries(platform, options.std, &zig)?;
+        }
+        ended(installed)?;
+        universal::join(&platforms)
+    })?;
     let packed = timed("archives", || archives::archives(&platforms))?;
     if options.run {
         let others: Vec<_> = platforms.into_iter().filter(|p| *p != Platform::Linux64).collect();
@@ -67,33 +90,29 @@ pub(crate) fn cross(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds and checks the libraries for the platforms, and for no others: an older library next to
-/// them could be of other sources.
-fn libraries(platforms: &[Platform], source: Source) -> Result<(), String> {
-    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-        return Err("`cargo xtask cross` runs on x86-64 Linux\nhint: elsewhere, \
-                    `cargo build --profile fmu --target TARGET --package FMU` builds one library"
-            .into());
+/// Waits for a thread that installs, if there is one.
+fn ended(installed: Option<ScopedJoinHandle<'_, Result<(), String>>>) -> Result<(), String> {
+    installed.map_or(Ok(()), |thread| {
+        thread.join().unwrap_or_else(|_| Err("the set-up panicked".into()))
+    })
+}
+
+/// Builds and checks the libraries for a platform.
+fn libraries(platform: Platform, source: Source, zig: &Path) -> Result<(), String> {
+    let name = platform.name();
+    let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;
+    timed(&format!("{name}: build"), || build::build(platform, &toolchain, zig))?;
+    for (_, library) in LIBRARIES.iter() {
+        let file = library_file(platform, library);
+        let needed = inspect::inspect(platform, library, &file)?;
+        eprintln!("{name}/{library}: {needed}");
     }
-    setup::check(platforms, false)?;
-    let zig = timed("zig", setup::zig)?;
-    remove(&binaries())?;
-    for &platform in platforms {
-        let name = platform.name();
-        let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;
-        timed(&format!("{name}: build"), || build::build(platform, &toolchain, &zig))?;
-        for (_, library) in LIBRARIES.iter() {
-            let file = library_file(platform, library);
-            let needed = inspect::inspect(platform, library, &file)?;
-            eprintln!("{name}/{library}: {needed}");
-        }
-        let run = match platform.runner() {
-            Runner::Nothing => "built and inspected, never run",
-            _ => "`cargo xtask cross --run` runs it",
-        };
-        eprintln!("{name}: {}; {run}", toolchain.name());
-    }
-    universal::join(platforms)
+    let run = match platform.runner() {
+        Runner::Nothing => "built and inspected, never run",
+        _ => "`cargo xtask cross --run` runs it",
+    };
+    eprintln!("{name}: {}; {run}", toolchain.name());
+    Ok(())
 }
 
 /// Runs the libraries of the platforms and compares them with those for linux64 in `native`, a folder
