@@ -94,6 +94,20 @@ impl Requirement {
         self.words()[1]
     }
 
+    /// The values that it may have, in words and as a function.
+    pub(crate) fn bounds(self) -> (&'static str, fn(f64) -> bool) {
+        match self {
+            R::Settling => ("greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
+            R::ModulusMargin => ("at least 0 and below 1", |v| (0.0..1.0).contains(&v)),
+            R::DiskMargin => ("at least 0 and below 2", |v| (0.0..2.0).contains(&v)),
+            R::PhaseMargin => ("at least 0 and below 180°", |v| (0.0..180.0).contains(&v)),
+            R::Overshoot => ("at least 0 and at most 100 %", |v| (0.0..=100.0).contains(&v)),
+            R::SteadyState => ("greater than 0 and below 100 %", |v| v > 0.0 && v < 100.0),
+            R::GainMargin | R::DelayMargin => ("0 or more", |v| v >= 0.0),
+            _ => ("greater than 0", |v| v > 0.0),
+        }
+    }
+
     /// A value with its unit in texts.
     #[must_use]
     pub fn text(self, value: f64) -> String {

@@ -122,6 +122,13 @@ pub(crate) fn is_named(group: &Group, channel: usize, name: &str) -> bool {
     is(name) || name.rsplit_once(':').is_some_and(|(file, name)| group.is_called(file) && is(name))
 }
 
+/// Whether brackets or a row of units state that the channel has no unit, as in `throttle [-]`.
+pub(crate) fn is_stated_without_unit(group: &Group, channel: usize) -> bool {
+    let own = &group.channels[channel];
+    let bracketed = split_brackets(&own.name).1.map(str::trim);
+    own.is_without_unit || matches!(bracketed, Some("-" | "–"))
+}
+
 /// Every stated unit must belong to a channel that exists.
 pub(crate) fn check_units_are_used<'a>(
     groups: impl Iterator<Item = &'a Group> + Clone,

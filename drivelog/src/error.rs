@@ -216,9 +216,9 @@ pub enum Error {
         "name the outputs and the inputs that drive them, each channel by its name in the log"
     ))]
     NamedChannels { inputs: usize, outputs: usize },
-    #[error("column `{}` is named as an input and as an output", shortened(.column))]
+    #[error("column `{}` is named {roles}", shortened(.column))]
     #[diagnostic(help("name each channel once"))]
-    NamedTwice { column: String },
+    NamedTwice { column: String, roles: &'static str },
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
     #[diagnostic(help(
         "sort the rows by time; where two recordings were joined, use one at a time"
@@ -272,12 +272,15 @@ pub enum Error {
     #[diagnostic(help("name the channel of the speed, or leave the speed window out"))]
     NoSpeedForWindow { drive: String },
     #[error(
-        "{file}: column `{name}`: the {role} is {value} {unit} throughout",
-        name = shortened(.column)
+        "{file}: column `{name}`: the {role} is {} throughout",
+        quantity(*.value, unit), name = shortened(.column)
     )]
     #[diagnostic(help("{}", moving(role)))]
     Constant { file: String, column: String, role: &'static str, value: f64, unit: String },
-    #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
+    #[error(
+        "{at}: the {role} would be {} (read as {unit}), beyond {}",
+        quantity(*.value, si), quantity(*.limit, si)
+    )]
     #[diagnostic(help("{alternatives}"))]
     Impossible {
         at: Box<Place>,
@@ -331,7 +334,7 @@ pub enum Error {
         "accumulate the log, which takes memory that does not grow with it, and identify what is accumulated; or use a part of the drive"
     ))]
     TooManyRows { file: String, limit: usize },
-    #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
+    #[error("{got} samples of {} s are too few: {need} are needed", short(*.sample_time_s))]
     #[diagnostic(help(
         "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
     ))]
@@ -486,6 +489,11 @@ pub(crate) fn short(x: f64) -> String {
     } else {
         format!("{x:.3e}")
     }
+}
+
+/// A number with its unit, where it has one.
+fn quantity(value: f64, unit: &str) -> String {
+    if unit == "1" { short(value) } else { format!("{} {unit}", short(value)) }
 }
 
 /// The start of a text of a file, such as a cell or a name, in one line, as messages quote it.

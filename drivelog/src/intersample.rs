@@ -37,7 +37,7 @@ pub(crate) fn of_input(series: &Series, options: &LogOptions) -> Intersample {
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
         let is_command = COMMAND_NAMES.iter().any(|word| name.contains(word))
-            || options.steering_full_scale_rad.is_some()
+            || series.role == Role::Steering && options.steering_full_scale_rad.is_some()
             || is_unit_of_command(series)
             || (rows_per_update(&series.value).is_none() && jumps(&series.value));
         if is_command { Intersample::Zoh } else { Intersample::Bl }

@@ -157,13 +157,13 @@ impl DriveLog {
         self.options.contains_key("steering_full_scale_rad") || channels.all(|c| is_angle(&c.unit))
     }
 
-    /// Period of the steering, s, where it is read as held or as moving on between its samples without an option that states
-    /// so: its name, its unit and its values are no proof. An angle may be held, and a command set more often than it is
-    /// logged.
+    /// Period of an input, such as the steering, s, where it is read as held or as moving on between its samples without an
+    /// option that states so: its name, its unit and its values are no proof. An angle may be held, and a command set more
+    /// often than it is logged.
     #[must_use]
-    pub fn assumed_period_s(&self, between_samples: Intersample) -> Option<f64> {
+    pub fn assumed_period_s(&self, role: Role, between_samples: Intersample) -> Option<f64> {
         let is_stated = self.options.get("intersample").is_some_and(|stated| stated != "auto");
-        let channel = self.channels.iter().find(|c| c.role == Role::Steering.key())?;
+        let channel = self.channels.iter().find(|c| c.role == role.key())?;
         if is_stated || channel.intersample != Some(between_samples) {
             return None;
         }

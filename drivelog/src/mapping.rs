@@ -1,7 +1,7 @@
 //! Finds the column for each role.
 
 use crate::Error;
-use crate::channel_units::{check_quantity, is_named, named_unit, unit_of};
+use crate::channel_units::{check_quantity, is_named, is_stated_without_unit, named_unit, unit_of};
 use crate::error::shortened;
 use crate::expression::{Term, terms};
 use crate::options::LogOptions;
@@ -252,7 +252,7 @@ fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, E
     Ok(Unit { quantity: Quantity::Angle, to_si: angle * unit.to_si, ..unit })
 }
 
-/// The unit of a channel in a role; a switch needs none.
+/// The unit of a channel in a role; a switch needs none, and neither does a pedal that is stated to have none.
 fn unit_for(
     group: &Group,
     channel: usize,
@@ -260,7 +260,13 @@ fn unit_for(
     options: &LogOptions,
 ) -> Result<Unit, Error> {
     match unit_of(group, channel, options) {
-        Err(Error::UnitNotStated { .. }) if role.is_state() => Ok(ONE),
+        Err(Error::UnitNotStated { .. })
+            if role.is_state()
+                || role.is_pedal(&group.channels[channel].name)
+                    && is_stated_without_unit(group, channel) =>
+        {
+            Ok(ONE)
+        }
         unit => unit,
     }
 }

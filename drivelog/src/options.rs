@@ -235,6 +235,32 @@ impl LogOptions {
         is_further && self.stated_channel(role).is_none()
     }
 
+    /// What is stated and has no effect on the response, each in a sentence.
+    pub(crate) fn without_effect(&self) -> Vec<String> {
+        if self.response.is_of_yaw_rate() {
+            return Vec::new();
+        }
+        let is_of_channels = self.response == Response::Channels;
+        // The structure torque may read the steering angle.
+        let has_steering = self.response == Response::LateralAcceleration;
+        let all = [
+            (self.steering_ratio.is_some(), "steering ratio"),
+            (self.steering_full_scale_rad.is_some() && !has_steering, "steering full scale"),
+            (self.vehicle_class.is_some(), "class of the vehicle"),
+            (self.gnss_latency_s.is_some(), "latency of the GNSS receiver"),
+            (self.antenna_x_m != 0.0, "place of the antenna"),
+            (self.speed.is_some() && is_of_channels, "channel of the speed"),
+            (self.speed_window.is_some() && is_of_channels, "speed window"),
+        ];
+        let mut sentences = Vec::new();
+        for (_, option) in all.iter().filter(|(is_stated, _)| *is_stated) {
+            let response = self.response.name();
+            let sentence = format!("the stated {option} has no effect on the response {response}");
+            sentences.push(sentence);
+        }
+        sentences
+    }
+
     /// The options in force by name, for the provenance.
     #[must_use]
     pub fn to_map(&self) -> BTreeMap<String, String> {

@@ -4,6 +4,7 @@ use crate::channel_units::unit_of;
 use crate::channels::Opened;
 use crate::drive::{Drive, grouped};
 use crate::error::{last_part, stem};
+use crate::expression::terms;
 use crate::gnss::Gnss;
 use crate::log::DriveLog;
 use crate::options::{LogOptions, Response};
@@ -100,7 +101,14 @@ fn for_channels<'o>(
     for name in inputs.iter().chain(outputs) {
         let name = name.strip_prefix('-').unwrap_or(name);
         if !seen.insert(name) {
-            return Err(Error::NamedTwice { column: name.into() });
+            let is_in =
+                |names: &[String]| names.iter().any(|own| own.trim_start_matches('-') == name);
+            let roles = match [is_in(inputs), is_in(outputs)] {
+                [true, true] => "as an input and as an output",
+                [true, false] => "as an input twice",
+                _ => "as an output twice",
+            };
+            return Err(Error::NamedTwice { column: name.into(), roles });
         }
     }
     let mut options = options.clone();
@@ -111,10 +119,14 @@ fn for_channels<'o>(
     Ok(Cow::Owned(options))
 }
 
-/// Whether one input and one output are the steering and the yaw rate of a vehicle, by their units and names.
+/// Whether one input and one output are the steering and the yaw rate of a vehicle, by their units and names; of a
+/// combination of channels by those of the first.
 fn are_of_a_vehicle(options: &LogOptions, groups: &[&Group]) -> bool {
     let unit = |names: &[String], role: Role| {
         let name = names[0].strip_prefix('-').unwrap_or(&names[0]);
+        let combined = terms(&names[0]);
+        let mut first = combined.iter().flatten().flat_map(|(_, names)| names);
+        let name = first.next().copied().unwrap_or(name);
         let name = name.rsplit_once(':').map_or(name, |(_, name)| name);
         let (group, channel) = groups.iter().find_map(|g| Some((g, g.find(name)?)))?;
         let is_named_like = group.channels[channel].is_named_like(role);
@@ -138,7 +150,7 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     let Some(first) = first else { return Err(Error::NoFiles) };
     let name = stem(&first.file);
     channel_units::check_units_are_used(groups.iter().flatten().flat_map(Opened::groups), options)?;
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = options.without_effect();
     let drives = groups
         .into_iter()
         .map(|files| {
@@ -176,7 +188,8 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     };
     log.fill(&drives, options)?;
     log.gnss = Gnss::from_drives(&drives, options);
-    if log.gnss.is_none() && (options.gnss_latency_s.is_some() || options.antenna_x_m != 0.0) {
+    let has_receiver = options.gnss_latency_s.is_some() || options.antenna_x_m != 0.0;
+    if has_receiver && log.gnss.is_none() && options.response.is_of_yaw_rate() {
         log.warnings.push(
             "the log has no fixes (x_m and y_m, or latitude and longitude): the stated latency of the receiver and place of the antenna are not used".into(),
         );

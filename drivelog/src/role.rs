@@ -68,9 +68,7 @@ pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
         Role::Brake,
     ];
     let role = roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering);
-    let is_pedal = role == Role::Brake
-        || (role == Role::LongitudinalCommand && !Role::is_named_like_acceleration(column));
-    if is_pedal {
+    if role.is_pedal(column) {
         // No end of a name is the unit of a pedal.
         return ("", "%");
     }
@@ -186,6 +184,15 @@ impl Role {
     /// Whether its values are numbers of states, which are read on their rows and have no unit.
     pub(crate) fn is_state(self) -> bool {
         self.is_switch() || self == Self::Gear
+    }
+
+    /// Whether a column of that name is that of an accelerator or of a brake.
+    pub(crate) fn is_pedal(self, column: &str) -> bool {
+        match self {
+            Self::Brake => true,
+            Self::LongitudinalCommand => !Self::is_named_like_acceleration(column),
+            _ => false,
+        }
     }
 
     /// Whether it is an input that is held over each sample of the merged log.

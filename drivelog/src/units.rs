@@ -53,7 +53,8 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
     (&["m"], unit("m", Quantity::Length, 1.0)),
     (&["g"], unit("g", Quantity::Acceleration, 9.806_65)),
     (&["nm", "n.m", "n*m", "n·m"], unit("Nm", Quantity::Torque, 1.0)),
-    (&["%"], unit("%", Quantity::Dimensionless, 0.01)),
+    (&["ft", "feet"], unit("ft", Quantity::Length, 0.3048)),
+    (&["%", "pct", "percent", "prozent"], unit("%", Quantity::Dimensionless, 0.01)),
     (&["1"], ONE),
 ];
 
@@ -204,7 +205,8 @@ pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {
     let lower = name.to_lowercase();
     SPELLINGS
         .iter()
-        .filter(|(_, unit)| unit.quantity != Quantity::Dimensionless)
+        // A number at the end of a name counts things.
+        .filter(|(_, unit)| *unit != ONE)
         .flat_map(|(names, unit)| names.iter().map(move |n| (*n, *unit)))
         .filter(|(n, _)| {
             lower.strip_suffix(n).is_some_and(|rest| {
@@ -304,6 +306,9 @@ mod tests {
             ("steeringAngleDeg", "deg"),
             ("Lenkwinkel [°]", "deg"),
             ("throttle [%]", "%"),
+            ("throttle_pct", "%"),
+            ("Accelerator percent", "%"),
+            ("altitude_ft", "ft"),
             ("yaw rate deg / s", "deg/s"),
             ("speed m / s", "m/s"),
             ("time / s", "s"),

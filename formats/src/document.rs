@@ -260,6 +260,43 @@ impl Checker {
         }
     }
 
+    /// The matrix must be a covariance of that many numbers: symmetric, with variances that are not negative and
+    /// correlations within ±1.
+    pub(crate) fn covariance(&mut self, matrix: &Matrix, count: usize, path: &str) {
+        self.shape(matrix, count, count, path);
+        if matrix.rows() != count || matrix.columns() != Some(count) {
+            return;
+        }
+        let entry = |i: usize, j: usize| matrix.0[i][j];
+        for i in 0..count {
+            self.not_negative(entry(i, i), &format!("{path}[{i}][{i}]"));
+            for j in 0..i {
+                let largest = (entry(i, i) * entry(j, j)).sqrt();
+                let (value, other) = (entry(i, j), entry(j, i));
+                // Room for the digits that a file keeps.
+                let tolerance = 1e-6 * largest;
+                self.require(
+                    (value - other).abs() <= tolerance,
+                    &format!("{path}[{i}][{j}]"),
+                    || {
+                        format!(
+                            "{value} is not {path}[{j}][{i}], {other}: a covariance is symmetric"
+                        )
+                    },
+                );
+                self.require(
+                    value.abs() <= largest + tolerance,
+                    &format!("{path}[{i}][{j}]"),
+                    || {
+                        format!(
+                            "{value} is a correlation beyond ±1: the deviations allow {largest:e}"
+                        )
+                    },
+                );
+            }
+        }
+    }
+
     pub(crate) fn into_first(self) -> Option<(String, String)> {
         self.first
     }

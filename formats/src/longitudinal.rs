@@ -286,7 +286,7 @@ impl Document for Longitudinal {
         }
         check_fields!(c.not_negative(self.noise, "noise."): speed_mps disturbance_mps2);
         c.positive(self.noise.disturbance_time_constant_s, "noise.disturbance_time_constant_s");
-        c.shape(&self.covariance, self.parameters.len(), self.parameters.len(), "covariance");
+        c.covariance(&self.covariance, self.parameters.len(), "covariance");
         let e = &self.evidence;
         c.positive(e.sample_time_s, "evidence.sample_time_s");
         check_fields!(c.finite(e, "evidence."): least_speed_mps window_s estimation_fit

@@ -209,10 +209,10 @@ impl MultivariablePlant {
     }
 }
 
-/// Variables of the plant that are no channels.
-const NOISE: [&str; 2] = ["noise_scale", "noise_seed"];
+/// Names that no channel may have: the other variables of the plant, and the time, which is a column of every trajectory.
+const TAKEN: [&str; 3] = ["noise_scale", "noise_seed", "time"];
 
-/// The name of a channel as a variable: letters, digits and `_`, not a digit first, and unlike the variables of the noise.
+/// The name of a channel as a variable: letters, digits and `_`, not a digit first, and none of those that are taken.
 #[must_use]
 pub fn variable_name(channel: &str) -> String {
     let mut name = String::new();
@@ -225,7 +225,7 @@ pub fn variable_name(channel: &str) -> String {
     let name = name.trim_matches('_');
     match name.chars().next() {
         None => "channel".into(),
-        Some(first) if first.is_ascii_digit() || NOISE.contains(&name) => format!("c_{name}"),
+        Some(first) if first.is_ascii_digit() || TAKEN.contains(&name) => format!("c_{name}"),
         Some(_) => name.into(),
     }
 }
@@ -362,6 +362,7 @@ mod tests {
             ("°", "channel"),
             ("A + 0.1 * B", "A_0_1_B"),
             ("noise scale", "c_noise_scale"),
+            ("time", "c_time"),
         ] {
             assert_eq!(variable_name(channel), name);
         }

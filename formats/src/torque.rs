@@ -89,7 +89,7 @@ impl Document for Torque {
             c.not_negative(estimate.standard_error, &format!("{key}.standard_error"));
         }
         c.positive(self.friction_rate_radps, "friction_rate_radps");
-        c.shape(&self.covariance, 5, 5, "covariance");
+        c.covariance(&self.covariance, 5, "covariance");
         let e = &self.evidence;
         c.positive(e.sample_time_s, "evidence.sample_time_s");
         check_fields!(c.finite(e, "evidence."): estimation_fit validation_fit error_mps2

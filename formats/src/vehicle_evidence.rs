@@ -174,8 +174,7 @@ impl VehicleEvidence {
         for (i, d) in self.directions.iter().enumerate() {
             d.check(c, &format!("{at}directions[{i}]."));
         }
-        let n = self.parameters.len();
-        c.shape(&self.covariance, n, n, &format!("{at}covariance"));
+        c.covariance(&self.covariance, self.parameters.len(), &format!("{at}covariance"));
     }
 }
 

@@ -3,8 +3,9 @@
 
 use proptest::prelude::*;
 use steerwright_formats::{
-    Continuous, Discrete, Document, Error, Estimator, Evidence, Guidance, InputKind, Manoeuvre,
-    Matrix, Noise, OperatingPoint, Path, PathPoint, Plant, Provenance, Sideslip, SideslipTerm,
+    Continuous, Discrete, Document, Error, Estimator, Evidence, Guidance, InputKind, Longitudinal,
+    Manoeuvre, Matrix, Noise, OperatingPoint, Path, PathPoint, Plant, Provenance, Sideslip,
+    SideslipTerm,
 };
 
 fn plant() -> Plant {
@@ -246,4 +247,24 @@ fn a_manoeuvre_has_blocks_that_follow_each_other_and_signals_that_fit_them() {
             other => panic!("{other}"),
         }
     }
+}
+
+/// A covariance that is none is refused at the entry that is wrong: controllers are designed on vehicles drawn from it.
+#[test]
+fn a_covariance_is_symmetric_with_correlations_within_one() {
+    let text = include_str!("../../fmu/longitudinal-plant/example.json");
+    let with = |i: usize, j: usize, value: f64| {
+        let mut model = Longitudinal::from_json(text, "longitudinal.json").unwrap();
+        model.parameters = vec!["gains[0].gain".into(), "delay_s".into()];
+        model.covariance = Matrix(vec![vec![4.0, -1.0], vec![-1.0, 1.0]]);
+        model.covariance.0[i][j] = value;
+        model.checked("longitudinal.json").map_err(|e| e.to_string()).err().unwrap_or_default()
+    };
+    assert_eq!(with(1, 0, -1.0), "");
+    let negative = with(0, 0, -1e-6);
+    assert!(negative.contains("covariance[0][0]"), "{negative}");
+    let asymmetric = with(0, 1, 0.5);
+    assert!(asymmetric.contains("a covariance is symmetric"), "{asymmetric}");
+    let correlated = with(0, 0, 0.0);
+    assert!(correlated.contains("covariance[1][0]"), "{correlated}");
 }

@@ -282,9 +282,7 @@ class Plant(SimulatedModel, documents.Plant):
 
         By default 200 frequencies from a hundredth of the Nyquist frequency to just below it.
         """
-        nyquist = np.pi / self.sample_time
-        points = np.geomspace(0.01, 0.99, 200) * nyquist if omega is None else omega
-        w = np.atleast_1d(np.asarray(points, dtype=float))
+        w = _frequencies(omega, self.sample_time)
         response = _response(self.A, self.B, self.C, self.D, w * self.sample_time)
         return FrequencyResponse(w, response * np.exp(-1j * w * self.delay))
 
@@ -685,9 +683,7 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
 
         By default 200 frequencies from a hundredth of the Nyquist frequency to just below it.
         """
-        nyquist = np.pi / self.sample_time
-        points = np.geomspace(0.01, 0.99, 200) * nyquist if omega is None else omega
-        w = np.atleast_1d(np.asarray(points, dtype=float))
+        w = _frequencies(omega, self.sample_time)
         response = _responses(self.A, self.B, self.C, self.D, w * self.sample_time)
         return FrequencyResponse(w, response * np.exp(-1j * w[:, None, None] * self.delays))
 
@@ -732,7 +728,7 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
             if table.ndim == 1:
                 table = table[:, None]
             if table.ndim == 2 and table.shape[1] == len(channels):
-                return table
+                return _finite(table, channels)
             names = ", ".join(channel.name for channel in channels)
             raise Error(f"an array of the shape {table.shape}", f"pass columns in this order: {names}")
         columns = []
@@ -741,7 +737,7 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
             if name not in values:
                 raise Error(f"there is no column {channel.name!r}", f"the table has: {', '.join(map(str, values))}")
             columns.append(np.asarray(values[name], dtype=float))
-        return np.column_stack(columns)
+        return _finite(np.column_stack(columns), channels)
 
     def sample(self, n: int, seed: int = 0) -> list[Model]:
         """``n`` models drawn from the uncertainty of the estimate, in the basis of this one's states; unstable ones are
@@ -829,6 +825,27 @@ def _responses(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
     z = np.exp(1j * angle)[:, None, None]
     solved = np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(angle), *b.shape)))
     return c @ solved + d
+
+
+def _finite(table: Array, channels: Any) -> Array:
+    """The table of the channels, without a number that would be that of every later sample."""
+    rows, columns = np.nonzero(~np.isfinite(table))
+    if len(rows):
+        name = channels[columns[0]].name
+        raise Error(
+            f"{name} is {table[rows[0], columns[0]]} at sample {rows[0]}, and at {len(rows) - 1} more places",
+            "interpolate or cut what is missing before simulating",
+        )
+    return table
+
+
+def _frequencies(omega: ArrayLike | None, sample_time: float) -> Array:
+    """Those that are stated, rad/s, or 200 from a hundredth of the Nyquist frequency to just below it."""
+    points = np.geomspace(0.01, 0.99, 200) * np.pi / sample_time if omega is None else omega
+    w: Array = np.atleast_1d(np.asarray(points, dtype=float))
+    if not np.isfinite(w).all():
+        raise Error("an angular frequency is not a finite number", "pass finite numbers, in rad/s")
+    return w
 
 
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:

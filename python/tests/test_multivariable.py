@@ -43,6 +43,17 @@ def plant(table: dict[str, np.ndarray]) -> steerwright.MultivariablePlant:
     return found
 
 
+def test_what_is_no_number_is_refused_with_its_place(plant: steerwright.MultivariablePlant, table: dict[str, np.ndarray]) -> None:
+    gap = {name: values.copy() for name, values in table.items()}
+    gap["valve"][7:9] = np.nan
+    with pytest.raises(steerwright.Error, match="valve is nan at sample 7, and at 1 more places"):
+        plant.simulate(gap)
+    with pytest.raises(steerwright.Error, match="T1 is inf at sample 3"):
+        plant.simulate(table, outputs=np.where(np.arange(1600).reshape(800, 2) == 6, np.inf, 1.0))
+    with pytest.raises(steerwright.Error, match="angular frequency"):
+        plant.frequency_response([1.0, np.nan])
+
+
 def test_names_units_and_evidence_are_those_of_the_channels(plant: steerwright.MultivariablePlant, tmp_path: Path) -> None:
     assert isinstance(plant, steerwright.MultivariablePlant)
     assert (plant.input_names, plant.output_names) == (INPUTS, OUTPUTS)

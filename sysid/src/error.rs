@@ -12,13 +12,16 @@ pub enum Error {
     Log(#[from] steerwright_drivelog::Error),
     #[error("the data do not excite the system: {problem}")]
     #[diagnostic(help(
-        "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace"
+        "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace, or accelerating and braking by different amounts"
     ))]
     NotExciting { problem: String },
     #[error("the data's condition {condition:.1e} is too large for sums of products")]
     #[diagnostic(help("accumulate the data again with a QR factorisation, Decomposition::Qr"))]
     IllConditioned { condition: f64 },
-    #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
+    #[error(
+        "{got} samples of {} s are too few: {need} are needed",
+        (sample_time_s * 1e9).round() / 1e9
+    )]
     #[diagnostic(help(
         "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
     ))]

@@ -154,7 +154,10 @@ fn logs_without_information_are_rejected() {
         (row(0, 0.1, 12.0), "a log needs 100 or more"),
         (all(&|k| row(k, pedal(k), 0.0)), "the speed is 0 m/s throughout"),
         (all(&|k| row(k, pedal(k), -4.0 - pedal(k))), "reverses"),
-        (all(&|k| row(k, 0.2, 20.0 + 0.01 * (k % 3) as f64)), "0.2 1 throughout"),
+        (
+            all(&|k| row(k, 0.2, 20.0 + 0.01 * (k % 3) as f64)),
+            "the accelerator or acceleration command is 0.2 throughout",
+        ),
     ] {
         std::fs::write(folder.path().join("drive.csv"), format!("{PEDALS}\n{rows}")).unwrap();
         let output = run(folder.path(), "identify drive.csv --structure longitudinal");

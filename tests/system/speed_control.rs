@@ -209,6 +209,8 @@ fn options_of_the_other_controller_are_refused() {
         ("design longitudinal.json --latency 20ms", "--latency is an option of a steering"),
         ("design longitudinal.json --speeds 5..6", "lowest speed is 5 m/s"),
         ("design bicycle.json --grade 4%", "--grade is an option of a speed controller"),
+        ("design longitudinal.json --steady-state-error 500%", "below 100 %"),
+        ("design longitudinal.json --overshoot 101%", "at most 100 %"),
     ] {
         let refused = run(folder.path(), line);
         let text = text_of(&refused);

@@ -95,7 +95,7 @@ impl DesignOptions {
         let s = &self.requirements;
         for requirement in Requirement::ALL {
             let Some(value) = requirement.required(s) else { continue };
-            let (must, within) = bounds(requirement);
+            let (must, within) = requirement.bounds();
             require(
                 value.is_finite() && within(value),
                 requirement.label(),
@@ -215,18 +215,5 @@ impl DesignOptions {
     pub fn with_rate_of(self, plant: &DesignPlant) -> Self {
         let driven = || plant.fastest_steering();
         Self { driven_rate_radps: self.driven_rate_radps.or_else(driven), ..self }
-    }
-}
-
-/// The values that a requirement may have.
-fn bounds(requirement: Requirement) -> (&'static str, fn(f64) -> bool) {
-    use Requirement as R;
-    match requirement {
-        R::Settling => ("greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
-        R::ModulusMargin => ("at least 0 and below 1", |v| (0.0..1.0).contains(&v)),
-        R::DiskMargin => ("at least 0 and below 2", |v| (0.0..2.0).contains(&v)),
-        R::PhaseMargin => ("at least 0 and below 180°", |v| (0.0..180.0).contains(&v)),
-        R::Overshoot | R::GainMargin | R::DelayMargin => ("0 or more", |v| v >= 0.0),
-        _ => ("greater than 0", |v| v > 0.0),
     }
 }

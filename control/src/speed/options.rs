@@ -72,14 +72,16 @@ impl SpeedDesignOptions {
             ("largest deceleration", self.max_deceleration_mps2, " m/s²"),
             ("largest jerk", self.max_jerk_mps3, " m/s³"),
             ("settling band", self.settling_band_percent, " %"),
-            ("steady-state error", self.steady_state_error_percent.unwrap_or(1.0), " %"),
         ])?;
-        let overshoot = self.overshoot_percent.unwrap_or(0.0);
-        require(overshoot >= 0.0, "overshoot", (overshoot, " %"), "0 or more")?;
-        let settling = self.settling_time_s.unwrap_or(1.0);
-        let is_settling = settling > 0.0 && settling <= 60.0;
-        let must = "greater than 0 and at most 60 s";
-        require(is_settling, "settling time", (settling, " s"), must)?;
+        for (requirement, stated) in [
+            (Requirement::Overshoot, self.overshoot_percent),
+            (Requirement::Settling, self.settling_time_s),
+            (Requirement::SteadyState, self.steady_state_error_percent),
+        ] {
+            let Some(value) = stated else { continue };
+            let (must, is_within) = requirement.bounds();
+            require(is_within(value), requirement.label(), (value, requirement.unit()), must)?;
+        }
         let grade = self.grade_percent;
         let is_grade = (0.0..=30.0).contains(&grade);
         require(is_grade, "grade", (grade, " %"), "at least 0 and at most 30 %")?;

@@ -207,6 +207,8 @@ pub struct Channel {
     pub name: String,
     /// Its unit as the file states it apart from the name.
     pub unit: Option<String>,
+    /// Whether the file states apart from the name that it has no unit: `-`.
+    pub(crate) is_without_unit: bool,
     /// What it represents, where the format or the type of the message defines it.
     pub(crate) role: Option<Role>,
     /// Whether its name decides what it represents, where nothing else does.
@@ -221,10 +223,12 @@ pub struct Channel {
 
 impl Channel {
     pub(crate) fn new(name: &str, unit: Option<&str>) -> Self {
-        let unit = unit.map(str::trim).filter(|u| !u.is_empty() && *u != "-");
+        let unit = unit.map(str::trim).filter(|unit| !unit.is_empty());
+        let is_without_unit = unit == Some("-");
         Self {
             name: name.into(),
-            unit: unit.map(Into::into),
+            unit: unit.filter(|_| !is_without_unit).map(Into::into),
+            is_without_unit,
             role: None,
             has_role_by_name: true,
             has_stamps: false,

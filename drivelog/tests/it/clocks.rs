@@ -1,7 +1,7 @@
 //! Files as they are written, and clocks: merged, resampled, or refused with their place.
 
 use super::{HEADER, coarse, csv, good, rate, read_one, refused, steer, units, with_line};
-use steerwright_drivelog::{Error, Intersample, LogFile, LogOptions, read_drives, read_log};
+use steerwright_drivelog::{Error, Intersample, LogFile, LogOptions, Role, read_drives, read_log};
 
 #[test]
 fn a_clean_log_is_read_and_resampled() {
@@ -218,10 +218,13 @@ fn what_the_steering_does_between_its_samples_is_detected() {
             read_one(text.clone(), &options).unwrap()
         };
         // What is stated is not open.
-        assert_eq!(read(Some(Intersample::Bl)).assumed_period_s(Intersample::Bl), None);
+        assert_eq!(
+            read(Some(Intersample::Bl)).assumed_period_s(Role::Steering, Intersample::Bl),
+            None
+        );
         let log = read(None);
         for between in [Intersample::Bl, Intersample::Zoh] {
-            let period = log.assumed_period_s(between);
+            let period = log.assumed_period_s(Role::Steering, between);
             let is_assumed = period.is_some_and(|period| (period - 0.01).abs() < 1e-6);
             assert_eq!(is_assumed, log.channels[0].intersample == Some(between), "{name}");
         }

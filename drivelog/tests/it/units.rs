@@ -2,7 +2,7 @@
 
 use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer, units, with_line};
 use std::f64::consts::PI;
-use steerwright_drivelog::{Error, LogOptions};
+use steerwright_drivelog::{DriveLog, Error, LogOptions, Response, Role};
 
 #[test]
 fn units_and_signs_are_converted() {
@@ -165,4 +165,110 @@ fn the_speed_of_a_standstill_is_refused() {
     };
     assert!(matches!(read_one(starts.clone(), &options(0.0, 5.0)), Err(Error::Standstill { .. })));
     assert!(read_one(starts, &options(6.0, 9.0)).is_ok());
+}
+
+/// A log of the response of the speed, with the columns and units of `header` beside time and speed.
+fn pedals(
+    header: &str,
+    row: impl Fn(f64) -> String,
+    options: &LogOptions,
+) -> Result<DriveLog, Error> {
+    let bytes = csv(&format!("time_s,speed_mps,{header}"), 1000, |k| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.6},{}", 15.0 + steer(t), row(t))
+    });
+    read_one(bytes, &LogOptions { response: Response::Speed, ..options.clone() })
+}
+
+#[test]
+fn pedals_grades_and_altitudes_have_the_units_of_their_names() {
+    let o = LogOptions::default();
+    let row = |t: f64| {
+        let share = 0.5 + 5.0 * steer(t);
+        format!("{share},{},{},{}", 100.0 * share, 3.0 + 10.0 * steer(t), 100.0 + t)
+    };
+    let header = "accelerator [-],brake_pct,road_grade_percent,altitude_ft";
+    let log = pedals(header, row, &o).unwrap();
+    assert_eq!(log.warnings, Vec::<String>::new());
+    let units: Vec<&str> = log.channels.iter().map(|channel| channel.unit.as_str()).collect();
+    assert_eq!(units, ["1", "m/s", "%", "%", "ft"]);
+    let close = |x: f64, y: f64| (x - y).abs() < 1e-3;
+    let [brake, grade, altitude] =
+        [Role::Brake, Role::Grade, Role::Altitude].map(|role| log.others[&role][100]);
+    assert!(close(brake, log.input[100]), "{brake}");
+    assert!(close(grade, 0.03 + 0.1 * (brake - 0.5) / 5.0), "{grade}");
+    assert!((30.48..33.6).contains(&altitude), "{altitude}");
+    // An accelerator that is stated to have no unit is one from 0 to 1; without any statement its unit is open.
+    for header in ["accelerator [-]", "accelerator [%]", "throttle_pct", "accelerator_percent"] {
+        let row = |t: f64| format!("{}", 0.5 + 5.0 * steer(t));
+        pedals(header, row, &o).unwrap();
+    }
+    // The same in a row of units.
+    let rows = (0..1000).map(|k| {
+        let t = 0.01 * f64::from(k);
+        format!("{t:.2},{},{}\n", 15.0 + steer(t), 0.5 + 5.0 * steer(t))
+    });
+    let text = format!("time,speed,accelerator\ns,m/s,-\n{}", rows.collect::<String>());
+    let options = LogOptions { response: Response::Speed, ..o.clone() };
+    assert_eq!(read_one(text.into_bytes(), &options).unwrap().channels[0].unit, "1");
+    let error = pedals("accelerator", |t| format!("{}", 0.5 + steer(t)), &o).unwrap_err();
+    assert!(matches!(error, Error::UnitNotStated { .. }), "{error}");
+    let error = pedals("accelerator [-]", |t| format!("{}", 30.0 + steer(t)), &o).unwrap_err();
+    assert!(error.to_string().contains("beyond 1.1"), "{error}");
+    assert!(!error.to_string().contains("1.1 1"), "{error}");
+}
+
+#[test]
+fn options_of_a_steering_have_no_effect_on_the_speed_and_are_reported() {
+    let row = |t: f64| format!("{}", 0.5 + 5.0 * steer(t));
+    let plain = pedals("accelerator [1]", row, &LogOptions::default()).unwrap();
+    let stated = LogOptions {
+        steering_full_scale_rad: Some(0.4),
+        steering_ratio: Some(15.0),
+        antenna_x_m: 1.0,
+        ..LogOptions::default()
+    };
+    let log = pedals("accelerator [1]", row, &stated).unwrap();
+    assert_eq!(log.input, plain.input);
+    assert_eq!(
+        log.warnings,
+        ["steering ratio", "steering full scale", "place of the antenna"]
+            .map(|option| format!("the stated {option} has no effect on the response speed"))
+    );
+}
+
+/// Named channels, of which one is a combination, are not taken for steering and yaw rate.
+#[test]
+fn a_combination_of_channels_is_an_input_of_any_system() {
+    let bytes = csv("time_s,a,c,y", 1000, |k| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.6},{:.6},{:.6}", steer(t), rate(2.0 * t), rate(t))
+    });
+    let named = |input: &str, speed: Option<&str>| LogOptions {
+        input: Some(input.into()),
+        output: Some("y".into()),
+        inputs: vec![input.into()],
+        outputs: vec!["y".into()],
+        speed: speed.map(Into::into),
+        ..LogOptions::default()
+    };
+    let log = read_one(bytes.clone(), &named("a + 0.5 * c", Some("nosuch"))).unwrap();
+    assert_eq!(log.response, Response::Channels);
+    let sentence = "the stated channel of the speed has no effect on the response channels";
+    assert_eq!(log.warnings, [sentence]);
+    let twice = LogOptions { inputs: vec!["a".into(), "c".into(), "a".into()], ..named("a", None) };
+    let error = read_one(bytes, &twice).unwrap_err();
+    assert!(error.to_string().contains("`a` is named as an input twice"), "{error}");
+    // Of a vehicle both are as they were.
+    let log = read_one(
+        good(),
+        &LogOptions {
+            inputs: vec!["steer_rad + 0.0 * speed_mps".into()],
+            outputs: vec!["yaw_rate_radps".into()],
+            input: Some("steer_rad + 0.0 * speed_mps".into()),
+            output: Some("yaw_rate_radps".into()),
+            ..LogOptions::default()
+        },
+    );
+    assert_eq!(log.unwrap().response, Response::YawRate);
 }

@@ -159,7 +159,7 @@ impl CoSimulationUnit for IdentifiedPlant {
                 InputKind::SteeringTimesSpeed => "of the dynamics, only the gain follows it",
             };
             log.warning(format!(
-                "the speed of {} m/s is more than 20 % from the {} m/s at which the plant was \
+                "the speed of {:.4} m/s is more than 20 % from the {:.4} m/s at which the plant was \
                  identified: {consequence}",
                 self.plant.speed, data.speed
             ));

@@ -85,8 +85,14 @@ pub struct LongitudinalPlant {
 struct LongitudinalFlags {
     /// Whether initialization mode was left.
     started: bool,
+    /// Whether inputs without effect were reported.
     warned: bool,
+    /// Whether a pedal beyond its ends was reported.
+    warned_of_pedal: bool,
 }
+
+/// Values of a pedal from which on its unit is doubted: a tenth beyond its ends, for its calibration.
+const PEDAL: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 
 impl LongitudinalPlant {
     /// The plant; until the start as a start from the present settings would leave it. Parameters with which it cannot
@@ -97,6 +103,26 @@ impl LongitudinalPlant {
             let _ = self.plant.start();
         }
         &mut self.plant
+    }
+
+    /// Warns once of a pedal that is used and beyond its ends.
+    fn warn_of_pedals(&mut self, log: &mut Log) {
+        if self.flags.warned_of_pedal {
+            return;
+        }
+        let inputs = &self.plant.inputs;
+        let pedals = [
+            ("accelerator", inputs.accelerator, !self.plant.is_acceleration_commanded()),
+            ("brake", inputs.brake, self.plant.parameters.brake_gain != 0.0),
+        ];
+        for (name, value, is_used) in pedals {
+            if is_used && !PEDAL.contains(&value) {
+                self.flags.warned_of_pedal = true;
+                log.warning(format!(
+                    "{name} is {value}, beyond 0 and 1: its unit is 1, and 1 is the pressed pedal"
+                ));
+            }
+        }
     }
 
     /// Warns once of inputs that the model does not have.
@@ -203,6 +229,7 @@ impl CoSimulationUnit for LongitudinalPlant {
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
         self.warn_of_unused_inputs(log);
+        self.warn_of_pedals(log);
         self.plant.step(step).map_err(|e| refuse(&e))
     }
 

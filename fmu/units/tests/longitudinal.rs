@@ -166,6 +166,25 @@ fn gears_have_their_gains_and_commands_their_input() {
     assert!(get(&mut plant, "speed") > 1.0);
 }
 
+/// A pedal in percent drives a plant away, so that its unit is doubted.
+#[test]
+fn a_pedal_beyond_its_ends_is_reported_once() {
+    for (pedal, value) in [("accelerator", 30.0), ("accelerator", -1.0), ("brake", 30.0)] {
+        let mut plant = longitudinal();
+        start(&mut plant);
+        let mut log = Log::default();
+        set(&mut plant, pedal, 1.05);
+        plant.step(0.0, 0.1, &mut log).unwrap();
+        assert_eq!(format!("{log:?}").matches("beyond").count(), 0);
+        set(&mut plant, pedal, value);
+        plant.step(0.1, 0.1, &mut log).unwrap();
+        plant.step(0.2, 0.1, &mut log).unwrap();
+        let lines = format!("{log:?}");
+        assert_eq!(lines.matches("beyond 0 and 1").count(), 1, "{lines}");
+        assert!(lines.contains(&format!("{pedal} is {value}")), "{lines}");
+    }
+}
+
 /// Whatever changes an unknown is among its dependencies, before the start and at a communication point.
 #[test]
 fn dependencies_are_complete() {

@@ -2,8 +2,8 @@
 //! model up to the limit of grip: the one with the smallest error of the yaw rate on the validation data.
 //!
 //! All are compared on the samples that validate all of them. Structures without a chance are not tried: the speed hardly
-//! varies, or the lateral acceleration is that of linear tyres. A single-track model that is near a spin on its own drive
-//! is not chosen.
+//! varies, or the lateral acceleration is that of linear tyres and the bicycle reproduces the drive. A model that diverges
+//! on the validation data is none, and a single-track model that is near a spin on its own drive is not chosen.
 
 use crate::Error;
 use crate::data::moving::{least_speed, moving};
@@ -20,7 +20,7 @@ use crate::validation::residuals::fit::{FitWithError, fit_with_error};
 use std::borrow::Cow;
 use steerwright_drivelog::signal::{mean, standard_deviation};
 use steerwright_drivelog::{DriveLog, Response};
-use steerwright_formats::{BLOCK_S, LEAST_SPREAD, Structure};
+use steerwright_formats::{BLOCK_S, LEAST_SPREAD, ReasonCode, Structure};
 
 /// Lateral acceleration to which tyres are linear, m/s²: its 99th percentile.
 const LINEAR_MPS2: f64 = 4.0;
@@ -80,51 +80,83 @@ pub fn identify_structure(log: &DriveLog, options: &ChoiceOptions) -> Result<Cho
         Err(error) => (Cow::Borrowed(log), Some(error.to_string())),
     };
     let log = &*log;
-    let chance = |structure| match &too_slow {
+    let chance = |no_chance: fn(&DriveLog) -> Option<String>| match &too_slow {
         Some(reason) => Err(reason.clone()),
-        None => no_chance(log, structure).map_or(Ok(()), Err),
+        None => no_chance(log).map_or(Ok(()), Err),
     };
     let text = |error: Error| error.to_string();
     let steering = Steering::new(log, &options.state_space);
     let plant = state_space::identify_judged(&steering, &options.state_space);
     let first_error = plant.as_ref().err().cloned();
-    let bicycle = chance(Structure::Bicycle).and_then(|()| {
-        bicycle::identify_moving(&steering, least_mps, &options.bicycle).map_err(text)
+    let bicycle = chance(one_speed).and_then(|()| {
+        let found = bicycle::identify_moving(&steering, least_mps, &options.bicycle);
+        found.map_err(text).map(IdentifiedModel::from).and_then(bounded)
     });
-    let vehicle = chance(Structure::SingleTrack).and_then(|()| {
-        single_track::identify_moving(&steering, least_mps, &options.single_track).map_err(text)
+    // Tyres may be at their limit in turns that are gentle by the lateral acceleration, as on a slippery road.
+    let gentle =
+        if chance(one_speed).is_ok() && !is_reproduced(&bicycle) { no_speed } else { gentle };
+    let vehicle = chance(gentle).and_then(|()| {
+        let found = single_track::identify_moving(&steering, least_mps, &options.single_track);
+        found.map_err(text).map(IdentifiedModel::from).and_then(bounded)
     });
     let models = vec![
         (Structure::StateSpace, plant.map(IdentifiedModel::from).map_err(text)),
-        (Structure::Bicycle, bicycle.map(IdentifiedModel::from)),
-        (Structure::SingleTrack, vehicle.map(IdentifiedModel::from)),
+        (Structure::Bicycle, bicycle),
+        (Structure::SingleTrack, vehicle),
     ];
     choose(log, models, first_error)
 }
 
-/// Why a structure cannot be better than a simpler one on this log.
-fn no_chance(log: &DriveLog, structure: Structure) -> Option<String> {
-    let Some(speed) = log.speed.as_ref().filter(|v| v.len() == log.len() && !v.is_empty()) else {
-        return Some("the log has no speed".into());
-    };
-    let (level, spread) = (mean(speed), standard_deviation(speed));
-    if structure == Structure::Bicycle {
-        return if spread < LEAST_SPREAD * level {
-            Some(format!("the speed hardly varies ({level:.1} m/s ± {spread:.1})"))
-        } else {
-            None
-        };
+/// A model that has a simulated value at each sample of the validation data.
+fn bounded(found: IdentifiedModel) -> Result<IdentifiedModel, String> {
+    let is_bounded = found.traces.as_ref().is_none_or(|traces| {
+        let simulated = traces.simulated_yaw_rate_radps.iter().zip(&traces.is_validation);
+        simulated.filter(|(_, is_validation)| **is_validation).all(|(rate, _)| rate.is_finite())
+    });
+    if is_bounded { Ok(found) } else { Err("the model diverges on the validation data".into()) }
+}
+
+/// Whether there is a model whose fit on the validation data is no reason to doubt it.
+fn is_reproduced(found: &Result<IdentifiedModel, String>) -> bool {
+    found.as_ref().is_ok_and(|found| {
+        let reasons = &found.model.quality().reasons;
+        reasons.iter().all(|reason| reason.code != ReasonCode::LowValidationFit)
+    })
+}
+
+fn no_speed(log: &DriveLog) -> Option<String> {
+    let has_speed = log.speed.as_ref().is_some_and(|v| v.len() == log.len() && !v.is_empty());
+    if has_speed { None } else { Some("the log has no speed".into()) }
+}
+
+/// Why a bicycle that is scheduled by the speed cannot be better than a model of one speed.
+fn one_speed(log: &DriveLog) -> Option<String> {
+    if let Some(reason) = no_speed(log) {
+        return Some(reason);
     }
+    let speed = log.speed.as_deref().unwrap_or_default();
+    let (level, spread) = (mean(speed), standard_deviation(speed));
+    if spread < LEAST_SPREAD * level {
+        return Some(format!("the speed hardly varies ({level:.1} m/s ± {spread:.1})"));
+    }
+    None
+}
+
+/// Why a model of the limit of grip cannot be better than one of linear tyres.
+fn gentle(log: &DriveLog) -> Option<String> {
+    if let Some(reason) = no_speed(log) {
+        return Some(reason);
+    }
+    let speed = log.speed.as_deref().unwrap_or_default();
     let mut lateral: Vec<f64> = speed.iter().zip(&log.output).map(|(v, r)| (v * r).abs()).collect();
     lateral.sort_by(f64::total_cmp);
     let largest = lateral[(0.99 * (lateral.len() - 1) as f64) as usize];
     if largest < LINEAR_MPS2 {
-        Some(format!(
+        return Some(format!(
             "not tried: the lateral acceleration of {largest:.1} m/s² is below {LINEAR_MPS2} m/s²"
-        ))
-    } else {
-        None
+        ));
     }
+    None
 }
 
 fn choose(
@@ -231,6 +263,26 @@ mod tests {
             traces: Some(Traces::new(log, simulated, std::slice::from_ref(&validation))),
             channels: None,
         }
+    }
+
+    /// A model without a value at some of the validation data is none, however well it fits elsewhere.
+    #[test]
+    fn what_diverges_is_not_chosen() {
+        let log = log();
+        let mut diverged = vehicle(&log, 0.2, 0.0);
+        let traces = diverged.traces.as_mut().unwrap();
+        traces.simulated_yaw_rate_radps[10] = f64::NAN;
+        assert!(bounded(diverged.clone()).is_ok(), "of the estimation data");
+        let traces = diverged.traces.as_mut().unwrap();
+        traces.simulated_yaw_rate_radps[log.len() - 1] = f64::NAN;
+        let diverged = bounded(diverged);
+        assert!(!is_reproduced(&diverged));
+        let good = bounded(vehicle(&log, 0.2, 0.05));
+        assert!(is_reproduced(&good));
+        let models = vec![(Structure::Bicycle, diverged), (Structure::SingleTrack, good)];
+        let found = choose(&log, models, None).unwrap();
+        assert_eq!(found.identified.model.structure(), Structure::SingleTrack);
+        assert!(found.rows[0].fit.as_ref().unwrap_err().contains("diverges"));
     }
 
     /// Of two vehicles the better one is chosen, but not where it spins with hardly less friction.

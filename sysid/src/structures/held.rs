@@ -183,7 +183,7 @@ impl<'a> Steering<'a> {
     pub(crate) fn open_hold_s(&self) -> Option<f64> {
         match self.read() {
             Ok(read) => read.open_hold_s,
-            Err(_) => self.log.assumed_period_s(Intersample::Bl),
+            Err(_) => self.log.assumed_period_s(Role::Steering, Intersample::Bl),
         }
     }
 }
@@ -245,7 +245,7 @@ impl<'a> Read<'a> {
             warning: None,
         };
         if let Some(period_s) =
-            log.assumed_period_s(Intersample::Zoh).filter(|period| matters(*period))
+            log.assumed_period_s(Role::Steering, Intersample::Zoh).filter(|period| matters(*period))
         {
             let moving_on = Held::new(log, Between::MovingOn, options)?;
             let found = evidence(&moving_on, &as_read);
@@ -257,7 +257,7 @@ impl<'a> Read<'a> {
                 return Ok(Self { open_hold_s: Some(period_s), ..certain(as_read) });
             }
         }
-        let Some(period_s) = log.assumed_period_s(Intersample::Bl) else {
+        let Some(period_s) = log.assumed_period_s(Role::Steering, Intersample::Bl) else {
             return Ok(certain(as_read));
         };
         // Lines between samples that are not those of the model are no lines of its input.

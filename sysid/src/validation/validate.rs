@@ -99,7 +99,9 @@ pub fn held_as<'a>(
     let is_same = same.any(|c| own.is_some_and(|own| own.column == c.column));
     let moves_on = is_same && own.is_some_and(|c| c.intersample == Some(Intersample::Foh));
     let is_along_lines = is_same && own.is_some_and(|c| c.along_lines);
-    let between = match [Intersample::Bl, Intersample::Zoh].map(|read| log.assumed_period_s(read)) {
+    let between = match [Intersample::Bl, Intersample::Zoh]
+        .map(|read| log.assumed_period_s(Role::Steering, read))
+    {
         [Some(period_s), _] if is_held => Between::Held(period_s),
         [Some(_), _] if is_along_lines => Between::Lines,
         [_, Some(_)] if moves_on => Between::MovingOn,

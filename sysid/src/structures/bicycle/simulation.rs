@@ -43,6 +43,8 @@ impl Simulation {
         let bounded = estimation.is_some() && validation.is_some();
         let mut fit = |errors: Option<Vec<Vec<f64>>>, ranges: &[Range<usize>]| {
             let Some(errors) = errors else {
+                // No simulated value is that of the model.
+                ranges.iter().for_each(|range| simulated[range.clone()].fill(f64::NAN));
                 return FitWithError { fit: Self::LOST, standard_error: None, blocks: 0 };
             };
             for (range, errors) in ranges.iter().zip(errors) {

@@ -13,8 +13,8 @@ use crate::structures::longitudinal::noise::{self, Noise};
 use crate::structures::longitudinal::signals::{Piece, Signals, samples};
 use crate::structures::longitudinal::start::{priors, schedules};
 use faer::Mat;
-use steerwright_drivelog::Role;
-use steerwright_formats::Estimate;
+use steerwright_drivelog::{DriveLog, Role};
+use steerwright_formats::{Estimate, Intersample, NORMAL_95};
 
 /// Steps of each search.
 const STEPS: usize = 30;
@@ -42,6 +42,8 @@ pub(super) struct Fit {
     pub(super) noise: Noise,
     /// Share of each gain in what the command does on the estimation data.
     pub(super) shares: Vec<f64>,
+    /// Longest period of accelerator and brake, s, where the log does not show whether they are held over it.
+    pub(super) open_hold_s: Option<f64>,
 }
 
 /// The least-squares problem of one schedule and noise.
@@ -102,10 +104,11 @@ impl Fit {
         }
         problem.free.sort_unstable();
         point = problem.alternated(point, ROUNDS).ok_or_else(failed)?;
-        let covariance = problem.covariance(&point)?;
+        let mut covariance = problem.covariance(&point)?;
+        let open_hold_s = widen_delays(&mut covariance, signals.log);
         let shares = problem.shares_of_gains();
         let Problem { schedule, noise, free, priors, .. } = problem;
-        Ok(Self { schedule, point, free, priors, covariance, noise, shares })
+        Ok(Self { schedule, point, free, priors, covariance, noise, shares, open_hold_s })
     }
 
     /// Mean of the gains as they are used, and its standard error.
@@ -123,6 +126,21 @@ impl Fit {
     pub(super) fn standard_error(&self, index: usize) -> f64 {
         self.covariance[(index, index)].max(0.0).sqrt()
     }
+}
+
+/// Widens the 95 % bands of the delays by what they are longer if an input is held that was read as moving on between its
+/// samples: half a period. Returns the longest period.
+///
+/// Both fit equally well, since a delay of half a period is all that they differ by below half of the sample rate.
+fn widen_delays(covariance: &mut Mat<f64>, log: &DriveLog) -> Option<f64> {
+    let mut longest_s: Option<f64> = None;
+    for (role, place) in [(Role::LongitudinalCommand, DELAY), (Role::Brake, BRAKE_DELAY)] {
+        let Some(period_s) = log.assumed_period_s(role, Intersample::Bl) else { continue };
+        longest_s = Some(longest_s.map_or(period_s, |longest| longest.max(period_s)));
+        let error = covariance[(place, place)].max(0.0).sqrt();
+        covariance[(place, place)] = (error + 0.5 * period_s / NORMAL_95).powi(2);
+    }
+    longest_s
 }
 
 fn average_gain(schedule: &Schedule, point: &Point) -> f64 {

@@ -22,6 +22,9 @@ const VARYING_GAIN: f64 = 0.08;
 /// Logarithm of a ratio of likelihoods from which a variation is not by chance: the deviation is no less than 0, so this is
 /// half of the 90 % quantile of χ² with a degree of freedom.
 const SIGNIFICANT: f64 = 1.35;
+/// Longest period of pedals, s, over which it may stay open whether they are held: half of it is a tenth of a radian at
+/// 0.3 Hz, above the bandwidth of a speed controller that settles within 4 s.
+const LONGEST_OPEN_HOLD_S: f64 = 0.106;
 /// Fits in percent.
 const GOOD_FIT: f64 = 60.0;
 const LEAST_FIT: f64 = 30.0;
@@ -198,6 +201,7 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),
+            ReasonCode::SlowLog => advice.push("state whether the pedals are held between their samples (option intersample: zoh, foh or bl), or log them at 10 Hz or more".into()),
             _ => drive_again = true,
         }
     }
@@ -332,6 +336,11 @@ fn parameters(model: &Longitudinal, fit: &Fit, reasons: &mut Vec<Reason>) {
             let reason = Reason::new(ReasonCode::UnusualParameter, Grade::Warn, message);
             reasons.push(reason.compared(curvature.value.abs(), high, "1"));
         }
+    }
+    if let Some(period_s) = fit.open_hold_s.filter(|period| *period > LONGEST_OPEN_HOLD_S) {
+        let message = "the log does not show whether the pedals are held over their period or move on within it, which the delay depends on";
+        let reason = Reason::new(ReasonCode::SlowLog, Grade::Warn, message);
+        reasons.push(reason.compared(period_s, LONGEST_OPEN_HOLD_S, "s"));
     }
     let free = -model.resistance_mps2.value;
     if free - NORMAL_95 * model.resistance_mps2.standard_error > LARGEST_FREE_ACCELERATION {

@@ -6,7 +6,9 @@ use super::options::LongitudinalOptions;
 use super::{identify_longitudinal, validate_longitudinal};
 use car::{Car, Drive};
 use steerwright_drivelog::{DriveLog, LogOptions, Response, read_log};
-use steerwright_formats::{Document, Estimate, Grade, Longitudinal, ReasonCode};
+use steerwright_formats::{
+    Document, Estimate, Grade, Intersample, Longitudinal, NORMAL_95, ReasonCode,
+};
 
 fn read(csv: &str) -> Result<DriveLog, String> {
     let options = LogOptions { response: Response::Speed, ..LogOptions::default() };
@@ -52,6 +54,40 @@ fn estimates(model: &Longitudinal, car: &Car) -> Vec<(&'static str, Estimate, f6
         all.push(("grade", share, 1.0));
     }
     all
+}
+
+/// Every row, or every one of a number of rows, of a log.
+fn every(rows: usize, csv: &str) -> String {
+    let kept = |(line, _): &(usize, &str)| *line == 0 || (line - 1).is_multiple_of(rows);
+    csv.lines().enumerate().filter(kept).map(|(_, row)| format!("{row}\n")).collect()
+}
+
+/// A pedal that is held and one that moves on between its samples fit equally well, with half a period between their
+/// delays.
+#[test]
+fn the_band_of_the_delay_covers_a_pedal_that_may_be_held() {
+    let drive = Car { hills: 0.0, ..Car::linear() }.drive(1, 400.0);
+    let with = |csv: &str, intersample| {
+        let options =
+            LogOptions { response: Response::Speed, intersample, ..LogOptions::default() };
+        let log = read_log(&[("drive.csv".into(), csv.as_bytes().to_vec())], &options).unwrap();
+        identify_longitudinal(&log, &LongitudinalOptions::default()).unwrap()
+    };
+    let tenth = every(5, &drive);
+    let [open, moving_on, held] =
+        [None, Some(Intersample::Bl), Some(Intersample::Zoh)].map(|stated| with(&tenth, stated));
+    let widened = moving_on.delay_s.standard_error + 0.05 / NORMAL_95;
+    assert!((open.delay_s.standard_error / widened - 1.0).abs() < 1e-9, "{:?}", open.delay_s);
+    let apart = moving_on.delay_s.value - held.delay_s.value;
+    assert!((apart - 0.05).abs() < 0.01, "{:?} {:?}", moving_on.delay_s, held.delay_s);
+    let half = |model: &Longitudinal| NORMAL_95 * model.brake.unwrap().delay_s.standard_error;
+    assert!(half(&open) > half(&moving_on) + 0.049);
+    assert_eq!(open.quality.grade, Grade::Pass, "{:?}", open.quality);
+    // Half of a second is too much to leave open.
+    let slow = with(&every(25, &drive), None);
+    let codes: Vec<ReasonCode> = slow.quality.reasons.iter().map(|reason| reason.code).collect();
+    assert!(codes.contains(&ReasonCode::SlowLog), "{:?}", slow.quality);
+    assert!(slow.quality.advice.iter().any(|line| line.contains("intersample")));
 }
 
 fn lacks_the_gear_alone(model: &Longitudinal) -> bool {

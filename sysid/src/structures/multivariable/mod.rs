@@ -35,7 +35,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use steerwright_drivelog::{DriveLog, Response, Role, without_unit};
 use steerwright_formats::{
-    ChannelSummary, Continuous, Discrete, Document, Matrix, Model, MultivariablePlant,
+    ChannelSummary, Continuous, Discrete, Document, InputKind, Matrix, Model, MultivariablePlant,
     MultivariableUncertainty, PlantInput, PlantOutput, Provenance, variable_name,
 };
 
@@ -80,6 +80,10 @@ pub fn identify_channels(
     options.check_for(log.channels_of("output").count().max(1))?;
     if log.response != Response::Channels {
         return Err(Error::ChannelsNeeded { response: log.response });
+    }
+    if options.input_kind != InputKind::Steering {
+        let (option, value) = ("model input", options.input_kind.name());
+        return Err(Error::option(option, value, "no other input than the named channels"));
     }
     if options.detrend == Detrend::Linear {
         return Err(Error::option("detrend", "linear", "mean or none for named channels"));

@@ -5,7 +5,7 @@ use crate::structures::bicycle::reference::Reference;
 use crate::validation::faults::clocks::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::faults::play::play;
 use crate::validation::residuals::pairs::pairs;
-use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::{DriveLog, Role};
 use steerwright_formats::Intersample;
 
 /// Share of the yaw rate that the reference may leave: a recording that it does not follow is not judged by it.
@@ -50,7 +50,7 @@ impl SteeringFaults {
             yaw_rate_lag_s: yaw_rate_lag(
                 &reference,
                 &recorded,
-                0.5 * log.assumed_period_s(Intersample::Bl).unwrap_or_default(),
+                0.5 * log.assumed_period_s(Role::Steering, Intersample::Bl).unwrap_or_default(),
             ),
         }
     }
