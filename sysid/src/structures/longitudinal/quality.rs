@@ -175,17 +175,28 @@ fn unknown_gear(model: &Longitudinal, has_single_gear: bool) -> Option<Reason> {
 
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
+    let column = |role: Role| {
+        let mut channels = model.evidence.channels.iter();
+        channels
+            .find(|channel| channel.role == role.key())
+            .map_or("NAME", |channel| channel.column.as_str())
+    };
+    // Of gravity that drives uphill.
+    let is_reversed = model.grade_coefficient.is_some_and(|share| share.value < -GRADE_TOLERANCE);
     let mut advice = Vec::new();
     let mut drive_again = false;
     for reason in reasons {
         match reason.code {
+            ReasonCode::UnusualParameter if is_reversed => {
+                let source = &model.grade_source;
+                let role = [Role::Grade, Role::Pitch, Role::Altitude];
+                let role = role.into_iter().find(|role| role.key() == source);
+                let name = role.map_or("NAME", column);
+                advice.push(format!(
+                    "reverse the sign of the {source}: --channel {source}=\"-{name}\""
+                ));
+            }
             ReasonCode::WrongSign => {
-                let column = |role: Role| {
-                    let mut channels = model.evidence.channels.iter();
-                    channels
-                        .find(|channel| channel.role == role.key())
-                        .map_or("NAME", |channel| channel.column.as_str())
-                };
                 let name = column(Role::LongitudinalCommand);
                 advice.push(if model.command_unit == "m/s2" {
                     format!("reverse the sign of the command: --input-channel=\"-{name}\"")

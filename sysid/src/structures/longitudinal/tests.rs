@@ -56,6 +56,20 @@ fn estimates(model: &Longitudinal, car: &Car) -> Vec<(&'static str, Estimate, f6
     all
 }
 
+#[test]
+fn a_grade_of_the_other_sign_is_named_with_what_reverses_it() {
+    let drive = Car { logs_grade: true, ..Car::linear() }.drive(2, 400.0);
+    let channels = [("grade".to_owned(), "-grade".to_owned())].into();
+    let options = LogOptions { response: Response::Speed, channels, ..LogOptions::default() };
+    let log = read_log(&[("drive.csv".into(), drive.into_bytes())], &options).unwrap();
+    let model = identify_longitudinal(&log, &LongitudinalOptions::default()).unwrap();
+    assert!((model.grade_coefficient.unwrap().value + 1.0).abs() < 0.3);
+    assert_eq!(model.quality.codes().to_string(), "unusual-parameter");
+    let advice = &model.quality.advice;
+    assert!(advice[0].starts_with("reverse the sign of the grade: --channel grade="), "{advice:?}");
+    assert_eq!(advice.len(), 1, "{advice:?}");
+}
+
 /// Every row, or every one of a number of rows, of a log.
 fn every(rows: usize, csv: &str) -> String {
     let kept = |(line, _): &(usize, &str)| *line == 0 || (line - 1).is_multiple_of(rows);

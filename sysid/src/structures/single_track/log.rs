@@ -137,8 +137,6 @@ pub(crate) fn identify_moving(
             simulated[range.clone()].copy_from_slice(&segment.yaw_rate_radps);
         }
     }
-    // A file holds finite numbers only.
-    simulated.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
     let mut evidence = evidence(log, &recording, &ranges, &found, warnings)?;
     evidence.channels.clone_from(&held.channels);
     evidence.open_hold_s = steering.open_hold_s();
