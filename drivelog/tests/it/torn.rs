@@ -33,8 +33,13 @@ fn zeros_at_the_end_are_left_out_with_a_warning() {
     // `1` may have been `15.0`.
     is_read(with_end(&format!("10.00,0.02,0.1,1{zeros}")), 1000, "zeros cut the row off");
     is_read(with_end(&format!("10.00,0.02,0.1,1{zeros}\n")), 1000, "zeros cut the row off");
-    let within = with_end(&format!("{zeros}\n{}\n", good_row(1000)));
-    assert!(matches!(refused(within, &LogOptions::default()), Error::NotText { line: 1002, .. }));
+    // Within a file, what stands beside them in a row may be a part of it.
+    let within = with_end(&format!("{zeros}{}\n{}\n", good_row(1000), good_row(1001)));
+    is_read(within, 1001, "1 row with zeros among the bytes, as after a loss of power, the first");
+    let torn = with_end(&format!("10.00,0.0{zeros}\n{}\n", good_row(1001)));
+    is_read(torn, 1001, "1 row with zeros among the bytes, as after a loss of power, the first");
+    let often = with_end(&format!("{zeros}{}\n", good_row(1000)).repeat(20));
+    assert!(matches!(refused(often, &LogOptions::default()), Error::NotText { line: 1002, .. }));
     let none = refused(vec![0; 5000], &LogOptions::default());
     assert!(matches!(none, Error::NotText { .. }), "{none:?}");
 }

@@ -196,7 +196,8 @@ impl<R: Read> WithoutComments<R> {
             return;
         }
         self.at_line_end = b"\r\n".contains(&byte);
-        if self.zeros > 0 && !self.at_line_end {
+        // The end of the line belongs to the zeros, unless a row began before them.
+        if self.zeros > 0 && (self.is_torn || !self.at_line_end) {
             self.zeros = 0;
             let line = std::mem::replace(&mut self.line, self.line_of_zeros);
             self.pass(0);

@@ -19,6 +19,8 @@ pub(super) struct Losses {
     pub(super) repeated: Option<(u64, u64)>,
     /// The first of the rows at the end that are none of values, and how many they are.
     pub(super) last: Option<(Error, usize)>,
+    /// Rows with zeros among their bytes, and the line of the first.
+    pub(super) torn: Option<(u64, u64)>,
     /// Zeros at the end.
     pub(super) zeros: u64,
 }
@@ -27,7 +29,17 @@ impl Losses {
     pub(super) fn new(top: Vec<String>, columns: usize) -> Self {
         let bad = (0..columns).map(|_| None).collect();
         let late = vec![None; columns];
-        Self { top, bad, late, short: None, marked: None, repeated: None, last: None, zeros: 0 }
+        Self {
+            top,
+            bad,
+            late,
+            short: None,
+            marked: None,
+            repeated: None,
+            last: None,
+            torn: None,
+            zeros: 0,
+        }
     }
 
     pub(super) fn sentences(&self, file: &str, channels: &[Channel]) -> Vec<String> {
@@ -52,6 +64,10 @@ impl Losses {
             1 => format!("{error}: this last row is not read"),
             rows => format!("{error}: the last {rows} rows are not read"),
         });
+        let torn = self.torn.map(|(count, line)| {
+            let rows = number(count, "row");
+            format!("{file}: {rows} with zeros among the bytes, as after a loss of power, the first at line {line}: not read")
+        });
         let zeros = if self.zeros > 0 {
             let bytes = number(self.zeros, "byte");
             Some(format!("{file}: {bytes} of 0 at the end, as after a loss of power, not read"))
@@ -69,6 +85,6 @@ impl Losses {
         });
         let top = self.top.clone().into_iter();
         let rows = top.chain(short).chain(marked).chain(repeated);
-        rows.chain(bad).chain(late).chain(last).chain(zeros).collect()
+        rows.chain(bad).chain(late).chain(last).chain(torn).chain(zeros).collect()
     }
 }

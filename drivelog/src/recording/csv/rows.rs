@@ -48,6 +48,9 @@ pub(super) struct Csv<'a> {
     pub(super) lengths: [usize; 16],
 }
 
+/// Rows among which one with zeros is tolerated, as bad cells are.
+const ROWS_OF_A_TORN_ONE: u64 = 100;
+
 /// Whether a record goes over several lines.
 fn has_line_end(bytes: &[u8]) -> bool {
     bytes.iter().any(|byte| matches!(byte, b'\n' | b'\r'))
@@ -59,21 +62,43 @@ impl Csv<'_> {
             *record = held?;
             return Ok(true);
         }
-        let more = self.read(record).map_err(|e| self.fault(&e))?;
-        if record.as_slice().contains(&0) {
-            return Err(Error::NotText { file: self.table.file.clone(), line: line(record) });
-        }
-        Ok(more)
+        self.read(record)
     }
 
-    /// Reads a record with its line in the file.
-    fn read(&mut self, record: &mut csv::ByteRecord) -> csv::Result<bool> {
-        let more = self.reader.read_byte_record(record)?;
-        let byte = record.position().map_or(0, csv::Position::byte);
-        if let Some(line) = self.reader.get_mut().line_at(byte) {
-            set_line(record, line);
+    /// Reads a record with its line in the file. Rows with zeros among their bytes, of a block that was not written, are left
+    /// out where they are few: what follows the zeros may be the end of a row.
+    fn read(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
+        let mut last_torn = None;
+        loop {
+            let more = self.reader.read_byte_record(record).map_err(|e| self.fault(&e))?;
+            if let Some((line, byte)) = last_torn.take() {
+                self.note_torn(line, byte, more)?;
+            }
+            let byte = record.position().map_or(0, csv::Position::byte);
+            if let Some(line) = self.reader.get_mut().line_at(byte) {
+                set_line(record, line);
+            }
+            if !record.as_slice().contains(&0) {
+                return Ok(more);
+            }
+            last_torn = Some((line(record), byte));
         }
-        Ok(more)
+    }
+
+    /// Counts a row with zeros among its bytes, with its line and byte; the last of the file is cut off.
+    fn note_torn(&mut self, line: u64, byte: u64, more: bool) -> Result<(), Error> {
+        let file = self.table.file.clone();
+        if self.has_rows && !more {
+            let problem = "zeros cut the row off".into();
+            self.losses.last = Some((Error::Read { file, byte, problem }, 1));
+            return Ok(());
+        }
+        let (torn, first) = self.losses.torn.get_or_insert((0, line));
+        *torn += 1;
+        if !self.has_rows || *torn > 1 + self.count / ROWS_OF_A_TORN_ONE {
+            return Err(Error::NotText { file, line: *first });
+        }
+        Ok(())
     }
 
     fn fault(&mut self, error: &csv::Error) -> Error {
@@ -97,17 +122,10 @@ impl Csv<'_> {
                 Ok(true)
                     if is_blank(&record)
                         || is_comment_record(&record) && !has_line_end(record.as_slice()) => {}
-                Ok(true) if record.as_slice().contains(&0) => {
-                    let file = self.table.file.clone();
-                    self.held.push_back(Err(Error::NotText { file, line: line(&record) }));
-                }
                 Ok(true) => self.held.push_back(Ok(std::mem::take(&mut record))),
                 Ok(false) => break,
                 // The reader does not meet it again.
-                Err(error) => {
-                    let fault = self.fault(&error);
-                    self.held.push_back(Err(fault));
-                }
+                Err(error) => self.held.push_back(Err(error)),
             }
         }
         self.held.len()
