@@ -17,8 +17,7 @@ use steerwright_formats::{
 };
 use steerwright_report::figures;
 use steerwright_report::{Report, WIDTH};
-use steerwright_sysid::structures::IdentifiedModel;
-use steerwright_sysid::{Accumulated, Traces};
+use steerwright_sysid::{Accumulated, IdentifiedModel, Traces};
 
 pub use crate::failure::Failure;
 pub use crate::terminal::progress::Observer;

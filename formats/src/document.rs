@@ -11,10 +11,8 @@ pub enum Error {
     Syntax { file: String, line: usize, column: usize, path: String, problem: String },
     #[error("{file}: at `schema`: found {found}, expected `{expected}`")]
     Schema { file: String, found: String, expected: &'static str },
-    #[error(
-        "{file}: at `schema`: `{schema}` is no plant, bicycle, vehicle, torque or longitudinal model"
-    )]
-    NoModel { file: String, schema: String },
+    #[error("{file}: at `schema`: `{schema}` is no {kinds} model")]
+    NoModel { file: String, schema: String, kinds: String },
     #[error("{file}: at `{path}`: {problem}")]
     Value { file: String, path: String, problem: String },
 }

@@ -112,7 +112,7 @@ pub use uncertainty::{
 pub use unit::PhysicalUnit;
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 pub use vehicle_evidence::{Prior, SimulationFit, VehicleEvidence, VehicleParameter, correlated};
-pub use words::UnknownWord;
+pub use words::{UnknownWord, alternatives};
 
 /// Of a number that a file need not state.
 #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde requires

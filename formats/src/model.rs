@@ -15,6 +15,7 @@ use crate::quality::Quality;
 use crate::sideslip::Sideslip;
 use crate::torque::Torque;
 use crate::vehicle::Vehicle;
+use crate::words::alternatives;
 
 /// The structure of a model; simpler ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -40,16 +41,10 @@ crate::words!(Structure {
 });
 
 impl Structure {
-    /// The usual name of a model's file.
+    /// The usual name of a model's file, which is that of its schema.
     #[must_use]
-    pub fn file_name(self) -> &'static str {
-        match self {
-            Self::StateSpace => "plant.json",
-            Self::Bicycle => "bicycle.json",
-            Self::SingleTrack => "vehicle.json",
-            Self::Torque => "torque.json",
-            Self::Longitudinal => "longitudinal.json",
-        }
+    pub fn file_name(self) -> String {
+        format!("{}.json", self.kind())
     }
 
     /// The schema of a model's file.
@@ -64,6 +59,16 @@ impl Structure {
         }
     }
 
+    /// The kind of document in its schema.
+    fn kind(self) -> &'static str {
+        kind(self.schema())
+    }
+
+    /// The one whose documents have a schema, of any version.
+    fn from_schema(schema: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|structure| structure.kind() == kind(schema))
+    }
+
     /// Whether its models are of the lateral dynamics, from a steering angle to the yaw rate: `auto` chooses one of these,
     /// controllers of the steering are designed on them, and one replaces another.
     #[must_use]
@@ -72,14 +77,10 @@ impl Structure {
     }
 }
 
-/// The kind of document of a schema such as `steerwright/plant/1`, empty where it is another program's; `None` without
-/// a schema.
-fn kind(schema: &str) -> Option<&str> {
-    if schema.is_empty() {
-        return None;
-    }
+/// The kind of document of a schema such as `steerwright/plant/1`, empty where it is another program's.
+fn kind(schema: &str) -> &str {
     let own = schema.strip_prefix("steerwright/").and_then(|rest| rest.split('/').next());
-    Some(own.unwrap_or_default())
+    own.unwrap_or_default()
 }
 
 /// A model: the document of its structure.
@@ -104,9 +105,7 @@ impl Model {
     /// Whether a JSON text states the schema of a model, of any version.
     #[must_use]
     pub fn is_in(text: &str) -> bool {
-        let schema = schema_of(text).unwrap_or_default();
-        let found = kind(&schema);
-        Structure::ALL.iter().any(|structure| kind(structure.schema()) == found)
+        Structure::from_schema(&schema_of(text).unwrap_or_default()).is_some()
     }
 
     /// Reads a model; `file` is its name in errors.
@@ -116,19 +115,26 @@ impl Model {
     pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
         // Of any version, so that another version is rejected as such.
         let schema = schema_of(text).unwrap_or_default();
-        Ok(match kind(&schema) {
-            Some("bicycle") => Self::Bicycle(Box::new(Bicycle::from_json(text, file)?)),
-            Some("vehicle") => Self::SingleTrack(Box::new(Vehicle::from_json(text, file)?)),
-            Some("torque") => Self::Torque(Box::new(Torque::from_json(text, file)?)),
-            Some("longitudinal") => {
-                Self::Longitudinal(Box::new(Longitudinal::from_json(text, file)?))
+        let structure = match Structure::from_schema(&schema) {
+            Some(structure) => structure,
+            // It may be no JSON.
+            None if schema.is_empty() => Structure::StateSpace,
+            None => {
+                let kinds = alternatives(&Structure::ALL.map(Structure::kind));
+                return Err(Error::NoModel { file: file.into(), schema, kinds });
             }
-            Some("plant") if schema == MultivariablePlant::SCHEMA => {
+        };
+        Ok(match structure {
+            Structure::StateSpace if schema == MultivariablePlant::SCHEMA => {
                 Self::Multivariable(Box::new(MultivariablePlant::from_json(text, file)?))
             }
-            // Without a schema, it may be no JSON.
-            Some("plant") | None => Self::StateSpace(Box::new(Plant::from_json(text, file)?)),
-            Some(_) => return Err(Error::NoModel { file: file.into(), schema }),
+            Structure::StateSpace => Self::StateSpace(Box::new(Plant::from_json(text, file)?)),
+            Structure::Bicycle => Self::Bicycle(Box::new(Bicycle::from_json(text, file)?)),
+            Structure::SingleTrack => Self::SingleTrack(Box::new(Vehicle::from_json(text, file)?)),
+            Structure::Torque => Self::Torque(Box::new(Torque::from_json(text, file)?)),
+            Structure::Longitudinal => {
+                Self::Longitudinal(Box::new(Longitudinal::from_json(text, file)?))
+            }
         })
     }
 
@@ -188,11 +194,7 @@ impl Model {
     pub fn plant(&self) -> Option<&Plant> {
         match self {
             Self::StateSpace(plant) => Some(plant),
-            Self::Bicycle(_)
-            | Self::SingleTrack(_)
-            | Self::Torque(_)
-            | Self::Longitudinal(_)
-            | Self::Multivariable(_) => None,
+            _ => None,
         }
     }
 
@@ -201,11 +203,7 @@ impl Model {
     pub fn multivariable(&self) -> Option<&MultivariablePlant> {
         match self {
             Self::Multivariable(plant) => Some(plant),
-            Self::StateSpace(_)
-            | Self::Bicycle(_)
-            | Self::SingleTrack(_)
-            | Self::Torque(_)
-            | Self::Longitudinal(_) => None,
+            _ => None,
         }
     }
 
@@ -214,11 +212,7 @@ impl Model {
     pub fn longitudinal(&self) -> Option<&Longitudinal> {
         match self {
             Self::Longitudinal(model) => Some(model),
-            Self::StateSpace(_)
-            | Self::Bicycle(_)
-            | Self::SingleTrack(_)
-            | Self::Torque(_)
-            | Self::Multivariable(_) => None,
+            _ => None,
         }
     }
 
@@ -355,14 +349,8 @@ mod tests {
     fn a_model_is_read_by_its_schema_and_other_documents_are_none() {
         let read =
             |schema: &str| Model::from_json(&format!("{{\"schema\": \"{schema}\"}}"), "m.json");
-        for (kind, rejected) in [
-            ("plant", false),
-            ("bicycle", false),
-            ("vehicle", false),
-            ("torque", false),
-            ("longitudinal", false),
-            ("pid", true),
-        ] {
+        let kinds = Structure::ALL.map(|structure| (structure.kind(), false));
+        for (kind, rejected) in kinds.into_iter().chain([("pid", true)]) {
             let schema = format!("steerwright/{kind}/1");
             let error = read(&schema).unwrap_err();
             assert_eq!(matches!(error, Error::NoModel { .. }), rejected, "{error}");
@@ -371,6 +359,9 @@ mod tests {
             let later = read(&format!("steerwright/{kind}/99")).unwrap_err().to_string();
             assert!(later.contains("/99`"), "{later}");
         }
+        let pid = read("steerwright/pid/1").unwrap_err().to_string();
+        let kinds = "is no plant, bicycle, vehicle, torque or longitudinal model";
+        assert!(pid.ends_with(kinds), "{pid}");
         assert!(matches!(read("plant"), Err(Error::NoModel { .. })));
         assert!(matches!(Model::from_json("{", "m.json"), Err(Error::Syntax { .. })));
         assert!(matches!(Model::from_json("{}", "m.json"), Err(Error::Schema { .. })));

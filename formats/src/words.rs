@@ -63,14 +63,21 @@ impl UnknownWord {
         self
     }
 
-    /// The words that it may be, as `a, b or c`.
+    /// The words that it may be, as [`alternatives`].
     #[must_use]
     pub fn expected(&self) -> String {
-        match self.words.split_last() {
-            Some((last, [])) => (*last).into(),
-            Some((last, first)) => format!("{} or {last}", first.join(", ")),
-            None => "nothing".into(),
-        }
+        alternatives(&self.words)
+    }
+}
+
+/// Words as `a, b or c`.
+#[must_use]
+pub fn alternatives<W: AsRef<str>>(words: &[W]) -> String {
+    let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+    match words.split_last() {
+        Some((last, [])) => (*last).into(),
+        Some((last, first)) => format!("{} or {last}", first.join(", ")),
+        None => "nothing".into(),
     }
 }
 

@@ -300,6 +300,6 @@ def merge_sweep(study: File, pieces: Sequence[File], **options: Unpack[MergeSwee
 
 
 def load(file: File) -> Any:
-    """The object of any document of this package: plant, bicycle, vehicle, torque, longitudinal model, controller of the
-    steering or of the speed, path, manoeuvre."""
+    """The object of any document of this package: model, controller of the steering or of the speed, path,
+    manoeuvre."""
     return load_document(file, (*MODELS, Controller, SpeedController, Path, Manoeuvre))

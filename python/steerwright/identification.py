@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, overload
+from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +14,13 @@ from ._native import Log
 from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
 from .plant import (
+    MODELS,
     RESPONSES,
+    AnyModel,
     Bicycle,
     LateralModel,
     Longitudinal,
     MultivariablePlant,
-    OtherModel,
     Plant,
     Signals,
     Torque,
@@ -91,7 +92,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | OtherModel | MultivariablePlant: ...
+) -> AnyModel: ...
 @documented("identify")
 def identify(
     log: AnyLog,
@@ -100,7 +101,7 @@ def identify(
     *,
     speed: ArrayLike | None = None,
     **options: Unpack[IdentifyOptions],
-) -> LateralModel | OtherModel | MultivariablePlant:
+) -> AnyModel:
     """Identifies the lateral dynamics in a log: steering angle in, yaw rate out.
 
     ``log`` is a :class:`Log`, an :class:`Accumulator`, or whatever :func:`read` takes, with its options; or three
@@ -108,9 +109,8 @@ def identify(
     (m/s, a number or an array) if it is known.
     By default the model is a :class:`Plant`, a :class:`Bicycle` or a :class:`Vehicle`, whichever has
     the smallest error on the validation data; ``structure="state-space"``, ``"bicycle"`` and ``"single-track"`` name one
-    of them, ``"torque"`` a :class:`Torque`, and ``"longitudinal"`` a :class:`Longitudinal`. A :class:`Log` is read with
-    ``response="motion"`` for the single track, with ``response="lateral-acceleration"`` for the torque, and with
-    ``response="speed"`` for the longitudinal model. Several channels in ``input_channel`` and ``output_channel``, or
+    of them, another ``structure`` the class of its document, such as :class:`Torque`. A :class:`Log` is read with the
+    ``response`` that :func:`read` states for the structure. Several channels in ``input_channel`` and ``output_channel``, or
     channels that are no steering angle and no yaw rate, make a :class:`MultivariablePlant` of any system, also
     where type checkers expect the model of a vehicle. The document is that which ``steerwright identify`` writes, byte
     for byte. Whether it can be trusted is in ``quality``.
@@ -123,8 +123,9 @@ def identify(
         log = _of_arrays(log, yaw_rate, dt, speed)
     if isinstance(log, Accumulator):
         with _progress.shown() as progress:
-            text = log._filled().identify(keywords, progress)
-        return _warned(Plant(text), ())
+            plant = Plant(log._filled().identify(keywords, progress))
+        _warn(plant, ())
+        return plant
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
@@ -139,13 +140,14 @@ def identify(
             raise Error(f"{wrong[0]}: the log is read already", "pass it to steerwright.read")
     with _progress.shown() as progress:
         text, traces, channels = _native.identify(log, keywords, progress)
+    model: AnyModel
     if channels is not None:
-        return _warned(MultivariablePlant(text, signals=Signals(*channels)), log.warnings)
-    if traces is None:
-        other: OtherModel = kind_of(text, get_args(OtherModel))(text)
-        return _warned(other, log.warnings)
-    model: LateralModel = kind_of(text)(text, traces=traces)
-    return _warned(model, log.warnings)
+        model = MultivariablePlant(text, signals=Signals(*channels))
+    else:
+        kind = kind_of(text, MODELS)
+        model = kind(text) if traces is None else kind(text, traces=traces)
+    _warn(model, log.warnings)
+    return model
 
 
 def _of_arrays(steering: Any, yaw_rate: Any, dt: Any, speed: Any) -> dict[str, Any]:
@@ -177,13 +179,9 @@ def identify_bicycle(log: Log | Source | Sequence[Source], **options: Unpack[Ide
     return found
 
 
-M = TypeVar("M", Plant, MultivariablePlant, "OtherModel", "LateralModel")
-
-
-def _warned(model: M, known: Sequence[str]) -> M:
-    """The model, with its warnings but for those that the reader has given."""
+def _warn(model: AnyModel, known: Sequence[str]) -> None:
+    """Gives the warnings of a model but for those that the reader has given."""
     evidence = model.evidence
     for warning in evidence.warnings if evidence is not None else ():
         if warning not in known:
             warn(warning)
-    return model

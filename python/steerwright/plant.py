@@ -781,10 +781,10 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
 LateralModel = Union[Plant, Bicycle, Vehicle]
 """A model that a controller is designed on."""
 
-OtherModel = Union[Torque, Longitudinal]
-"""A model of another response than that from the steering angle to the yaw rate."""
+AnyModel = Union[LateralModel, MultivariablePlant, Torque, Longitudinal]
+"""What is identified."""
 
-MODELS: tuple[type[Document], ...] = (*get_args(LateralModel), MultivariablePlant, *get_args(OtherModel))
+MODELS: tuple[type[Document], ...] = get_args(AnyModel)
 
 RESPONSES = {"torque": "lateral-acceleration", "single-track": "motion", "longitudinal": "speed"}
 """What a log is read for, of the structures that need more than the yaw rate."""

@@ -10,9 +10,9 @@ use crate::terminal::{console, overview};
 use std::path::PathBuf;
 use steerwright_control::DesignOptions;
 use steerwright_drivelog::LogOptions;
+use steerwright_sysid::ChoiceOptions;
 use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
-use steerwright_sysid::structures::ChoiceOptions;
 use steerwright_sysid::{IdentifyOptions, ValidationData};
 
 /// Run all stages on the three recorded drives in this program

@@ -19,7 +19,7 @@ impl Lock {
         loop {
             let file = File::options().create(true).truncate(false).write(true).open(path);
             let file = file.map_err(|e| Failure::file(path, &e))?;
-            match lock(&file) {
+            match lock(&file, PASSING_MS) {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
                     return Err(Failure::new(
@@ -48,12 +48,15 @@ impl Lock {
     }
 }
 
-/// Locks a file, or says that another process has it, after half a second: the lock of a run that was just killed lasts a
-/// moment longer, and a run that looks for what killed runs left holds each file for a moment.
-pub(super) fn lock(file: &File) -> Result<(), TryLockError> {
-    for pause_ms in [20, 80, 400] {
+/// Pauses after which a lock is asked for again, ms, since a run that looks for what killed runs left holds each file for a
+/// moment.
+const PASSING_MS: &[u64] = &[5, 20];
+
+/// Locks a file, or says that another process still has it after the pauses.
+pub(super) fn lock(file: &File, pauses_ms: &[u64]) -> Result<(), TryLockError> {
+    for pause_ms in pauses_ms {
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(pause_ms)),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(*pause_ms)),
             result => return result,
         }
     }

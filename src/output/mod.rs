@@ -272,10 +272,11 @@ impl Output {
     }
 }
 
-/// Whether a process has the file for itself, as a sweep has its results.
+/// Whether a process has the file for itself, as a sweep has its results. The claim of one that was just killed may last a
+/// moment longer.
 fn is_claimed(path: &Path) -> bool {
     let Ok(file) = fs::File::open(path) else { return false };
-    if matches!(lock::lock(&file), Err(fs::TryLockError::WouldBlock)) {
+    if matches!(lock::lock(&file, &[20, 80, 400]), Err(fs::TryLockError::WouldBlock)) {
         return true;
     }
     // Closed, it would stay locked for as long as a child that is being started has a copy of it.

@@ -376,9 +376,9 @@ impl Writer {
     /// As [`Writer::document`], under the usual name.
     fn model(&mut self, model: &Model) -> Result<SourceFile, Failure> {
         let (name, text) = (model.structure().file_name(), model.to_json());
-        model.checked(name)?;
-        self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile::from_bytes(Path::new(name), text.as_bytes()))
+        model.checked(&name)?;
+        self.bytes(&name, text.as_bytes())?;
+        Ok(SourceFile::from_bytes(Path::new(&name), text.as_bytes()))
     }
 
     /// Packs a document's FMU into a folder below.

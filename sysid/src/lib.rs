@@ -38,7 +38,7 @@ pub mod model;
 pub mod pem;
 mod selection;
 pub mod sideslip;
-pub mod structures;
+mod structures;
 pub mod subspace;
 mod validation;
 
@@ -54,6 +54,6 @@ pub use steerwright_formats::{InputKind, Intersample};
 pub use structures::state_space::accumulated::{AccumulateOptions, Accumulated};
 pub use structures::state_space::plant::{Identified, Traces};
 pub use structures::state_space::{Automatic, TriedOrder, automatic, identify};
-pub use structures::{bicycle, longitudinal, multivariable, single_track, torque};
+pub use structures::*;
 pub use subspace::Weighting;
 pub use validation::validate::{Validated, held_as, validate, validate_plant};

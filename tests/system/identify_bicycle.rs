@@ -3,6 +3,7 @@
 use crate::support::{column, done, read_json, run, text_of};
 use serde_json::Value;
 use std::fmt::Write;
+use steerwright_formats::Structure;
 
 const LOG: &str =
     "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
@@ -55,12 +56,13 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
 fn options_outside_the_structure_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let wheel = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/gyro.csv --steering-ratio 16 --output-channel=-gyro_down_radps";
+    let structures = "tricycle".parse::<Structure>().unwrap_err().or("auto").expected();
     for (line, problem) in [
         (format!("identify {wheel} --structure bicycle"), "needs the speed"),
         (format!("identify {LOG} --structure bicycle --order 3"), "--order is an option of"),
         (format!("identify {LOG} --structure state-space --mass 1000"), "--mass is an option of"),
         (format!("identify {LOG} --structure bicycle --mass 0"), "--mass"),
-        (format!("identify {LOG} --structure tricycle"), "single-track, torque or longitudinal"),
+        (format!("identify {LOG} --structure tricycle"), &*structures),
     ] {
         let output = run(folder.path(), &line);
         let text = text_of(&output);

@@ -48,6 +48,7 @@ mod sideslip;
 mod speed_control;
 mod ssp;
 mod stages;
+mod structures;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

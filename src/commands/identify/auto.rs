@@ -5,9 +5,7 @@ use crate::terminal::console;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::Structure;
 use steerwright_report::Table;
-use steerwright_sysid::structures::{
-    Choice, ChoiceOptions, IdentifiedModel, StructureRow, identify_structure,
-};
+use steerwright_sysid::{Choice, ChoiceOptions, IdentifiedModel, StructureRow, identify_structure};
 
 /// The model, with the table of the structures where there is more than one.
 pub(super) fn identify(

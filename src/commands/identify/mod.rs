@@ -14,7 +14,7 @@ use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use std::path::PathBuf;
 use steerwright_drivelog::{LOG_FORMATS, Response};
-use steerwright_formats::Structure;
+use steerwright_formats::{Structure, alternatives};
 
 pub(crate) use present::evidence_text;
 pub(crate) use structure::{StructureArguments, Wanted};
@@ -32,8 +32,13 @@ pub(crate) struct Arguments {
         )
     )]
     logs: Vec<PathBuf>,
-    /// Model file; by default plant.json, bicycle.json, vehicle.json, torque.json or longitudinal.json, by the structure of the model
-    #[arg(long = "output", short = 'o', value_name = "FILE")]
+    #[arg(
+        long = "output",
+        short = 'o',
+        value_name = "FILE",
+        help = format!("Model file; by default {}, by the structure of the model",
+            alternatives(&Structure::ALL.map(Structure::file_name)))
+    )]
     out: Option<PathBuf>,
     /// Write measured and simulated signals as CSV
     #[arg(long, value_name = "CSV")]
@@ -96,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         return accumulated::run(&arguments.logs, &arguments.log, &arguments.identify, out);
     }
     if let (Some(structure), Some(name)) = (structure, of_signals)
-        && !structure.is_lateral()
+        && !matches!(wanted.response(), Response::YawRate | Response::Motion)
     {
         let message = format!("{name} is not available for the structure {structure}");
         return Err(Failure::new(message, "omit it, or identify with --structure state-space"));

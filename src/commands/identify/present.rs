@@ -15,8 +15,8 @@ use steerwright_formats::{
     VehicleEvidence, correlated, too_few_blocks,
 };
 use steerwright_report::figures::{OF_CHANNELS, OF_IDENTIFICATION, of_channels, of_identification};
+use steerwright_sysid::IdentifiedModel;
 use steerwright_sysid::multivariable::ChannelTraces;
-use steerwright_sysid::structures::IdentifiedModel;
 
 /// Writes, draws and prints a model, with the table of the structures that it was chosen from.
 pub(super) fn present(

@@ -9,9 +9,10 @@ use steerwright_formats::Structure;
 use steerwright_sysid::bicycle::BicycleOptions;
 use steerwright_sysid::longitudinal::LongitudinalOptions;
 use steerwright_sysid::single_track::IdentifyVehicleOptions;
-use steerwright_sysid::structures::{ChoiceOptions, IdentifiedModel, StructureOptions};
 use steerwright_sysid::torque::TorqueOptions;
-use steerwright_sysid::{IdentifyOptions, InputKind, ValidationData};
+use steerwright_sysid::{
+    ChoiceOptions, IdentifiedModel, IdentifyOptions, InputKind, StructureOptions, ValidationData,
+};
 
 /// The structure of the model, and options of one structure.
 #[derive(clap::Args, Debug, Clone)]
@@ -111,6 +112,7 @@ impl Wanted {
 impl StructureArguments {
     /// The structure with its options; options of the others are rejected.
     pub(crate) fn with(&self, identify: &IdentifyArguments) -> Result<Wanted, Failure> {
+        use Structure::{Bicycle, Longitudinal, SingleTrack, StateSpace, Torque};
         let (stated, default) = (identify.options(), IdentifyOptions::default());
         let of_state_space = [
             (stated.method.is_some(), "--method"),
@@ -144,19 +146,22 @@ impl StructureArguments {
             None if is_stated => Some(Structure::StateSpace),
             other => other,
         };
-        let [state_space, bicycle, single_track, torque, longitudinal] = Structure::ALL.map(Some);
+        // The structures that have them, whether `auto` has, too, and the options.
         let all = [
-            (&[state_space][..], &of_state_space[..]),
-            (&[bicycle, single_track, None], &of_vehicles),
-            (&[single_track], &of_single_track),
-            (&[torque], &of_torque),
-            (&[longitudinal], &of_longitudinal),
-            (&[state_space, bicycle, single_track, None], &sampled),
-            (&[bicycle, single_track, torque, longitudinal, None], &scheduled),
+            (&[StateSpace][..], false, &of_state_space[..]),
+            (&[Bicycle, SingleTrack], true, &of_vehicles),
+            (&[SingleTrack], false, &of_single_track),
+            (&[Torque], false, &of_torque),
+            (&[Longitudinal], false, &of_longitudinal),
+            (&[StateSpace, Bicycle, SingleTrack], true, &sampled),
+            (&[Bicycle, SingleTrack, Torque, Longitudinal], true, &scheduled),
         ];
-        for (structures, options) in all.iter().filter(|(s, _)| !s.contains(&structure)) {
+        for (structures, of_auto, options) in all {
+            if structure.map_or(of_auto, |structure| structures.contains(&structure)) {
+                continue;
+            }
             if let Some((_, option)) = options.iter().find(|(is_stated, _)| *is_stated) {
-                let names: Vec<&str> = structures.iter().flatten().map(|s| s.name()).collect();
+                let names: Vec<&str> = structures.iter().map(|s| s.name()).collect();
                 let of = names.join(" or ");
                 return Err(Failure::new(
                     format!("{option} is an option of the structure {of}"),

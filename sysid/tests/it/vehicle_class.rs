@@ -5,7 +5,7 @@ use steerwright_drivelog::VehicleClass;
 use steerwright_formats::{Grade, Quality, Reason, ReasonCode};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::single_track::{IdentifyVehicleOptions, identify_vehicle};
-use steerwright_sysid::structures::{ChoiceOptions, identify_structure};
+use steerwright_sysid::{ChoiceOptions, identify_structure};
 use steerwright_sysid::{IdentifyOptions, identify};
 
 const SHORT: LinearCar = LinearCar { seconds: 60.0, pattern: Pattern::Multisine, ..CAR };

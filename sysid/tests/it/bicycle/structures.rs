@@ -7,7 +7,7 @@ use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Model, Structure, VehicleDirection};
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::single_track::{SingleTrackModel, identify_vehicle};
-use steerwright_sysid::structures::{Choice, ChoiceOptions, identify_structure};
+use steerwright_sysid::{Choice, ChoiceOptions, identify_structure};
 use steerwright_sysid::{Error, identify};
 
 fn choice(log: &DriveLog) -> Choice {
