@@ -6,7 +6,7 @@ use crate::page::OutputFile;
 use serde::Serialize;
 use std::path::PathBuf;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{MultivariablePlant, SourceFile};
+use steerwright_formats::{Model, MultivariablePlant, SourceFile};
 use steerwright_report::{ChannelSignals, Table, WIDTH, figures};
 use steerwright_sysid::multivariable::{LogSimulation, simulate_log};
 
@@ -138,7 +138,8 @@ pub fn channel_files(plants: &[SimulatedPlant]) -> Result<Vec<OutputFile>, Error
             outputs: traces.outputs.clone(),
             is_validation: Vec::new(),
         };
-        for (name, height, figure) in figures::of_channels(&plant.plant, Some(&signals)) {
+        let model = Model::Multivariable(Box::new(plant.plant.clone()));
+        for (name, height, figure) in figures::of_channels(&model, Some(&signals)) {
             let svg = figure.to_svg(WIDTH, height)?;
             let name = format!("{}-{name}.svg", crate::figures::file_name(&plant.label));
             files.push(OutputFile {

@@ -140,11 +140,11 @@ def identify(
             raise Error(f"{wrong[0]}: the log is read already", "pass it to steerwright.read")
     with _progress.shown() as progress:
         text, traces, channels = _native.identify(log, keywords, progress)
+    kind = kind_of(text, MODELS)
     model: AnyModel
     if channels is not None:
-        model = MultivariablePlant(text, signals=Signals(*channels))
+        model = kind(text, signals=Signals(*channels))
     else:
-        kind = kind_of(text, MODELS)
         model = kind(text) if traces is None else kind(text, traces=traces)
     _warn(model, log.warnings)
     return model

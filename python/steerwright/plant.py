@@ -458,7 +458,32 @@ class Vehicle(SimulatedModel, documents.Vehicle):
         return f"<Vehicle: wheelbase {length:.3f} m, friction {self.tyres.friction_coefficient:.2f}{fit}>"
 
 
-class Torque(Document, documents.Torque):
+class Signals(NamedTuple):
+    """Signals of a log, in the units of the channels, by name."""
+
+    time: Array
+    """s."""
+    inputs: dict[str, Array]
+    outputs: dict[str, Array]
+    simulated: dict[str, Array]
+    """Outputs by simulation, from an initial state at the start of each part; NaN where nothing is simulated."""
+    is_validation: np.ndarray[Any, np.dtype[np.bool_]]
+
+
+class WithSignals(Document):
+    """A model whose inputs and outputs have names."""
+
+    def __init__(self, text: str, *, file: str | None = None, signals: Signals | None = None) -> None:
+        super().__init__(text, file=file)
+        self._signals = signals
+
+    @property
+    def signals(self) -> Signals | None:
+        """Measured and simulated signals, where the model was identified here from a log."""
+        return self._signals
+
+
+class Torque(WithSignals, documents.Torque):
     """The response of the lateral acceleration to a steering torque. The attributes are the keys of torque.json."""
 
     FILE = "torque.json"
@@ -497,7 +522,7 @@ class Torque(Document, documents.Torque):
         return f"<Torque: {factor:.3f} m/s² per {self.command_unit}, fit {self.fit:.2f} % on validation data>"
 
 
-class Longitudinal(Document, documents.Longitudinal):
+class Longitudinal(WithSignals, documents.Longitudinal):
     """The response of the speed to accelerator and brake, or to an acceleration command. The attributes are the keys of
     longitudinal.json."""
 
@@ -530,19 +555,7 @@ class Longitudinal(Document, documents.Longitudinal):
         return f"<Longitudinal {self.name!r}: fit {self.fit:.2f} % on validation data>"
 
 
-class Signals(NamedTuple):
-    """Signals of a log, in the units of the channels, by name."""
-
-    time: Array
-    """s."""
-    inputs: dict[str, Array]
-    outputs: dict[str, Array]
-    simulated: dict[str, Array]
-    """Outputs by simulation, from an initial state at the start of each part."""
-    is_validation: np.ndarray[Any, np.dtype[np.bool_]]
-
-
-class MultivariablePlant(Document, documents.MultivariablePlant):
+class MultivariablePlant(WithSignals, documents.MultivariablePlant):
     """An identified plant of any system, from its named inputs to its named outputs, in the units of the channels.
 
     The attributes are the keys of plant.json, version 2; matrices are also here: ``A``, ``B``, ``C``, ``D``, ``K``, ``x0``.
@@ -552,15 +565,6 @@ class MultivariablePlant(Document, documents.MultivariablePlant):
     FILE = "plant.json"
     VERSION = "2"
     quality: documents.Quality
-
-    def __init__(self, text: str, *, file: str | None = None, signals: Signals | None = None) -> None:
-        super().__init__(text, file=file)
-        self._signals = signals
-
-    @property
-    def signals(self) -> Signals | None:
-        """Measured and simulated signals, where the model was identified here from a log."""
-        return self._signals
 
     @property
     def A(self) -> Array:

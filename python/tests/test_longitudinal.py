@@ -50,6 +50,10 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(tmp_path: Path) -
     ]:
         assert abs(estimate.value - truth) < 4.0 * estimate.standard_error + 0.01 * truth, (estimate, truth)
     assert found.fit > 90.0
+    signals = found.signals
+    assert signals is not None and list(signals.inputs) == ["acceleration_command_mps2"]
+    error = (signals.simulated["speed_mps"] - signals.outputs["speed_mps"])[signals.is_validation]
+    assert np.isfinite(error).mean() > 0.9 and np.sqrt(np.nanmean(error**2)) < 0.1
 
     header = ",".join(columns)
     np.savetxt(tmp_path / "drive.csv", np.stack(list(columns.values()), axis=1), "%.17g", ",", header=header, comments="")
@@ -57,7 +61,7 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(tmp_path: Path) -
     assert done.returncode == 0, done.stderr
     of_file = steerwright.load(tmp_path / "longitudinal.json")
     assert isinstance(of_file, steerwright.Longitudinal)
-    assert of_file.gains == found.gains and of_file.time_constant_s == found.time_constant_s
+    assert of_file.signals is None and of_file.gains == found.gains and of_file.time_constant_s == found.time_constant_s
     assert "Longitudinal" in repr(found)
 
 

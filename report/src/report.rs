@@ -12,7 +12,7 @@ pub struct Report<'a> {
     pub model: Option<&'a Model>,
     /// The drive and the model's simulation of it.
     pub traces: Option<&'a Traces>,
-    /// The log of a plant of named channels and the model's simulation of it.
+    /// The log of a model whose inputs and outputs have names, and the model's simulation of it.
     pub channels: Option<&'a ChannelSignals>,
     pub bicycle: Option<&'a Bicycle>,
     /// Fit of the bicycle model on the drive, percent.

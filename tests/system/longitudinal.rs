@@ -108,6 +108,39 @@ fn pedals_and_acceleration_commands_are_identified() {
     }
 }
 
+/// Signals, figure and page have the speed as it is simulated in the windows of the fit.
+#[test]
+fn signals_figures_and_a_page_show_the_simulated_speed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_pedals(&folder.join("drive.csv"));
+    let line =
+        "identify drive.csv --structure longitudinal --traces t.csv --plots plots --report r.html";
+    let output = run(folder, line);
+    assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));
+    let model = read_model(&folder.join("longitudinal.json"));
+    let text = std::fs::read_to_string(folder.join("t.csv")).unwrap();
+    let mut rows = text.lines();
+    assert_eq!(
+        rows.next(),
+        Some("time_s,accelerator,brake,speed_mps,simulated_speed_mps,held_out")
+    );
+    let rows: Vec<Vec<f64>> =
+        rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let validated = rows.iter().filter(|row| row[5] == 1.0 && row[4].is_finite());
+    let errors: Vec<f64> = validated.map(|row| row[4] - row[3]).collect();
+    assert!(errors.len() > 9 * model.evidence.validation_samples / 10, "{}", errors.len());
+    let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+    // Of changes of some metres per second, with a fit of 97 % and more.
+    assert!(rms > 0.0 && rms < 0.15, "{rms}");
+    let names: Vec<_> = std::fs::read_dir(folder.join("plots")).unwrap().collect();
+    assert_eq!(names.len(), 1, "{names:?}");
+    let page = std::fs::read_to_string(folder.join("r.html")).unwrap();
+    for part in ["change of the speed", "speed_mps", "validation data"] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
 #[test]
 fn commands_for_the_steering_reject_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -117,15 +150,6 @@ fn commands_for_the_steering_reject_it() {
     assert_eq!(run(folder, identify).status.code(), Some(0));
     let before = std::fs::read_dir(folder).unwrap().count();
     for (line, problem) in [
-        ("identify drive.csv --structure longitudinal --plots out", "the structure longitudinal"),
-        (
-            "identify drive.csv --structure longitudinal --traces out.csv",
-            "the structure longitudinal",
-        ),
-        (
-            "identify drive.csv --structure longitudinal --report out.html",
-            "the structure longitudinal",
-        ),
         ("identify drive.csv --structure longitudinal --order 2", "the structure state-space"),
         ("compare longitudinal.json --log drive.csv", "the structure longitudinal"),
         ("export longitudinal.json --for openpilot", "the structure longitudinal"),

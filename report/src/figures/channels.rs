@@ -1,9 +1,12 @@
-//! The figures of a plant of named channels: outputs over time, and frequency responses by pair.
+//! The figures of a model whose inputs and outputs have names: outputs over time, and of a plant of any system frequency
+//! responses by pair.
 
 use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style};
 use crate::figures::text;
 use crate::palette::{BLACK, GREY, VERMILION};
-use steerwright_formats::{MultivariablePlant, NORMAL_95, PairEvidence};
+use steerwright_formats::{
+    Model, MultivariablePlant, NORMAL_95, OutputEvidence, PairEvidence, PlantOutput,
+};
 
 /// Measured and simulated outputs of a log, in the units of the channels.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,11 +39,11 @@ impl ChannelSignals {
 /// The names of [`of_channels`].
 pub const OF_CHANNELS: [&str; 2] = ["outputs", "gains"];
 
-/// Every figure of a plant of named channels, as those of [`super::of_identification`]; that of the outputs where the
-/// signals are there.
+/// Every figure of a model whose inputs and outputs have names, as those of [`super::of_identification`]; that of the
+/// outputs where the signals are there.
 #[must_use]
 pub fn of_channels(
-    plant: &MultivariablePlant,
+    model: &Model,
     signals: Option<&ChannelSignals>,
 ) -> Vec<(&'static str, u32, Figure)> {
     /// Height of a row of panels, px.
@@ -49,12 +52,27 @@ pub fn of_channels(
     let [over_time, over_frequency] = OF_CHANNELS;
     let mut all = Vec::new();
     if let Some(signals) = signals {
-        let figure = outputs(plant, signals);
+        let figure = outputs(&fits(model, signals), signals);
         all.push((over_time, height(&figure), figure));
     }
-    let figure = gains(plant);
-    all.push((over_frequency, height(&figure), figure));
+    if let Some(plant) = model.multivariable() {
+        let figure = gains(plant);
+        all.push((over_frequency, height(&figure), figure));
+    }
     all
+}
+
+/// The fits of the outputs on validation data, each with the label of its axis.
+fn fits(model: &Model, signals: &ChannelSignals) -> Vec<(String, Option<f64>)> {
+    let Some(plant) = model.multivariable() else {
+        let [_, fit] = model.fits();
+        return signals.outputs.iter().map(|(name, ..)| (name.clone(), fit)).collect();
+    };
+    let outputs = plant.outputs.iter().zip(&plant.evidence.outputs);
+    let fit = |(output, evidence): (&PlantOutput, &OutputEvidence)| {
+        (label(&output.name, &output.unit), Some(evidence.fit.validation))
+    };
+    outputs.map(fit).collect()
 }
 
 fn label(name: &str, unit: &str) -> String {
@@ -62,15 +80,12 @@ fn label(name: &str, unit: &str) -> String {
 }
 
 /// Each output over time, measured and simulated, a panel each.
-fn outputs(plant: &MultivariablePlant, signals: &ChannelSignals) -> Figure {
+fn outputs(fits: &[(String, Option<f64>)], signals: &ChannelSignals) -> Figure {
     let mut panels = Vec::new();
-    let mut fits = Vec::new();
-    for ((output, evidence), (_, measured, simulated)) in
-        plant.outputs.iter().zip(&plant.evidence.outputs).zip(&signals.outputs)
-    {
-        let fit = text(evidence.fit.validation, 1);
+    let mut stated = Vec::new();
+    for ((label, fit), (name, measured, simulated)) in fits.iter().zip(&signals.outputs) {
         let line = Style::line(BLACK).width(1.1);
-        let mut panel = Panel::new("Time (s)", label(&output.name, &output.unit))
+        let mut panel = Panel::new("Time (s)", label.clone())
             .with(Series::over("measured", &signals.time_s, (measured, 1.0), line))
             .with(Series::over(
                 "simulated",
@@ -85,14 +100,14 @@ fn outputs(plant: &MultivariablePlant, signals: &ChannelSignals) -> Figure {
             panel = panel.mark(Mark::new(name, MarkPlace::XBand(from, to), GREY));
         }
         panels.push(panel);
-        fits.push(format!("{} by {fit} %", output.name));
+        stated.extend(fit.map(|fit| format!("{name} by {} %", text(fit, 1))));
     }
     let figure = Figure::new("Measured and simulated outputs", panels);
     // Of another log than the plant's own the evidence states no fit.
     if !signals.is_validation.contains(&true) {
         return figure;
     }
-    figure.stating(format!("On validation data the model fits {}.", fits.join(", ")))
+    figure.stating(format!("On validation data the model fits {}.", stated.join(", ")))
 }
 
 /// The gain of each pair over frequency with its 95 % band, and the measured one.

@@ -24,8 +24,8 @@ impl Report<'_> {
         let mut out = vec![outcome::summary(self)];
         if let Some(model) = self.model {
             out.extend(model::sections(model, self.traces, self.bicycle_fit));
-            if let Some(plant) = model.multivariable() {
-                out.push(model::figures_of_channels(plant, self.channels));
+            if self.channels.is_some() || model.multivariable().is_some() {
+                out.push(model::figures_of_channels(model, self.channels));
             }
         }
         if let Some(bicycle) = self.bicycle {
@@ -43,9 +43,10 @@ impl Report<'_> {
     #[must_use]
     pub fn to_html(&self) -> String {
         let fit = "a fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
-        let is_of_channels = self.model.is_some_and(|model| model.multivariable().is_some());
+        let is_of_channels = self.channels.is_some()
+            || self.model.is_some_and(|model| model.multivariable().is_some());
         let units = if is_of_channels {
-            "Signals are in the units of the log"
+            "Signals are in the units of the log, or of their names"
         } else {
             "Angles are in degrees, positive to the left (ISO 8855)"
         };

@@ -53,14 +53,14 @@ fn sideslip(model: &Model) -> Option<Block> {
 
 /// Outputs over time, where the signals are there, and gains over frequency.
 pub(crate) fn figures_of_channels(
-    plant: &MultivariablePlant,
+    model: &Model,
     signals: Option<&figures::ChannelSignals>,
 ) -> Section {
     const OUTPUTS: &str = "Simulation from the inputs alone, from an initial state at the start of each part. The \
                            shaded part is validation data.";
     const GAINS: &str = "The gain of each pair with the 95 % band of the model, and the one that the spectra of the log show.";
     let [over_time, _] = figures::OF_CHANNELS;
-    let figures = figures::of_channels(plant, signals).into_iter();
+    let figures = figures::of_channels(model, signals).into_iter();
     let blocks = figures.map(|(name, height, figure)| {
         Block::figure(figure, height, if name == over_time { OUTPUTS } else { GAINS })
     });

@@ -100,12 +100,6 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
         return accumulated::run(&arguments.logs, &arguments.log, &arguments.identify, out);
     }
-    if let (Some(structure), Some(name)) = (structure, of_signals)
-        && !matches!(wanted.response(), Response::YawRate | Response::Motion)
-    {
-        let message = format!("{name} is not available for the structure {structure}");
-        return Err(Failure::new(message, "omit it, or identify with --structure state-space"));
-    }
     let log = arguments.log.read(&arguments.logs, wanted.response())?;
     if log.response == Response::Channels {
         check_channels(structure)?;

@@ -129,7 +129,7 @@ impl<'a> Shown<'a> {
         self.plots.is_some() || self.report.is_some()
     }
 
-    /// The same of a plant of named channels, which has a page of its own.
+    /// The same of a model whose inputs and outputs have names.
     fn write_channels(&self, model: &Model, signals: &ChannelTraces) -> Result<String, Failure> {
         let mut text = String::new();
         if !self.is_wanted() {
@@ -140,8 +140,8 @@ impl<'a> Shown<'a> {
             outputs: signals.outputs.clone(),
             is_validation: signals.is_validation.clone(),
         };
-        if let (Some((folder, files)), Some(plant)) = (&self.plots, model.multivariable()) {
-            plots(of_channels(plant, Some(&signals)), files)?;
+        if let Some((folder, files)) = &self.plots {
+            plots(of_channels(model, Some(&signals)), files)?;
             let _ = write!(text, "\nfigures in {}", folder.display());
         }
         if let Some(out) = &self.report {

@@ -14,7 +14,7 @@ pub struct IdentifiedModel {
     pub model: Model,
     /// Measured and simulated signals, where the structure simulates them.
     pub traces: Option<Traces>,
-    /// The same of named channels.
+    /// The same of a structure whose inputs and outputs have names.
     pub channels: Option<ChannelTraces>,
 }
 

@@ -27,6 +27,7 @@ use crate::structures::longitudinal::quality::{Demands, check_excitation, qualit
 use crate::structures::longitudinal::signals::{Piece, Signals};
 use crate::structures::longitudinal::validate::{WINDOW_S, Windows, residual_tests};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
+use crate::structures::multivariable::ChannelTraces;
 use steerwright_drivelog::{DriveLog, Response};
 use steerwright_formats::{
     Brake, Document, Estimate, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise,
@@ -43,11 +44,11 @@ impl StructureOptions for LongitudinalOptions {
     }
 
     fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
-        let model = identify_longitudinal(log, self)?;
+        let (model, signals) = identify_with_signals(log, self)?;
         Ok(IdentifiedModel {
             model: Model::Longitudinal(Box::new(model)),
             traces: None,
-            channels: None,
+            channels: Some(signals),
         })
     }
 }
@@ -61,6 +62,14 @@ pub fn identify_longitudinal(
     log: &DriveLog,
     options: &LongitudinalOptions,
 ) -> Result<Longitudinal, Error> {
+    Ok(identify_with_signals(log, options)?.0)
+}
+
+/// The same with the signals behind the plots: the speed is simulated in the windows of the fit.
+fn identify_with_signals(
+    log: &DriveLog,
+    options: &LongitudinalOptions,
+) -> Result<(Longitudinal, ChannelTraces), Error> {
     options.check()?;
     if log.response != Response::Speed {
         return Err(Error::SpeedLogNeeded { response: log.response });
@@ -110,7 +119,22 @@ pub fn identify_longitudinal(
     let demands = Demands::new(&signals, &fit, &estimation);
     model.quality = quality(&model, &fit, demands, change_mps, options.single_gear);
     model.checked("longitudinal.json").map_err(|e| Error::no_model(e.to_string()))?;
-    Ok(model)
+    let signals = traces(&signals, [&estimated, &validated], &validation);
+    Ok((model, signals))
+}
+
+/// Inputs, and the speed as measured and as simulated in the windows; beside these it is not simulated.
+fn traces(signals: &Signals<'_>, windows: [&Windows; 2], validation: &[Piece]) -> ChannelTraces {
+    let log = signals.log;
+    let mut simulated = vec![f64::NAN; log.len()];
+    windows.into_iter().for_each(|windows| windows.write_to(&mut simulated));
+    let mut is_validation = vec![false; log.len()];
+    validation.iter().for_each(|piece| is_validation[piece.range.clone()].fill(true));
+    let command = if signals.is_acceleration { "acceleration_command_mps2" } else { "accelerator" };
+    let mut inputs = vec![(command.to_owned(), log.input.clone())];
+    inputs.extend(signals.brake.map(|brake| ("brake".to_owned(), brake.to_vec())));
+    let outputs = vec![("speed_mps".to_owned(), log.output.clone(), simulated)];
+    ChannelTraces { time_s: log.time_s(), inputs, outputs, is_validation }
 }
 
 /// Fit of a model to the parts of a log that validate with these options, percent: as the file states it for the log that it

@@ -9,9 +9,20 @@ pub(super) const WINDOW_S: f64 = 10.0;
 /// Fewest windows of which a standard error is estimated.
 const LEAST_WINDOWS: usize = 8;
 
-/// Squared errors, and squared changes of the measured speed, of each window.
+/// The windows of the pieces of a log.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Windows(Vec<[f64; 2]>);
+pub(super) struct Windows(Vec<Window>);
+
+/// A window that is simulated from an estimated initial speed.
+#[derive(Debug, Clone)]
+struct Window {
+    /// Place of its first sample.
+    start: usize,
+    /// Simulated speeds, m/s.
+    speeds: Vec<f64>,
+    /// Sums of the squared errors, and of the squared changes of the measured speed.
+    sums: [f64; 2],
+}
 
 impl Windows {
     /// Simulates windows of the pieces, each from an estimated initial speed, with inputs and gears of the log alone.
@@ -77,13 +88,23 @@ impl Windows {
             return None;
         }
         let ratio = error / change;
-        let squares: f64 = self.0.iter().map(|[e, c]| (e - ratio * c).powi(2)).sum();
+        let deviation = |Window { sums: [e, c], .. }: &Window| (e - ratio * c).powi(2);
+        let squares: f64 = self.0.iter().map(deviation).sum();
         let deviation = (squares * n as f64 / (n - 1) as f64).sqrt() / change;
         Some(100.0 * 0.5 * deviation / ratio.sqrt().max(1e-9))
     }
 
+    /// Writes the simulated speeds to their places.
+    pub(super) fn write_to(&self, signal: &mut [f64]) {
+        for Window { start, speeds, .. } in &self.0 {
+            signal[*start..start + speeds.len()].copy_from_slice(speeds);
+        }
+    }
+
     fn sums(&self) -> [f64; 2] {
-        self.0.iter().fold([0.0; 2], |[a, b], [error, change]| [a + error, b + change])
+        self.0
+            .iter()
+            .fold([0.0; 2], |[a, b], Window { sums: [error, change], .. }| [a + error, b + change])
     }
 }
 
@@ -93,17 +114,19 @@ fn one_window(
     lags: Lags<f64>,
     from: usize,
     (start, end): (usize, usize),
-) -> [f64; 2] {
+) -> Window {
     let measured = &signals.log.output[start..end];
     let count = measured.len() as f64;
     let mean = measured.iter().sum::<f64>() / count;
     let mut initial = signals.mean_speed[start];
-    let mut squares = 0.0;
+    let (mut squares, mut speeds) = (0.0, Vec::with_capacity(measured.len()));
     // The simulated speed is almost the initial one and a term that does not depend on it.
     for _ in 0..3 {
         let (mut lags, mut speed) = (lags, initial);
         let (mut sum, mut own) = (0.0, 0.0);
+        speeds.clear();
         for (k, y) in (start..end).zip(measured) {
+            speeds.push(speed);
             let error = y - speed;
             sum += error;
             own += error * error;
@@ -112,7 +135,8 @@ fn one_window(
         initial = (initial + sum / count).max(0.0);
         squares = own;
     }
-    [squares, measured.iter().map(|y| (y - mean).powi(2)).sum()]
+    let sums = [squares, measured.iter().map(|y| (y - mean).powi(2)).sum()];
+    Window { start, speeds, sums }
 }
 
 /// Tests of prediction errors: their standard deviation, the largest autocorrelation at lags up to 1 s, the largest

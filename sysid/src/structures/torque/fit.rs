@@ -63,6 +63,13 @@ impl Fit {
         let sum: f64 = errors(signals, rows, &self.parameters).map(|(_, e)| e * e).sum();
         (100.0 * (1.0 - (sum / spread.max(f64::MIN_POSITIVE)).sqrt()).max(-1e9), (sum / n).sqrt())
     }
+
+    /// Writes the acceleration that the model has at each of the samples to its place.
+    pub(super) fn write_to(&self, signal: &mut [f64], signals: &Signals<'_>, rows: &[usize]) {
+        for (row, (_, error)) in rows.iter().zip(errors(signals, rows, &self.parameters)) {
+            signal[*row] = signals.acceleration[*row] - error;
+        }
+    }
 }
 
 /// Derivatives of the prediction and prediction error at each sample.

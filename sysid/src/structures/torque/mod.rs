@@ -16,6 +16,7 @@ pub use options::TorqueOptions;
 use crate::Error;
 use crate::sideslip::unused_fixes;
 use crate::structures::model::{IdentifiedModel, StructureOptions};
+use crate::structures::multivariable::ChannelTraces;
 use crate::structures::torque::fit::{BLOCK_S, Fit};
 use crate::structures::torque::signals::Signals;
 use steerwright_drivelog::{DriveLog, Response, Role};
@@ -37,8 +38,12 @@ impl StructureOptions for TorqueOptions {
     }
 
     fn identify(&self, log: &DriveLog) -> Result<IdentifiedModel, Error> {
-        let torque = identify_torque(log, self)?;
-        Ok(IdentifiedModel { model: Model::Torque(Box::new(torque)), traces: None, channels: None })
+        let (torque, signals) = identify_with_signals(log, self)?;
+        Ok(IdentifiedModel {
+            model: Model::Torque(Box::new(torque)),
+            traces: None,
+            channels: Some(signals),
+        })
     }
 }
 
@@ -48,6 +53,14 @@ impl StructureOptions for TorqueOptions {
 /// [`Error::TorqueLogNeeded`] for another log, [`Error::TooFewSamples`] at or above the lowest speed,
 /// [`Error::NotExciting`] if a parameter is not determined, [`Error::Option`].
 pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque, Error> {
+    Ok(identify_with_signals(log, options)?.0)
+}
+
+/// The same with the signals behind the plots: the acceleration after the low-pass filter, at the samples that are used.
+fn identify_with_signals(
+    log: &DriveLog,
+    options: &TorqueOptions,
+) -> Result<(Torque, ChannelTraces), Error> {
     options.check()?;
     if log.response != Response::LateralAcceleration {
         let missing = "it was read for the response of the yaw rate";
@@ -117,7 +130,17 @@ pub fn identify_torque(log: &DriveLog, options: &TorqueOptions) -> Result<Torque
         },
     };
     torque.checked("torque.json").map_err(|e| Error::no_model(e.to_string()))?;
-    Ok(torque)
+    let mut modelled = vec![f64::NAN; log.len()];
+    fit.write_to(&mut modelled, &signals, &rows);
+    let mut is_validation = vec![false; log.len()];
+    validation.iter().for_each(|&row| is_validation[row] = true);
+    let unit = if torque.command_unit == "Nm" { "_nm" } else { "" };
+    let inputs = vec![
+        (format!("steering_torque{unit}"), log.input.clone()),
+        ("steering_rad".to_owned(), angle.clone()),
+    ];
+    let outputs = vec![("lateral_acceleration_mps2".to_owned(), signals.acceleration, modelled)];
+    Ok((torque, ChannelTraces { time_s: log.time_s(), inputs, outputs, is_validation }))
 }
 
 /// Of a fit in percent, below which the command explains too little of the acceleration.
