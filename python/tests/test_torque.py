@@ -48,6 +48,11 @@ def test_it_returns_the_simulated_car_as_the_command_line_does(tmp_path: Path) -
     ]:
         assert abs(estimate.value - truth) < 3.0 * estimate.standard_error + 0.01 * truth
     assert found.fit > 90.0
+    signals = found.signals
+    assert signals is not None and list(signals.inputs) == ["steering_torque", "steering_rad"]
+    measured, modelled = (of["lateral_acceleration_mps2"][signals.is_validation] for of in (signals.outputs, signals.simulated))
+    own = 100.0 * (1.0 - np.linalg.norm(measured - modelled) / np.linalg.norm(measured - measured.mean()))
+    assert abs(own - found.fit) < 1e-9
 
     header = ",".join(columns)
     np.savetxt(tmp_path / "drive.csv", np.stack(list(columns.values()), axis=1), "%.17g", ",", header=header, comments="")
