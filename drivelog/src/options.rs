@@ -252,11 +252,14 @@ impl LogOptions {
             (self.speed.is_some() && is_of_channels, "channel of the speed"),
             (self.speed_window.is_some() && is_of_channels, "speed window"),
         ];
+        let model = match self.response {
+            Response::Channels => "a plant of named channels",
+            Response::Speed => "a model of the speed",
+            _ => "a model of the lateral acceleration",
+        };
         let mut sentences = Vec::new();
         for (_, option) in all.iter().filter(|(is_stated, _)| *is_stated) {
-            let response = self.response.name();
-            let sentence = format!("the stated {option} has no effect on the response {response}");
-            sentences.push(sentence);
+            sentences.push(format!("the stated {option} has no effect on {model}"));
         }
         sentences
     }

@@ -233,7 +233,7 @@ fn options_of_a_steering_have_no_effect_on_the_speed_and_are_reported() {
     assert_eq!(
         log.warnings,
         ["steering ratio", "steering full scale", "place of the antenna"]
-            .map(|option| format!("the stated {option} has no effect on the response speed"))
+            .map(|option| format!("the stated {option} has no effect on a model of the speed"))
     );
 }
 
@@ -254,7 +254,7 @@ fn a_combination_of_channels_is_an_input_of_any_system() {
     };
     let log = read_one(bytes.clone(), &named("a + 0.5 * c", Some("nosuch"))).unwrap();
     assert_eq!(log.response, Response::Channels);
-    let sentence = "the stated channel of the speed has no effect on the response channels";
+    let sentence = "the stated channel of the speed has no effect on a plant of named channels";
     assert_eq!(log.warnings, [sentence]);
     let twice = LogOptions { inputs: vec!["a".into(), "c".into(), "a".into()], ..named("a", None) };
     let error = read_one(bytes, &twice).unwrap_err();
