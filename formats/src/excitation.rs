@@ -1,8 +1,8 @@
 //! `excitation.json`: a manoeuvre that identifies a vehicle well, with the standard errors to expect.
 
-use crate::bicycle_evidence::Estimated;
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
+use crate::models::Estimated;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
 use serde::{Deserialize, Serialize};

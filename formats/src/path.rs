@@ -1,10 +1,10 @@
 //! `path.json`: a reference road in arc length, with guidance parameters.
 
+use crate::controllers::{GuidanceEntry, check_speeds};
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts};
 use crate::is_zero;
 use crate::provenance::Provenance;
-use crate::schedule::{GuidanceEntry, check_speeds};
 use crate::speed_profile::SpeedProfile;
 use serde::{Deserialize, Serialize};
 

@@ -5,8 +5,7 @@
 //! whole file detects a file that was cut or changed.
 
 use crate::document::{Checker, Document};
-use crate::evidence::ChannelSummary;
-use crate::plant::InputKind;
+use crate::models::{ChannelSummary, InputKind};
 use crate::provenance::{Provenance, sha256_hex};
 use serde::{Deserialize, Serialize};
 

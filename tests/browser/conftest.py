@@ -30,6 +30,8 @@ class Opened:
     def __init__(self, browser: Browser, file: Path, **options) -> None:
         options = {"viewport": {"width": 1280, "height": 900}, **options}
         self.context = browser.new_context(**options)
+        # A page is slow beside the other suites; how fast it is, is not tested here.
+        self.context.set_default_timeout(180_000)
         self.page: Page = self.context.new_page()
         self.problems: list[str] = []
         self.requests: list[str] = []

@@ -1,13 +1,13 @@
 //! `pid.json`: the steering controller of eq 14 with the evidence that it meets its specification.
 
-use crate::design::{DesignEvidence, Specification};
+use crate::controllers::design::{DesignEvidence, Specification};
+use crate::controllers::gains::{GuidanceAdvice, PidGains};
+use crate::controllers::schedule::{ScheduleEntry, check_speeds};
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
-use crate::gains::{GuidanceAdvice, PidGains};
 use crate::is_zero;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::schedule::{ScheduleEntry, check_speeds};
 use serde::{Deserialize, Serialize};
 
 /// The controller, its specification, and the results of its design.

@@ -4,7 +4,7 @@ mod data;
 mod frequency;
 mod model;
 
-use crate::state_space::Continuous;
+use crate::models::state_space::Continuous;
 use serde::{Deserialize, Serialize};
 
 pub use data::{

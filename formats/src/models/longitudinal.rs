@@ -1,12 +1,12 @@
 //! `longitudinal.json`: the response of the speed to accelerator and brake, or to an acceleration command.
 
 use crate::document::{Checker, Document};
-use crate::evidence::ChannelSummary;
 use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
+use crate::models::evidence::ChannelSummary;
+use crate::models::uncertainty::Estimate;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::uncertainty::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// `dv/dt = p + b − (c0 + c1·v + c2·v²) − ρ·g·sin(grade)`, with the speed v ≥ 0. The drive p follows `G(v)·u(t − d)` with

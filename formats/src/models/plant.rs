@@ -1,14 +1,14 @@
 //! `plant.json`: the identified lateral dynamics, steering angle in, yaw rate out.
 
 use crate::document::{Checker, Document};
-use crate::evidence::Evidence;
 use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
+use crate::models::evidence::Evidence;
+use crate::models::sideslip::Sideslip;
+use crate::models::state_space::{Continuous, Discrete};
+use crate::models::uncertainty::Uncertainty;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::sideslip::Sideslip;
-use crate::state_space::{Continuous, Discrete};
-use crate::uncertainty::Uncertainty;
 use serde::{Deserialize, Serialize};
 
 /// The identified plant: model, operating point, noise, evidence and provenance.

@@ -1,6 +1,6 @@
 //! The evidence of a controller over a range of speeds.
 
-use crate::loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
+use crate::controllers::loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 use serde::{Deserialize, Serialize};
 
 /// The evidence of a controller over a range of speeds.

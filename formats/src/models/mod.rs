@@ -1,21 +1,55 @@
-//! A model of the vehicle's dynamics, whatever its structure.
+//! The models that are identified, one file for the document of each structure, and [`Model`], which is any of them.
 //!
 //! A structure is a variant of [`Structure`] and of [`Model`]. What another crate does for each of them stands in one
 //! `match`, in the file `model.rs` of that crate.
 
+mod bicycle;
+mod bicycle_evidence;
+mod evidence;
+mod longitudinal;
+pub mod multivariable;
+mod plant;
+mod sideslip;
+mod state_space;
+mod torque;
+mod uncertainty;
+mod vehicle;
+mod vehicle_evidence;
+
 use crate::Error;
-use crate::bicycle::Bicycle;
 use crate::document::{Document, schema_of};
-use crate::evidence::{ChannelSummary, IdentifiedActuator};
-use crate::longitudinal::Longitudinal;
-use crate::multivariable::MultivariablePlant;
-use crate::plant::Plant;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::sideslip::Sideslip;
-use crate::torque::Torque;
-use crate::vehicle::Vehicle;
 use crate::words::alternatives;
+
+pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
+pub use bicycle_evidence::{
+    BicycleEvidence, Estimated, LEAST_SPREAD, SpeedSummary, Stated, VehicleDirection, WithDelay,
+};
+pub use evidence::{
+    BLOCK_S, BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence,
+    Excitation, ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, IdentifiedActuator,
+    Information, Intersample, LEAST_BLOCKS, LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap,
+    PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint, Spread, SteeringPlay,
+    too_few_blocks,
+};
+pub use longitudinal::{
+    Brake, GainVariation, GearGain, Longitudinal, LongitudinalEvidence, LongitudinalNoise,
+    SpeedGain,
+};
+pub use multivariable::{
+    MeasuredPoint, MultivariableEvidence, MultivariablePlant, MultivariableUncertainty,
+    OutputEvidence, PairDelay, PairEvidence, PlantInput, PlantOutput, variable_name,
+};
+pub use plant::{InputKind, Noise, OperatingPoint, Plant};
+pub use sideslip::{Sideslip, SideslipTerm};
+pub use state_space::{Continuous, Discrete};
+pub use torque::{Torque, TorqueEvidence};
+pub use uncertainty::{
+    Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
+};
+pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
+pub use vehicle_evidence::{Prior, SimulationFit, VehicleEvidence, VehicleParameter, correlated};
 
 /// The structure of a model; simpler ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,13 +1,13 @@
 //! `bicycle.json`: the two-wheel bicycle model of eq 13.
 
-use crate::bicycle_evidence::{BicycleEvidence, VehicleDirection};
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
+use crate::models::bicycle_evidence::{BicycleEvidence, VehicleDirection};
+use crate::models::sideslip::Sideslip;
+use crate::models::vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::sideslip::Sideslip;
-use crate::vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 use serde::{Deserialize, Serialize};
 
 /// Vehicle data (also the TOML that `steerwright bicycle` reads).

@@ -5,10 +5,10 @@
 
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
+use crate::models::sideslip::Sideslip;
+use crate::models::vehicle_evidence::VehicleEvidence;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::sideslip::Sideslip;
-use crate::vehicle_evidence::VehicleEvidence;
 use serde::{Deserialize, Serialize};
 
 /// A vehicle up to its limits.

@@ -1,9 +1,9 @@
 //! `speed_controller.json`: a controller of the speed with the evidence that it meets its specification.
 
+use crate::controllers::loop_metrics::Shortfall;
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
-use crate::longitudinal::Longitudinal;
-use crate::loop_metrics::Shortfall;
+use crate::models::Longitudinal;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
 use serde::{Deserialize, Serialize};

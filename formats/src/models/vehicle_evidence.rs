@@ -1,9 +1,9 @@
 //! The evidence for the quality of a vehicle that was identified from a log.
 
-use crate::bicycle_evidence::{BicycleEvidence, SpeedSummary, VehicleDirection, WithDelay};
 use crate::document::Checker;
-use crate::evidence::{ChannelSummary, IdentifiedActuator};
 use crate::matrix::Matrix;
+use crate::models::bicycle_evidence::{BicycleEvidence, SpeedSummary, VehicleDirection, WithDelay};
+use crate::models::evidence::{ChannelSummary, IdentifiedActuator};
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a vehicle from a log, by the single-track model of

@@ -1,8 +1,8 @@
 //! The evidence for the quality of an identified bicycle.
 
 use crate::document::Checker;
-use crate::evidence::{ChannelSummary, HeldOut, IdentifiedActuator};
-use crate::state_space::Continuous;
+use crate::models::evidence::{ChannelSummary, HeldOut, IdentifiedActuator};
+use crate::models::state_space::Continuous;
 use serde::{Deserialize, Serialize};
 
 /// The results of the identification of a bicycle from a log.

@@ -1,7 +1,7 @@
 //! The specification of a controller and the results of its design: the evidence in `pid.json`.
 
-use crate::loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
-use crate::over_speed::OverSpeed;
+use crate::controllers::loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
+use crate::controllers::over_speed::OverSpeed;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

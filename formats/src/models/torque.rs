@@ -1,11 +1,11 @@
 //! `torque.json`: the response of the lateral acceleration to a steering torque or its normalised command.
 
 use crate::document::{Checker, Document};
-use crate::evidence::ChannelSummary;
 use crate::matrix::Matrix;
+use crate::models::evidence::ChannelSummary;
+use crate::models::uncertainty::Estimate;
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::uncertainty::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// `a(t) = K·(u(t − d) − f·tanh(ω/ω0)) + ρ·g·sin(roll) + b`, with the lateral acceleration a, the command u, and the

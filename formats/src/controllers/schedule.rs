@@ -1,7 +1,7 @@
 //! Tables over speed of `pid.json` and `path.json`.
 
+use crate::controllers::gains::{GuidanceAdvice, PidGains};
 use crate::document::Checker;
-use crate::gains::{GuidanceAdvice, PidGains};
 use crate::is_zero;
 use serde::{Deserialize, Serialize};
 

@@ -3,13 +3,13 @@
 //! Version 1 is the [`Plant`](crate::Plant) of a vehicle, from steering to yaw rate, and is written and read as before.
 
 use crate::document::{Checker, Document};
-use crate::evidence::{ChannelSummary, CoherencePoint, Fits, OrderRow, ResidualTest};
 use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
+use crate::models::evidence::{ChannelSummary, CoherencePoint, Fits, OrderRow, ResidualTest};
+use crate::models::state_space::{Continuous, Discrete};
+use crate::models::uncertainty::{Estimate, EstimationFocus, FrequencyBand, UncertainPole};
 use crate::provenance::Provenance;
 use crate::quality::Quality;
-use crate::state_space::{Continuous, Discrete};
-use crate::uncertainty::{Estimate, EstimationFocus, FrequencyBand, UncertainPole};
 use crate::unit::PhysicalUnit;
 use serde::{Deserialize, Serialize};
 
