@@ -292,7 +292,7 @@ fn parameters_of_vehicle(e: &VehicleEvidence) -> Table {
 /// Where the value of a parameter comes from.
 fn origin(p: &VehicleParameter) -> &'static str {
     match (p.prior.standard_deviation > 0.0, p.is_determined, p.is_at_bound) {
-        (false, ..) => "stated",
+        (false, ..) => "fixed",
         (_, _, true) => "bound",
         (_, true, _) => "drive",
         (..) if p.posterior_per_prior > 0.9 => "prior",

@@ -4,7 +4,7 @@ use crate::known::limit_drive::LimitDrive;
 use steerwright_sysid::Error;
 use steerwright_sysid::single_track::{
     Drive, DriveSegment, Parameter, Prior, Scale, SingleTrack, SingleTrackModel,
-    SingleTrackOptions, identify_single_track,
+    SingleTrackOptions, VehicleOptions, identify_single_track,
 };
 
 /// A car that is not the priors' mean.
@@ -71,6 +71,39 @@ fn parameters_of_a_known_car_are_recovered() {
     let alone = identify_single_track(&drive, None, &SingleTrackOptions::default()).unwrap();
     let stiffness = alone.parameter(Parameter::StiffnessRear).value;
     assert!((stiffness / 16.0 - 1.0).abs() < 0.1, "{stiffness}");
+}
+
+/// A servo that the driver's corrections outrun, and one that they do not.
+#[test]
+fn a_largest_rate_of_the_road_wheels_is_found_where_the_drive_shows_it() {
+    for (rate, seed) in [(0.06, 21), (0.12, 22)] {
+        let slow = car().with(Parameter::RateMax, rate);
+        let found = identified(&LimitDrive::new(slow, seed));
+        for (parameter, value, within) in [
+            (Parameter::RateMax, rate, 0.05),
+            (Parameter::StiffnessFront, 11.0, 0.04),
+            (Parameter::Wheelbase, 2.9, 0.02),
+        ] {
+            let p = found.parameter(parameter);
+            assert!((p.value / value - 1.0).abs() < within && p.is_determined, "{rate}: {p:?}");
+            let score = (p.value - value).abs() / p.standard_error;
+            assert!(score < 4.5, "{rate}: {p:?}");
+        }
+        // It is not taken for a lag: 80 ms of lag and delay.
+        let lag_s = found.model.get(Parameter::Lag) + found.model.get(Parameter::Delay);
+        assert!((0.06..0.1).contains(&lag_s), "{rate}: {lag_s}");
+        assert!(found.validation.unwrap().yaw_rate > 97.0, "{rate}: {:?}", found.validation);
+        let vehicle = found.model.vehicle(&VehicleOptions::default());
+        let written = vehicle.actuator.road_wheel_rate_max_radps;
+        assert_eq!(written, found.model.get(Parameter::RateMax));
+    }
+    for seed in [23, 24] {
+        let found = identified(&LimitDrive::new(car(), seed));
+        let p = found.parameter(Parameter::RateMax);
+        assert!(p.standard_error == 0.0 && !p.is_determined, "{p:?}");
+        let written = found.model.vehicle(&VehicleOptions::default());
+        assert_eq!(written.actuator.road_wheel_rate_max_radps, 10.0);
+    }
 }
 
 /// Tyres that relax over 0.4 m, 15 ms at 26 m/s, which the model does not have.

@@ -246,7 +246,8 @@ impl LimitDrive {
             yaw,
             approach(0),
             approach(1),
-            (wheel - delta) / p(Parameter::Lag),
+            ((wheel - delta) / p(Parameter::Lag))
+                .clamp(-p(Parameter::RateMax), p(Parameter::RateMax)),
         ];
         let gyro = r + p(Parameter::YawRateOffset);
         let lateral = force

@@ -43,6 +43,8 @@ pub(super) struct Constants<S> {
     /// Rate of the faster of v_y and r in a gentle turn, times the speed, m/s².
     pub(super) rate_by_speed: f64,
     pub(super) lag_rate: S,
+    /// Of the road wheels, rad/s.
+    pub(super) rate_max: S,
     pub(super) delay: S,
     pub(super) steering_factor: S,
     pub(super) steering_offset: S,
@@ -109,6 +111,7 @@ impl<S: Scalar> Constants<S> {
             rear_slip_per_acceleration: rear.times(GRAVITY).inverse(),
             rate_by_speed: (of_force[0] + of_force[1]).value().max(yaw.value()),
             lag_rate: of(Parameter::Lag).inverse(),
+            rate_max: of(Parameter::RateMax),
             delay: of(Parameter::Delay),
             steering_factor: of(Parameter::SteeringFactor),
             steering_offset: of(Parameter::SteeringOffset),

@@ -9,6 +9,7 @@ use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::{COUNT, Parameter, Scale};
 use crate::structures::single_track::prepared::prepare;
 use crate::structures::single_track::problem::Problem;
+use crate::structures::single_track::rate_limit::rate_limited;
 use crate::structures::single_track::search::{result_run, solve};
 use crate::structures::single_track::uncertainty::covariance;
 use steerwright_formats::{Prior, SimulationFit, VehicleParameter};
@@ -95,8 +96,8 @@ pub(super) fn identify_near(
         options.fit_lateral_acceleration && has(|s| s.lateral_acceleration_mps2.is_some());
     let fits_lateral_velocity =
         options.fit_lateral_velocity && has(|s| s.lateral_velocity_mps.is_some());
-    let priors = options.priors(fits_lateral_acceleration)?;
-    let problem = Problem {
+    let mut priors = options.priors(fits_lateral_acceleration)?;
+    let mut problem = Problem {
         segments: prepare(estimation),
         sample_time: estimation.sample_time_s,
         priors: std::array::from_fn(|i| Normal::new(Parameter::ALL[i], &priors[i])),
@@ -104,7 +105,11 @@ pub(super) fn identify_near(
         fitted: [true, fits_lateral_acceleration, fits_lateral_velocity],
     };
     let near = near.map(|model| problem.with_fixed_parameters(&model.point()));
-    let found = solve(&problem, near.as_ref())?;
+    let mut found = solve(&problem, near.as_ref())?;
+    if let Some(limited) = rate_limited(&problem, &found) {
+        priors[Parameter::RateMax.index()] = limited.prior;
+        (problem, found) = (limited.problem, limited.found);
+    }
     let run = result_run(estimation.sample_time_s);
     let covariance = covariance(&problem, &found.point, &found.densities, &found.run)?;
     let validating = validation.map(|drive| Problem {

@@ -4,11 +4,11 @@
 //! v̇_y = (F_f·cos δ + F_r)/m − v·r              α_f = δ − atan((v_y + L_f·r)/v)
 //! ṙ   = (L_f·F_f·cos δ − L_r·F_r)/J            α_r =   − atan((v_y − L_r·r)/v)
 //! F   = D·sin(C·atan(B·α − E·(B·α − atan(B·α))))         B = C_α/(C·D),   D = μ·F_z
-//! T·δ̇ = s·c(t − τ) + δ_0 − δ
+//! T·δ̇ = s·c(t − τ) + δ_0 − δ,   |δ̇| ≤ ρ
 //! ```
 //!
 //! States: lateral velocity v_y, yaw rate r and road-wheel angle δ. The speed v is measured and a known function of
-//! time; c is the steering angle over the stated steering ratio. The loads F_z are the static ones. These are the
+//! time; c is the steering angle over the stated steering ratio; the largest rate ρ is a parameter where the drive shows one. The loads F_z are the static ones. These are the
 //! equations of the NonlinearVehicle without lateral load transfer, which is part of the axles' characteristics;
 //! [`SingleTrackModel::vehicle`] is its document. The magic formula is that of H. B. Pacejka, *Tire and Vehicle
 //! Dynamics*, section 4.3.
@@ -37,6 +37,7 @@ mod parameters;
 mod prepared;
 mod problem;
 pub(crate) mod quality;
+mod rate_limit;
 mod search;
 mod simulate;
 mod step;

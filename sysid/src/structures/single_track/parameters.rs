@@ -8,7 +8,7 @@ use crate::linalg::dual::Scalar;
 use steerwright_formats::Prior;
 
 /// Number of parameters.
-pub(super) const COUNT: usize = 19;
+pub(super) const COUNT: usize = 20;
 
 /// How a parameter's coordinate is made of its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,6 +104,8 @@ parameters! {
     LateralAccelerationOffset "lateral_acceleration_offset" "m/s2" Linear 0.0 0.2 -3.0 3.0,
     /// How far the accelerometer is ahead of the centre of gravity.
     AccelerometerPosition "accelerometer_position" "m" Linear 0.0 0.2 -3.0 3.0,
+    /// Largest rate of the road wheels, which is beyond that of any drive unless the drive shows one.
+    RateMax "actuator_rate_max" "rad/s" Logarithmic 10.0 0.0 0.01 10.0,
 }
 
 impl Parameter {

@@ -7,10 +7,12 @@ use crate::structures::single_track::dynamics::Constants;
 use crate::structures::single_track::parameters::{COUNT, Parameter};
 use crate::structures::single_track::prepared::PreparedSegment;
 use crate::structures::single_track::simulate::{Output, SimulationRun, simulate};
+use std::cmp::Ordering;
 use steerwright_formats::Prior;
 
 /// Number of outputs: yaw rate, lateral acceleration, lateral velocity.
 pub(super) const OUTPUTS: usize = 3;
+const LATERAL_ACCELERATION: usize = 1;
 
 /// Time after the beginning of a simulation in which errors have no weight, s: the initial state is
 /// that of a steady turn.
@@ -55,6 +57,16 @@ impl Normal {
 pub(super) struct Normals {
     pub(super) gradient: Point,
     pub(super) hessian: [[f64; COUNT]; COUNT],
+}
+
+/// Where a number has the derivative by a parameter. The offset of the lateral acceleration, on which nothing else depends,
+/// has none, so that value and derivatives fill whole vectors.
+fn lane(parameter: usize) -> Option<usize> {
+    match parameter.cmp(&Parameter::LateralAccelerationOffset.index()) {
+        Ordering::Less => Some(parameter),
+        Ordering::Equal => None,
+        Ordering::Greater => Some(parameter - 1),
+    }
 }
 
 impl Problem<'_> {
@@ -178,11 +190,14 @@ impl Problem<'_> {
         run: &SimulationRun,
         mut each: impl FnMut(usize, [Option<(f64, [f64; COUNT])>; OUTPUTS]),
     ) -> bool {
-        let duals: [Dual<{ COUNT + 1 }>; COUNT] = std::array::from_fn(|i| Dual::parameter(p[i], i));
+        let duals: [Dual<COUNT>; COUNT] = std::array::from_fn(|i| match lane(i) {
+            Some(lane) => Dual::parameter(p[i], lane),
+            None => Dual::constant(p[i]),
+        });
         let constants = Constants::new(&duals);
         let warm_up = self.warm_up();
         self.segments.iter().enumerate().all(|(number, segment)| {
-            simulate(&constants, segment, run, |index, output: Output<Dual<{ COUNT + 1 }>>| {
+            simulate(&constants, segment, run, |index, output: Output<Dual<COUNT>>| {
                 if !Self::counts(index, run, warm_up) {
                     return;
                 }
@@ -193,7 +208,11 @@ impl Problem<'_> {
                     number,
                     std::array::from_fn(|i| {
                         let y = measured[i].filter(|_| self.fitted[i])?;
-                        Some((y - simulated[i].value(), simulated[i].by()))
+                        let own = simulated[i].by::<{ COUNT - 1 }>();
+                        // The offset is added to the lateral acceleration.
+                        let added = if i == LATERAL_ACCELERATION { 1.0 } else { 0.0 };
+                        let by = |j: usize| lane(j).map_or(added, |lane| own[lane]);
+                        Some((y - simulated[i].value(), std::array::from_fn(by)))
                     }),
                 );
             })

@@ -60,6 +60,11 @@ pub(super) fn free_run(sample_time_s: f64, step_s: f64) -> SimulationRun {
     SimulationRun { stride, longest_step_s: step_s, gain: 0.0, guard: 0.0, restart: 0 }
 }
 
+/// That of the search.
+pub(super) fn search_run(sample_time_s: f64) -> SimulationRun {
+    free_run(sample_time_s, COARSE_S)
+}
+
 /// The run of the result.
 pub(super) fn result_run(sample_time_s: f64) -> SimulationRun {
     SimulationRun { longest_step_s: FINE_STEP_S, ..free_run(sample_time_s, FINE_S) }
@@ -67,7 +72,7 @@ pub(super) fn result_run(sample_time_s: f64) -> SimulationRun {
 
 /// The estimate of least cost, from a point of another fit of the same drive where that leads to one.
 pub(super) fn solve(problem: &Problem<'_>, near: Option<&Point>) -> Result<FittedPoint, Error> {
-    let free = free_run(problem.sample_time, COARSE_S);
+    let free = search_run(problem.sample_time);
     let at_first = supposed(problem);
     let nearby = near.filter(|point| problem.errors(point, &free).is_some());
     if let Some(refined) = nearby.and_then(|p| refine(problem, p, &at_first, &free, ON_THE_WAY))
@@ -85,7 +90,7 @@ fn to_the_end(
     tried: usize,
     followed: &[Refined],
 ) -> Result<FittedPoint, Error> {
-    let free = free_run(problem.sample_time, COARSE_S);
+    let free = search_run(problem.sample_time);
     // One weighting for all, that of the best so far.
     let cheapest = followed.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(spins)?;
     let densities = observed(problem, &cheapest.point, &free).ok_or_else(spins)?;

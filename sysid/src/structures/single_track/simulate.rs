@@ -136,7 +136,14 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
                 let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
                 for end in [0.5 * h, h] {
                     let next_command = command(time + end);
-                    steering = lag.follow(steering, commanded, next_command);
+                    let followed = lag.follow(steering, commanded, next_command);
+                    // The rate is limited throughout a part of a step or not at all.
+                    let most = k.rate_max.times(0.5 * h);
+                    steering = match (followed - steering).value() {
+                        moved if moved > most.value() => steering + most,
+                        moved if moved < -most.value() => steering - most,
+                        _ => followed,
+                    };
                     commanded = next_command;
                 }
                 let predicted = k.forces(vy_next, r_next, steering, next);

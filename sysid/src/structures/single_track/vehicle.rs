@@ -36,7 +36,8 @@ impl Default for VehicleOptions {
     }
 }
 
-/// Largest rate (rad/s) and angle (rad) of the road wheels, which are not identified: beyond those of any drive.
+/// Largest rate (rad/s) and angle (rad) of the road wheels, beyond those of any drive: a rate that the drive does not show, and
+/// the angle, which is not identified.
 pub(crate) const ROAD_WHEEL_LIMITS: [f64; 2] = [10.0, 0.7];
 
 impl SingleTrackModel {
@@ -80,6 +81,7 @@ impl SingleTrackModel {
             (Parameter::HeightRatio, body.centre_of_gravity_height_m / wheelbase),
             (Parameter::DriveShare, body.drive_share_front),
             (Parameter::BrakeShare, body.brake_share_front),
+            (Parameter::RateMax, vehicle.actuator.road_wheel_rate_max_radps),
         ]
         .into_iter()
         .fold(Self::from_bicycle(&vehicle.in_gentle_driving()), |model, (parameter, value)| {
@@ -126,7 +128,14 @@ impl SingleTrackModel {
                 steering_ratio: options.steering_ratio / p(Parameter::SteeringFactor),
                 time_constant_s: p(Parameter::Lag),
                 delay_s: p(Parameter::Delay),
-                road_wheel_rate_max_radps: ROAD_WHEEL_LIMITS[0],
+                // But for the rounding of its logarithm.
+                road_wheel_rate_max_radps: if p(Parameter::RateMax)
+                    < (1.0 - 1e-9) * ROAD_WHEEL_LIMITS[0]
+                {
+                    p(Parameter::RateMax)
+                } else {
+                    ROAD_WHEEL_LIMITS[0]
+                },
                 road_wheel_angle_max_rad: ROAD_WHEEL_LIMITS[1],
                 play_rad: 0.0,
             },
