@@ -151,6 +151,15 @@ pub fn read(source: Source, options: Options<'_>) -> Result<DriveLog, Failure> {
     }
 }
 
+/// What `identify` with these options reads a log for: a word of the option `response` of `read`.
+///
+/// # Errors
+/// Options that are wrong, as `steerwright identify`.
+pub fn response(options: Options<'_>) -> Result<&'static str, Failure> {
+    let arguments: identify_command::Arguments = parsed(options, &[LOG])?;
+    Ok(arguments.wanted()?.response().name())
+}
+
 /// Identifies the model of a log that is read, with the options of `identify` that are not those of `read`.
 ///
 /// # Errors

@@ -31,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(in_python, module)?,
         wrap_pyfunction!(read, module)?,
         wrap_pyfunction!(save, module)?,
+        wrap_pyfunction!(response, module)?,
         wrap_pyfunction!(identify, module)?,
         wrap_pyfunction!(design, module)?,
         wrap_pyfunction!(yaw_step, module)?,
@@ -129,6 +130,13 @@ fn channels(py: Python<'_>, traces: ChannelTraces) -> PyResult<Channels> {
     let is_validation = traces.is_validation.into_pyarray(py).into_any().unbind();
     let time = arrays::owned(py, traces.time_s)?;
     Ok((time, inputs.unbind(), outputs.unbind(), simulated.unbind(), is_validation))
+}
+
+/// What `identify` with these options reads a log for.
+#[pyfunction]
+fn response(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<&'static str> {
+    let options = options::of_keywords("identify", keywords)?;
+    stages::response(&options).map_err(|failure| work::error(py, &failure))
 }
 
 /// Identifies a model: its document, and the signals of a vehicle's log or of named channels.

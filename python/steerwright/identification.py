@@ -15,7 +15,6 @@ from ._options import documented, refuse_outputs
 from .accumulator import Accumulator
 from .plant import (
     MODELS,
-    RESPONSES,
     AnyModel,
     Bicycle,
     LateralModel,
@@ -129,9 +128,7 @@ def identify(
     if not isinstance(log, Log):
         of_read = {name.replace("-", "_") for name, *_ in _native.describe("read")}
         of_log = {name: keywords.pop(name) for name in of_read & keywords.keys()}
-        structure = keywords.get("structure")
-        if structure in RESPONSES:
-            of_log["response"] = RESPONSES[structure]
+        of_log.setdefault("response", _native.response(keywords))
         log = read(log, **of_log)
     else:
         misplaced = {name.replace("-", "_") for name, *_ in _native.describe("read")}

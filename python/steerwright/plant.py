@@ -790,9 +790,6 @@ AnyModel = Union[LateralModel, MultivariablePlant, Torque, Longitudinal]
 
 MODELS: tuple[type[Document], ...] = get_args(AnyModel)
 
-RESPONSES = {"torque": "lateral-acceleration", "single-track": "motion", "longitudinal": "speed"}
-"""What a log is read for, of the structures that need more than the yaw rate."""
-
 
 def kind_of(text: str, kinds: Sequence[type[Document]] = (Plant, Bicycle, Vehicle)) -> Any:
     """The class of a document, of some; the first where it is of none."""

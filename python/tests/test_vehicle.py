@@ -96,3 +96,17 @@ def test_the_structure_is_chosen_by_the_data(columns: dict[str, np.ndarray]) -> 
     assert "cornering stiffness front" in found.report()
     controller = steerwright.design(found)
     assert controller.designed_for.model == "bicycle"
+
+
+def test_a_structure_that_is_not_stated_reads_what_the_command_line_reads(
+    columns: dict[str, np.ndarray], tmp_path: Path
+) -> None:
+    found = steerwright.identify(columns, mass=MASS)
+    header = ",".join(columns)
+    np.savetxt(tmp_path / "drive.csv", np.stack(list(columns.values()), axis=1), "%.17g", ",", header=header, comments="")
+    done = command_line("identify", "drive.csv", "--mass", str(MASS), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    of_file = steerwright.load(tmp_path / "vehicle.json")
+    assert isinstance(found, steerwright.Vehicle) and isinstance(of_file, steerwright.Vehicle)
+    assert of_file.body == found.body and of_file.tyres == found.tyres
+    assert "lateral_acceleration" in {channel.role for channel in found.evidence.channels}
