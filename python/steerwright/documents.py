@@ -723,6 +723,8 @@ class VehicleData(Record):
     """Time constant of the steering actuator T_n, s."""
     actuator_delay_s: Union[float, None]
     """Pure delay of the steering angle before the actuator, s; 0 if omitted."""
+    actuator_rate_max_radps: Union[float, None]
+    """Largest rate of the road wheels, rad/s; beyond that of any drive if omitted."""
     steering_ratio: float
     """Steering angle over road-wheel angle, 1/n."""
     speed_mps: float

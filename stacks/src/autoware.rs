@@ -56,7 +56,8 @@ pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &StatedValues
         None => export.missing("steer_bias", "the model is not of a drive; identify it from a log"),
     }
     let keys = ["steer_lim", "steer_rate_lim"];
-    export.limits(SIMULATOR, stated, lateral.driven_rate_radps, keys, ("rad/s", 1.0));
+    let rates = (lateral.largest_rate_radps, lateral.driven_rate_radps);
+    export.limits(SIMULATOR, stated, rates, keys, ("rad/s", 1.0));
     export.missing(
         "steering_offset",
         "the MPC learns it while driving (enable_auto_steering_offset_removal); steer_bias is where it should converge",

@@ -127,7 +127,7 @@ impl Export {
         &mut self,
         group: &'static str,
         stated: &StatedValues,
-        driven: Option<f64>,
+        (largest, driven): (Option<Quantity>, Option<f64>),
         [angle, rate]: [&'static str; 2],
         (rate_unit, per_unit): (&'static str, f64),
     ) {
@@ -140,19 +140,23 @@ impl Export {
                 "a drive does not show the stops of the steering; measure the largest angle and state it",
             ),
         }
-        match (stated.max_rate_radps, driven) {
-            (Some(limit), _) => {
+        match (stated.max_rate_radps, largest, driven) {
+            (Some(limit), ..) => {
                 let limit = Quantity::stated(limit * per_unit);
                 self.set(group, rate, limit, rate_unit, "stated, at the road wheel");
             }
-            (None, Some(driven)) => self.missing(
+            (None, Some(largest), _) => {
+                let note = "the model's, which a command outran, at the road wheel";
+                self.set(group, rate, largest.times(per_unit), rate_unit, note);
+            }
+            (None, None, Some(driven)) => self.missing(
                 rate,
                 format!(
                     "the fastest steering of the drive, {:.4} {rate_unit} at the road wheel, is only a lower bound; command a large step of the steering at rest, and state its rate",
                     driven * per_unit
                 ),
             ),
-            (None, None) => self.missing(
+            (None, None, None) => self.missing(
                 rate,
                 "the model does not state it; command a large step of the steering at rest, and state its rate",
             ),

@@ -87,6 +87,8 @@ pub struct Lateral {
     pub steering_offset_rad: Option<Quantity>,
     /// Wheelbase, m; `None` if only one speed was driven.
     pub wheelbase_m: Option<Quantity>,
+    /// Largest rate of the road wheels, rad/s; `None` if the drive does not show it.
+    pub largest_rate_radps: Option<Quantity>,
     /// Fastest steering of the drive, rad/s at the road wheel.
     pub driven_rate_radps: Option<f64>,
     /// The vehicle's data; `None` if only one speed was driven.
@@ -147,6 +149,7 @@ impl Lateral {
                 plant.operating_point.steering_offset_rad / ratio,
             )),
             wheelbase_m: None,
+            largest_rate_radps: None,
             driven_rate_radps: plant
                 .evidence
                 .excitation
@@ -218,6 +221,7 @@ impl Lateral {
             } else {
                 None
             },
+            largest_rate_radps: largest_rate(bicycle),
             driven_rate_radps: evidence
                 .and_then(|e| e.largest_steering_rate_radps)
                 .map(|rate| rate / vehicle.steering_ratio),
@@ -225,6 +229,14 @@ impl Lateral {
             quality: bicycle.quality.clone(),
         })
     }
+}
+
+/// Stated in the data or identified, as a vehicle's is.
+fn largest_rate(bicycle: &Bicycle) -> Option<Quantity> {
+    let mut identified = bicycle.evidence.iter().flat_map(|e| &e.identified);
+    let identified = identified.find(|q| q.name == Estimated::LARGEST_RATE);
+    let value = bicycle.vehicle.actuator_rate_max_radps.or(identified.map(|q| q.value))?;
+    Some(Quantity { value, standard_error: identified.map(|q| q.standard_error) })
 }
 
 fn named(identified: &[Estimated], name: &str) -> Option<f64> {

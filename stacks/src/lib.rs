@@ -70,3 +70,29 @@ pub fn export_torque(stack: Stack, torque: &Torque) -> Result<Export, Error> {
         _ => Err(Error::NotByTorque { stack: stack.name() }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steerwright_formats::{Bicycle, VehicleData};
+
+    /// A rate that is stated takes precedence, and one that no model has is named.
+    #[test]
+    fn a_servo_that_was_outrun_has_its_rate() {
+        let parameter = |rate: Option<f64>, stated: Option<f64>, stack: Stack, key: &str| {
+            let vehicle = VehicleData { actuator_rate_max_radps: rate, ..VehicleData::default() };
+            let lateral = Lateral::of_bicycle(&Bicycle::new(vehicle)).unwrap();
+            let stated = StatedValues { max_rate_radps: stated, ..StatedValues::default() };
+            let export = export(stack, &lateral, &stated).unwrap();
+            let set = export.parameters.iter().find(|p| p.key == key).map(|p| p.quantity.value);
+            assert_eq!(set.is_none(), export.missing.iter().any(|m| m.key == key));
+            set
+        };
+        let (autoware, px4) =
+            ((Stack::Autoware, "steer_rate_lim"), (Stack::Px4, "RA_STR_RATE_LIM"));
+        assert_eq!(parameter(Some(0.2), None, autoware.0, autoware.1), Some(0.2));
+        assert_eq!(parameter(Some(0.2), None, px4.0, px4.1), Some(0.2_f64.to_degrees()));
+        assert_eq!(parameter(Some(0.2), Some(0.3), autoware.0, autoware.1), Some(0.3));
+        assert_eq!(parameter(None, None, autoware.0, autoware.1), None);
+    }
+}

@@ -21,7 +21,8 @@ pub(crate) fn fill(export: &mut Export, lateral: &Lateral, stated: &StatedValues
     wheelbase(export, ACKERMANN, "RA_WHEEL_BASE", lateral, stated);
     let keys = ["RA_MAX_STR_ANG", "RA_STR_RATE_LIM"];
     let degrees = ("deg/s", 1.0_f64.to_degrees());
-    export.limits(ACKERMANN, stated, lateral.driven_rate_radps, keys, degrees);
+    let rates = (lateral.largest_rate_radps, lateral.driven_rate_radps);
+    export.limits(ACKERMANN, stated, rates, keys, degrees);
     match stated.wheelbase_m.or(lateral.wheelbase_m.map(|l| l.value)) {
         Some(length) => {
             let note =

@@ -51,8 +51,9 @@ impl PlantModel {
         Ok(Self::Bicycle(Box::new(plant)))
     }
 
-    /// The vehicle of `bicycle.json` up to its limits: its file has no tyre curve, roll or actuator rate, which
-    /// are those of [`NonlinearParameters::default`] and `road_wheel_rate_max`, rad/s.
+    /// The vehicle of `bicycle.json` up to its limits: its file has no tyre curve and no roll, which are those of
+    /// [`NonlinearParameters::default`], with the lower of its own largest rate of the road wheel and `road_wheel_rate_max`,
+    /// rad/s.
     pub(crate) fn saturating(bicycle: &Bicycle, road_wheel_rate_max: f64) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
         let mut parameters = NonlinearParameters::default();
@@ -66,7 +67,8 @@ impl PlantModel {
         actuator.steering_ratio = vehicle.steering_ratio;
         actuator.time_constant_s = vehicle.actuator_time_constant_s;
         actuator.delay_s = vehicle.actuator_delay_s;
-        actuator.road_wheel_rate_max_radps = road_wheel_rate_max;
+        let own = vehicle.actuator_rate_max_radps.unwrap_or(f64::INFINITY);
+        actuator.road_wheel_rate_max_radps = own.min(road_wheel_rate_max);
         Self::nonlinear(parameters, &vehicle.name)
     }
 

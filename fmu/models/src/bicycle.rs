@@ -16,6 +16,9 @@ use steerwright_formats::{BicycleCoefficients, VehicleData};
 /// Longest delay of the steering actuator, s.
 pub const LONGEST_DELAY: f64 = 10.0;
 
+/// A rate of the road wheels that nothing reaches, rad/s.
+pub const UNLIMITED_RATE: f64 = 1e6;
+
 /// A vehicle as the bicycle model sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BicycleParameters {
@@ -35,12 +38,14 @@ pub struct BicycleParameters {
     pub actuator_time_constant: f64,
     /// Pure delay of the steering angle before the actuator, s.
     pub actuator_delay: f64,
+    /// Largest rate of the road wheels, rad/s; [`UNLIMITED_RATE`] where none is known.
+    pub actuator_rate_max: f64,
     /// Steering angle over road-wheel angle, 1/n.
     pub steering_ratio: f64,
 }
 
 as_numbers!(BicycleParameters: mass yaw_inertia distance_front distance_rear cornering_stiffness_front
-    cornering_stiffness_rear actuator_time_constant actuator_delay steering_ratio);
+    cornering_stiffness_rear actuator_time_constant actuator_delay actuator_rate_max steering_ratio);
 
 impl Default for BicycleParameters {
     /// The parameters of [`VehicleData::default`].
@@ -61,6 +66,7 @@ impl From<&VehicleData> for BicycleParameters {
             cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
             actuator_time_constant: vehicle.actuator_time_constant_s,
             actuator_delay: vehicle.actuator_delay_s,
+            actuator_rate_max: vehicle.actuator_rate_max_radps.unwrap_or(UNLIMITED_RATE),
             steering_ratio: vehicle.steering_ratio,
         }
     }
@@ -80,6 +86,7 @@ impl BicycleParameters {
             ("the front cornering stiffness", self.cornering_stiffness_front),
             ("the rear cornering stiffness", self.cornering_stiffness_rear),
             ("the actuator's time constant", self.actuator_time_constant),
+            ("the actuator's largest rate", self.actuator_rate_max),
             ("the steering ratio", self.steering_ratio),
         ] {
             if !value.is_finite() {

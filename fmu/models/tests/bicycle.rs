@@ -35,6 +35,7 @@ fn every_number_of_the_file_arrives() {
         cornering_stiffness_rear_npr: 6.0,
         actuator_time_constant_s: 7.0,
         actuator_delay_s: 10.0,
+        actuator_rate_max_radps: Some(11.0),
         steering_ratio: 8.0,
         speed_mps: 9.0,
     };
@@ -47,9 +48,12 @@ fn every_number_of_the_file_arrives() {
         cornering_stiffness_rear: 6.0,
         actuator_time_constant: 7.0,
         actuator_delay: 10.0,
+        actuator_rate_max: 11.0,
         steering_ratio: 8.0,
     };
     assert_eq!(BicycleParameters::from(&vehicle), expected);
+    let unlimited = VehicleData { actuator_rate_max_radps: None, ..vehicle };
+    assert_eq!(BicycleParameters::from(&unlimited).actuator_rate_max, 1e6);
 }
 
 /// Tyre forces by their definition, not by the coefficients A1…B2: (v̇_y, ṙ, δ̇, ψ̇, Ẋ, Ẏ).
@@ -61,7 +65,8 @@ fn newton(p: &BicycleParameters, v: f64, steering: f64, w: &[f64; 6]) -> [f64; 6
     [
         (front + rear) / p.mass - v * r,
         (p.distance_front * front - p.distance_rear * rear) / p.yaw_inertia,
-        (steering / p.steering_ratio - delta) / p.actuator_time_constant,
+        ((steering / p.steering_ratio - delta) / p.actuator_time_constant)
+            .clamp(-p.actuator_rate_max, p.actuator_rate_max),
         r,
         v * c - vy * s,
         v * s + vy * c,
@@ -281,6 +286,47 @@ fn refuses_what_is_no_vehicle() {
     }
     plant.parameters.mass = -1.0;
     assert!(plant.start().is_err());
+}
+
+proptest! {
+    /// The same of an actuator whose rate is limited, in and out of the limit within a step, and in parts of one.
+    #[test]
+    fn follows_newton_at_the_largest_rate(
+        rate in 0.02..0.5_f64,
+        steps in prop::collection::vec((0.01..0.15_f64, -3.0..3.0_f64, 1.0..60.0_f64), 1..10),
+    ) {
+        let p = BicycleParameters { actuator_rate_max: rate, ..car() };
+        let mut plant = BicyclePlant::new(p).unwrap();
+        let mut w = [0.0; 6];
+        for (h, steering, v) in steps {
+            (plant.steering_angle, plant.speed) = (steering, v);
+            let mut halves = plant.clone();
+            plant.step(h).unwrap();
+            halves.step(0.5 * h).unwrap();
+            halves.step(0.5 * h).unwrap();
+            w = runge_kutta(w, h, 1 + (h / 2e-5) as usize, |w| newton(&p, v, steering, w));
+            for (i, known) in w.into_iter().enumerate() {
+                prop_assert!((plant.state(i) - known).abs() < 1e-7, "{i}: {known}");
+                prop_assert!((plant.state(i) - halves.state(i)).abs() < 1e-9, "{i}");
+            }
+            let derivative = newton(&p, v, steering, &w);
+            prop_assert!((plant.state_rate(2) - derivative[2]).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_ramp_faster_than_the_actuator_is_followed_at_its_largest_rate() {
+    let p = BicycleParameters { actuator_rate_max: 0.2, ..car() };
+    let mut plant = BicyclePlant::new(p).unwrap();
+    plant.steering_rate = 2.0 * 0.2 * p.steering_ratio;
+    plant.step(0.5).unwrap();
+    // The lag ends where its error is the rate times the time constant; the error grows by 0.2 rad/s after.
+    assert!(plant.road_wheel_angle() > 0.2 * 0.5 - 0.2 * 0.08 && plant.road_wheel_angle() < 0.1);
+    let at = plant.road_wheel_angle();
+    plant.steering_angle = 0.4 * 0.5 * p.steering_ratio;
+    plant.step(0.1).unwrap();
+    assert!((plant.road_wheel_angle() - at - 0.02).abs() < 1e-12);
 }
 
 #[test]

@@ -59,6 +59,8 @@ variables! {
         .unit("1").min(1e-3).nominal(10.0).description("steering angle over road-wheel angle, 1/n");
     ActuatorDelay = 28, real "actuator_delay", Parameter, Fixed, at plant.parameters.actuator_delay,
         .unit("s").display_unit("ms").min(0.0).max(10.0).description("delay before the steering actuator");
+    ActuatorRateMax = 29, real "actuator_rate_max", Parameter, Fixed, at plant.parameters.actuator_rate_max,
+        .unit("rad/s").display_unit("deg/s").min(1e-6).max(1e6).description("largest rate of the road wheels; 1e6 rad/s limits nothing");
     InitialX = 30, real "initial_x", Parameter, Fixed, at plant.initial_x,
         .unit("m").nominal(100.0).description("position at the start");
     InitialY = 31, real "initial_y", Parameter, Fixed, at plant.initial_y,
@@ -132,7 +134,10 @@ fn by_parameter(unknown: Unknown<V>, parameter: V) -> bool {
         }
         Unknown::Derivative(YAW_RATE) => force || parameter == V::YawInertia,
         Unknown::Derivative(ROAD_WHEEL_ANGLE) => {
-            matches!(parameter, V::ActuatorTimeConstant | V::ActuatorDelay | V::SteeringRatio)
+            matches!(
+                parameter,
+                V::ActuatorTimeConstant | V::ActuatorDelay | V::ActuatorRateMax | V::SteeringRatio
+            )
         }
         _ => false,
     }

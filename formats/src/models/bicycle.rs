@@ -33,6 +33,9 @@ pub struct VehicleData {
     /// Pure delay of the steering angle before the actuator, s; 0 if omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub actuator_delay_s: f64,
+    /// Largest rate of the road wheels, rad/s; beyond that of any drive if omitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator_rate_max_radps: Option<f64>,
     /// Steering angle over road-wheel angle, 1/n.
     pub steering_ratio: f64,
     /// Longitudinal velocity V, m/s.
@@ -52,6 +55,7 @@ impl Default for VehicleData {
             cornering_stiffness_rear_npr: 110_000.0,
             actuator_time_constant_s: 0.05,
             actuator_delay_s: 0.0,
+            actuator_rate_max_radps: None,
             steering_ratio: 1.0,
             speed_mps: 15.0,
         }
@@ -202,12 +206,12 @@ impl Vehicle {
 
 impl VehicleData {
     /// Its keys in a file, in words.
-    pub const KEYS: &str = "name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, actuator_delay_s (optional), steering_ratio and speed_mps";
+    pub const KEYS: &str = "name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, cornering_stiffness_front_npr, cornering_stiffness_rear_npr, actuator_time_constant_s, actuator_delay_s and actuator_rate_max_radps (optional), steering_ratio and speed_mps";
 
     /// The data in words, each with its value and its unit.
     #[must_use]
-    pub fn in_words(&self) -> [(&'static str, f64, &'static str); 10] {
-        [
+    pub fn in_words(&self) -> Vec<(&'static str, f64, &'static str)> {
+        let mut all = vec![
             ("mass", self.mass_kg, "kg"),
             ("yaw inertia", self.yaw_inertia_kgm2, "kg·m²"),
             ("centre of gravity to front axle", self.distance_front_m, "m"),
@@ -218,7 +222,10 @@ impl VehicleData {
             ("delay of the actuator", self.actuator_delay_s, "s"),
             ("steering ratio", self.steering_ratio, ""),
             ("speed", self.speed_mps, "m/s"),
-        ]
+        ];
+        let rate = self.actuator_rate_max_radps;
+        all.extend(rate.map(|rate| ("largest rate of the road wheels", rate, "rad/s")));
+        all
     }
 
     /// The data of the bicycle that a vehicle is in gentle driving, without its name and speed.
@@ -256,6 +263,9 @@ impl VehicleData {
             cornering_stiffness_front_npr cornering_stiffness_rear_npr actuator_time_constant_s
             steering_ratio speed_mps);
         c.within(self.actuator_delay_s, 0.0, 10.0, &format!("{at}actuator_delay_s"));
+        if let Some(rate) = self.actuator_rate_max_radps {
+            c.positive(rate, &format!("{at}actuator_rate_max_radps"));
+        }
     }
 
     /// The vehicle displaced by a multiple of a direction of its uncertainty.

@@ -82,6 +82,11 @@ pub struct Estimated {
     pub unit: String,
 }
 
+impl Estimated {
+    /// The name of the largest rate of the road wheels.
+    pub const LARGEST_RATE: &str = "actuator_rate_max";
+}
+
 /// Natural logarithms of factors on a vehicle's data, and a change of its delay.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

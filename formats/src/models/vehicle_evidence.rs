@@ -2,7 +2,9 @@
 
 use crate::document::Checker;
 use crate::matrix::Matrix;
-use crate::models::bicycle_evidence::{BicycleEvidence, SpeedSummary, VehicleDirection, WithDelay};
+use crate::models::bicycle_evidence::{
+    BicycleEvidence, Estimated, SpeedSummary, VehicleDirection, WithDelay,
+};
 use crate::models::evidence::{ChannelSummary, IdentifiedActuator};
 use serde::{Deserialize, Serialize};
 
@@ -127,6 +129,18 @@ pub struct Prior {
 }
 
 impl VehicleEvidence {
+    /// The largest rate of the road wheels, rad/s, if the drive shows one.
+    fn largest_rate(&self) -> Option<Estimated> {
+        let mut all = self.parameters.iter();
+        let rate = all.find(|p| p.name == Estimated::LARGEST_RATE && p.is_determined)?;
+        Some(Estimated {
+            name: rate.name.clone(),
+            value: rate.value,
+            standard_error: rate.standard_error,
+            unit: rate.unit.clone(),
+        })
+    }
+
     /// That of the bicycle of gentle driving.
     #[must_use]
     pub fn of_bicycle(&self) -> BicycleEvidence {
@@ -138,6 +152,7 @@ impl VehicleEvidence {
             validation_fit: self.validation.unwrap_or(self.estimation).yaw_rate,
             speed: self.speed,
             directions: self.directions.clone(),
+            identified: self.largest_rate().into_iter().collect(),
             largest_steering_rate_radps: Some(self.largest_steering_rate_radps),
             with_delay: WithDelay::default(),
             channels: self.channels.clone(),

@@ -192,9 +192,13 @@ fn bicycle_data(bicycle: &Bicycle) -> String {
     let v = &bicycle.vehicle;
     let [m, j, lf, lr] = [v.mass_kg, v.yaw_inertia_kgm2, v.distance_front_m, v.distance_rear_m];
     let [cf, cr] = [v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr];
+    let rate = v.actuator_rate_max_radps.map(|rate| format!(", at most {rate:.3} rad/s"));
     format!(
-        "vehicle  m {m:.0} kg, J {j:.0} kg·m², Lf {lf:.3} m, Lr {lr:.3} m, Cf {cf:.0} N/rad, Cr {cr:.0} N/rad, Tn {:.4} s, delay {:.4} s, steering ratio {:.3}\n",
-        v.actuator_time_constant_s, v.actuator_delay_s, v.steering_ratio
+        "vehicle  m {m:.0} kg, J {j:.0} kg·m², Lf {lf:.3} m, Lr {lr:.3} m, Cf {cf:.0} N/rad, Cr {cr:.0} N/rad, Tn {:.4} s, delay {:.4} s{}, steering ratio {:.3}\n",
+        v.actuator_time_constant_s,
+        v.actuator_delay_s,
+        rate.unwrap_or_default(),
+        v.steering_ratio
     )
 }
 

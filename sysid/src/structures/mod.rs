@@ -6,6 +6,7 @@ pub(crate) mod held;
 pub mod longitudinal;
 mod model;
 pub mod multivariable;
+mod rate_limit;
 pub mod single_track;
 pub(crate) mod state_space;
 pub mod torque;

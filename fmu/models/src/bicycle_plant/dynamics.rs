@@ -4,6 +4,7 @@ use super::BicyclePlant;
 use crate::limits::BLEND_SPEED;
 
 /// F and G at one speed.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Dynamics {
     /// (v_y, r) by (v_y, r), row by row.
     pub(super) lateral: [f64; 4],

@@ -64,15 +64,20 @@ impl BicyclePlant {
             }
             Unknown::Rate(0) => self.lateral_by(0, known),
             Unknown::Rate(1) => self.lateral_by(1, known),
-            Unknown::Rate(2) => match known {
-                Known::State(2) => Some(Factor::Fixed(-1.0 / self.coefficients.tn)),
-                // A delay leaves no dependency on the present angle.
-                Known::SteeringAngle => Some(Factor::Fixed(match self.started.actuator_delay {
-                    0.0 => self.dynamics().gain,
-                    _ => 0.0,
-                })),
-                _ => None,
-            },
+            Unknown::Rate(2) => {
+                // At its largest rate the wheel depends on nothing.
+                let is_free = self.wheel_rate().abs() < self.started.actuator_rate_max;
+                let slope = match known {
+                    Known::State(2) => -1.0 / self.coefficients.tn,
+                    // A delay leaves no dependency on the present angle.
+                    Known::SteeringAngle if self.started.actuator_delay == 0.0 => {
+                        self.dynamics().gain
+                    }
+                    Known::SteeringAngle => 0.0,
+                    _ => return None,
+                };
+                Some(Factor::Dependent(if is_free { slope } else { 0.0 }))
+            }
             Unknown::Rate(YAW) => {
                 if known == Known::State(1) {
                     Some(Factor::Constant(1.0))
@@ -109,10 +114,16 @@ impl BicyclePlant {
 
     /// ẇ.
     fn rates(&self) -> [f64; 3] {
+        let [lateral, yaw, _] = self.dynamics().times(&self.w);
+        [lateral, yaw, self.wheel_rate()]
+    }
+
+    /// δ̇.
+    fn wheel_rate(&self) -> f64 {
         let dynamics = self.dynamics();
-        let mut rates = dynamics.times(&self.w);
         let (steering, _) = self.delay.output(self.steering_angle, self.steering_rate);
-        rates[2] += dynamics.gain * steering;
-        rates
+        let rate = dynamics.times(&self.w)[2] + dynamics.gain * steering;
+        let most = self.started.actuator_rate_max;
+        rate.clamp(-most, most)
     }
 }

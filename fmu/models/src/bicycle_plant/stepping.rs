@@ -6,6 +6,7 @@ use crate::Error;
 use crate::delay::Segment;
 use crate::error::diverged;
 use crate::identified_plant::LONGEST_STEP;
+use crate::nonlinear::actuator::Actuator;
 use crate::quadrature::{LONGEST_PANEL, NODE, NODES, mean, panels};
 use crate::trigonometry::sin_cos_small;
 
@@ -42,15 +43,66 @@ impl BicyclePlant {
         self.delay.push(h, self.steering_angle, self.steering_rate)?;
         let mut left = h;
         while left > 0.0 {
-            let Segment { duration, value, slope } = self.delay.next(left);
-            left -= duration;
-            let (count, panel) = panels(duration, longest);
-            for k in 0..count {
-                let steering = value + slope * (k as f64 * panel);
-                self.move_exactly(&dynamics, panel, steering, slope);
+            let command = self.delay.next(left);
+            left -= command.duration;
+            if self.is_within_rate(command) {
+                self.move_over(&dynamics, longest, command);
+            } else {
+                self.move_limited(&dynamics, longest, command);
             }
         }
         self.check_finite()
+    }
+
+    /// Whether the lag alone moves the wheel throughout a piece of the command.
+    #[inline]
+    fn is_within_rate(&self, command: Segment) -> bool {
+        let ratio = self.started.steering_ratio;
+        let [start, end] =
+            [0.0, command.duration].map(|t| (command.value + command.slope * t) / ratio);
+        let edge = self.started.actuator_rate_max * self.started.actuator_time_constant;
+        // The wheel stays between where it is and the ends of the command.
+        let low = start.min(end).min(self.w[2]);
+        let high = start.max(end).max(self.w[2]);
+        high - low <= edge
+    }
+
+    /// The same where the rate may be limited: the wheel's motions one after the other.
+    fn move_limited(&mut self, dynamics: &Dynamics, longest: f64, command: Segment) {
+        let p = self.started;
+        let actuator = Actuator {
+            time_constant: p.actuator_time_constant,
+            rate: p.actuator_rate_max,
+            stop: f64::INFINITY,
+        };
+        let n = 1.0 / p.steering_ratio;
+        let at_wheel = Segment { value: n * command.value, slope: n * command.slope, ..command };
+        // A wheel that turns at a given rate.
+        let turning = Dynamics { lag: 0.0, gain: 1.0, ..*dynamics };
+        let mut before = 0.0;
+        for motion in actuator.follow(self.w[2], at_wheel) {
+            let duration = motion.duration;
+            if duration <= 0.0 {
+                continue;
+            }
+            if motion.swing == 0.0 && motion.slope.abs() == p.actuator_rate_max {
+                let rate = Segment { duration, value: motion.slope, slope: 0.0 };
+                self.move_over(&turning, longest, rate);
+            } else {
+                let value = command.value + command.slope * before;
+                self.move_over(dynamics, longest, Segment { duration, value, ..command });
+            }
+            before += duration;
+        }
+    }
+
+    /// Over a piece of an input: the steering angle, or the rate of a wheel that turns at a given one.
+    fn move_over(&mut self, dynamics: &Dynamics, longest: f64, input: Segment) {
+        let (count, panel) = panels(input.duration, longest);
+        for k in 0..count {
+            let steering = input.value + input.slope * (k as f64 * panel);
+            self.move_exactly(dynamics, panel, steering, input.slope);
+        }
     }
 
     /// Refuses to go on from states beyond all numbers.

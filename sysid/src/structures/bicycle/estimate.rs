@@ -10,10 +10,11 @@ use crate::linalg::elimination::Elimination;
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
 use crate::structures::bicycle::parameters::{
-    ALL, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR,
+    ALL, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, Prior, RATE, REAR, STEERING_FACTOR,
     STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, priors,
 };
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment, sensitivities, yaw_rate};
+use crate::structures::rate_limit;
 use faer::Mat;
 use steerwright_drivelog::signal::standard_deviation;
 
@@ -27,6 +28,7 @@ const LARGEST_STEP: f64 = 1.0;
 /// Initial estimates that are refined, of those that are tried.
 const REFINED: usize = 2;
 
+#[derive(Clone)]
 pub(super) struct Problem<'a> {
     pub(super) segments: Vec<SpeedSegment<'a>>,
     /// Share λ of the weight on the front axle.
@@ -47,7 +49,7 @@ pub(super) struct Estimate {
     pub(super) initial_states: Vec<InitialState>,
     /// Long-run variance s² of the errors, per sample.
     pub(super) long_run_variance: f64,
-    cost: f64,
+    pub(super) cost: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -121,10 +123,14 @@ impl<'a> Problem<'a> {
             })
             .collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best = self
+        let best = self
             .best(tried.into_iter().take(REFINED))?
             .ok_or(Error::no_model("no bicycle follows this drive, not even roughly"))?;
-        // The weight of the priors follows from the errors; they hardly depend on it in turn.
+        self.reweighted(best)
+    }
+
+    /// Estimates with the weight of the priors that follows from the errors, which hardly depend on it in turn.
+    pub(super) fn reweighted(&self, mut best: Estimate) -> Result<Estimate, Error> {
         for _ in 0..2 {
             let Some(errors) = self.errors(&best.parameters, &best.initial_states) else { break };
             let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
@@ -135,6 +141,21 @@ impl<'a> Problem<'a> {
         Ok(best)
     }
 
+    /// An estimate of another problem with the cost that it has here; `None` where the model leaves all bounds.
+    pub(super) fn weighed(&self, from: Estimate) -> Option<Estimate> {
+        let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance)?;
+        Some(Estimate { cost, ..from })
+    }
+
+    /// Estimates the largest rate of the road wheels too.
+    pub(super) fn free_rate(&mut self) {
+        self.priors[RATE] = Prior {
+            mean: rate_limit::PRIOR.mean.ln(),
+            deviation: rate_limit::PRIOR.standard_deviation,
+        };
+        self.free.push(RATE);
+    }
+
     /// Estimates the delay too, from an estimate without.
     pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
         // A long lag without a delay may be a delay: it is shared out in two ways.
@@ -143,8 +164,7 @@ impl<'a> Problem<'a> {
             let lag = from.parameters[LAG].exp();
             from.parameters[DELAY] = part * lag;
             from.parameters[LAG] = ((1.0 - part) * lag).ln();
-            let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance)?;
-            Some(Estimate { cost, ..from })
+            self.weighed(from)
         });
         let best =
             self.best(shared)?.ok_or(Error::no_model("the bicycle with a delay diverges"))?;
@@ -154,8 +174,8 @@ impl<'a> Problem<'a> {
     /// Estimates from an estimate of a problem that differs a little; `None` where the model leaves all bounds
     /// there.
     pub(super) fn solve_from(&self, from: &Estimate) -> Result<Option<Estimate>, Error> {
-        let cost = self.cost(&from.parameters, &from.initial_states, from.long_run_variance);
-        cost.map(|cost| self.refine(Estimate { cost, ..from.clone() }, self.least_gain)).transpose()
+        let weighed = self.weighed(from.clone());
+        weighed.map(|from| self.refine(from, self.least_gain)).transpose()
     }
 
     fn best(&self, starts: impl Iterator<Item = Estimate>) -> Result<Option<Estimate>, Error> {

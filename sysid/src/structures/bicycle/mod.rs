@@ -9,9 +9,11 @@
 mod estimate;
 mod evidence;
 pub(crate) mod information;
+mod limited_wheel;
 mod options;
 mod parameters;
 mod quality;
+mod rate_limit;
 pub(crate) mod reference;
 mod response;
 mod simulate;
@@ -30,6 +32,7 @@ use crate::selection::options::IdentifyOptions;
 use crate::sideslip::other_sideslip;
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::DELAY;
+use crate::structures::bicycle::rate_limit::rate_limited;
 use crate::structures::bicycle::simulate::within;
 use crate::structures::bicycle::simulation::{Simulation, segments};
 use crate::structures::held::Steering;
@@ -119,9 +122,13 @@ pub(crate) fn identify_moving(
     let problem = |ranges: &[Range<usize>], delay: bool| {
         Problem::new(within(&segments, ranges), options.front_share(), geometry, delay)
     };
-    let prompt = problem(&recording.split.estimation, false);
-    let without_delay = prompt.solve()?;
-    let delayed = problem(&recording.split.estimation, true);
+    let mut prompt = problem(&recording.split.estimation, false);
+    let mut without_delay = prompt.solve()?;
+    let mut delayed = problem(&recording.split.estimation, true);
+    if let Some(limited) = rate_limited(&prompt, &without_delay)? {
+        (prompt, without_delay) = limited;
+        delayed.free_rate();
+    }
     let with_delay = delayed.solve_with_delay(&without_delay)?;
     let validation = problem(&recording.split.validation, false);
     let split = &recording.split;

@@ -8,16 +8,16 @@
 
 use crate::linalg::dual::{Dual, Scalar};
 use crate::structures::bicycle::options::BicycleOptions;
-use steerwright_formats::VehicleData;
+use steerwright_formats::{Estimated, VehicleData};
 
 /// Number of parameters, and of the two initial states after them.
-pub(super) const PARAMETERS: usize = 9;
+pub(super) const PARAMETERS: usize = 10;
 /// With the initial v_y and r of a segment.
 pub(super) const ALL: usize = PARAMETERS + 2;
 
 /// The first parameters, on which the motion from one sample to the next depends.
 pub(super) const OF_MOTION: usize = 6;
-/// Places of ln α, ln β, ln L, ln η, ln Tn, τ, the offsets and ln of the steering factor.
+/// Places of ln α, ln β, ln L, ln η, ln Tn, τ, the offsets, and ln of the steering factor and of the largest rate.
 pub(super) const FRONT: usize = 0;
 pub(super) const REAR: usize = 1;
 pub(super) const WHEELBASE: usize = 2;
@@ -27,9 +27,13 @@ pub(super) const DELAY: usize = 5;
 pub(super) const STEERING_OFFSET: usize = 6;
 pub(super) const YAW_RATE_OFFSET: usize = 7;
 pub(super) const STEERING_FACTOR: usize = 8;
+pub(super) const RATE: usize = 9;
 
 /// Below this speed the plant's dynamics are those of this speed, m/s, as in the FMU.
 pub(super) const BLEND_SPEED: f64 = 1.0;
+
+/// A rate of the road wheels that nothing reaches, rad/s.
+pub(super) const UNLIMITED_RATE: f64 = 1e6;
 
 /// A normal distribution of a parameter, wide enough for a kart and a lorry.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +68,8 @@ pub(super) fn priors(geometry: Geometry) -> [Prior; PARAMETERS] {
         of(0.0, 0.01),
         // The angle at a command of 1 may be that of a servo or of a steering wheel.
         if geometry.is_angle { of(0.0, 0.3) } else { of(0.4_f64.ln(), 1.5) },
+        // Fixed there unless the drive shows one.
+        of(UNLIMITED_RATE.ln(), 1.0),
     ]
 }
 
@@ -78,6 +84,8 @@ pub(super) struct Coefficients<S> {
     pub(super) b2: S,
     /// 1/Tn.
     pub(super) rate: S,
+    /// Of the road wheels, rad/s.
+    pub(super) rate_max: S,
     pub(super) delay: S,
     pub(super) steering_offset: S,
     pub(super) yaw_rate_offset: S,
@@ -107,6 +115,7 @@ impl<S: Scalar> Coefficients<S> {
             b1: f,
             b2: alpha,
             rate: (-p[LAG]).exp(),
+            rate_max: p[RATE].exp(),
             delay: p[DELAY],
             steering_offset: p[STEERING_OFFSET],
             yaw_rate_offset: p[YAW_RATE_OFFSET],
@@ -176,9 +185,17 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
     if p[DELAY] > 0.0 {
         all.push(("actuator_delay", "s", d[DELAY]));
     }
+    if is_limited(p) {
+        all.push((Estimated::LARGEST_RATE, "rad/s", d[RATE].exp()));
+    }
     all.push(("steering_offset_road_wheel", "rad", d[STEERING_OFFSET]));
     all.push(("yaw_rate_offset", "rad/s", d[YAW_RATE_OFFSET]));
     all
+}
+
+/// Whether the rate of the road wheels is limited.
+pub(super) fn is_limited(p: &[f64; PARAMETERS]) -> bool {
+    p[RATE] < UNLIMITED_RATE.ln()
 }
 
 /// The reverse of [`vehicle`], without offsets, for another steering ratio.
@@ -192,6 +209,7 @@ pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAM
     p[INDEX] = (inertia / (mass * a * b)).ln();
     p[LAG] = data.actuator_time_constant_s.ln();
     p[DELAY] = data.actuator_delay_s;
+    p[RATE] = data.actuator_rate_max_radps.unwrap_or(UNLIMITED_RATE).ln();
     p[STEERING_FACTOR] = (steering_ratio / data.steering_ratio).ln();
     p
 }
@@ -215,6 +233,7 @@ pub(super) fn vehicle(
         cornering_stiffness_rear_npr: -mass * (c.a1 + c.b1),
         actuator_time_constant_s: p[LAG].exp(),
         actuator_delay_s: p[DELAY].max(0.0),
+        actuator_rate_max_radps: if is_limited(p) { Some(p[RATE].exp()) } else { None },
         steering_ratio: steering_ratio / c.steering_factor,
         ..VehicleData::default()
     }

@@ -10,8 +10,9 @@ use crate::Error;
 use crate::linalg::dense::solve;
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::{
-    DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET,
+    DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET, is_limited,
 };
+use crate::structures::bicycle::rate_limit::rate_limited;
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment};
 use crate::validation::residuals::pairs::{Pair, jackknife};
 use faer::Mat;
@@ -184,9 +185,13 @@ impl<'a> Reference<'a> {
     /// The bicycle that explains the yaw rate best by the steering as it was recorded, its delay free.
     pub(crate) fn recorded(&self) -> Option<Fitted> {
         let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| p.steering.clone()).collect();
-        let prompt = self.problem(&steering, Delay::Fixed(0.0));
-        let delayed = self.problem(&steering, Delay::Free);
-        let estimate = prompt.solve().and_then(|found| delayed.solve_with_delay(&found)).ok()?;
+        let prompt = self.problem(&steering, Delay::Fixed(0.0), None);
+        let mut found = prompt.solve().ok()?;
+        if let Some((_, limited)) = rate_limited(&prompt, &found).ok()? {
+            found = limited;
+        }
+        let delayed = self.problem(&steering, Delay::Free, Some(&found));
+        let estimate = delayed.solve_with_delay(&found).ok()?;
         fitted(&delayed, estimate).ok().flatten()
     }
 
@@ -198,7 +203,7 @@ impl<'a> Reference<'a> {
         from: &Fitted,
     ) -> Option<Fitted> {
         let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| change(&p.steering)).collect();
-        let problem = self.problem(&steering, delay);
+        let problem = self.problem(&steering, delay, Some(&from.estimate));
         let mut start = from.estimate.clone();
         if let Delay::Fixed(seconds) = delay {
             start.parameters[DELAY] = seconds;
@@ -214,13 +219,19 @@ impl<'a> Reference<'a> {
         from: &Fitted,
     ) -> Option<f64> {
         let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| change(&p.steering)).collect();
-        let problem = self.problem(&steering, Delay::Free);
+        let problem = self.problem(&steering, Delay::Free, Some(&from.estimate));
         let found = problem.solve_from(&from.estimate).ok()??;
         let errors = problem.errors(&found.parameters, &found.initial_states)?;
         Some(errors.iter().flatten().map(|e| e * e).sum())
     }
 
-    fn problem<'b>(&'b self, steering: &'b [Vec<f64>], delay: Delay) -> Problem<'b> {
+    /// With a largest rate of the road wheels where the estimate that it goes on from has one.
+    fn problem<'b>(
+        &'b self,
+        steering: &'b [Vec<f64>],
+        delay: Delay,
+        from: Option<&Estimate>,
+    ) -> Problem<'b> {
         let segment = |(p, steering): (&'b ReferencePart<'a>, &'b Vec<f64>)| {
             let end = p.yaw_rate.len() - p.spare;
             SpeedSegment {
@@ -239,6 +250,9 @@ impl<'a> Reference<'a> {
         (problem.fixed[STEERING_FACTOR], problem.fixed[STEERING_OFFSET]) = (MOVED.mean, ZERO.mean);
         problem.least_gain = COMPARED;
         problem.free.retain(|i| *i != INDEX);
+        if from.is_some_and(|from| is_limited(&from.parameters)) {
+            problem.free_rate();
+        }
         problem
     }
 }

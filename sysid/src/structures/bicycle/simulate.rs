@@ -5,9 +5,13 @@
 //! parts have derivatives by their lengths, too, from which the one by the delay follows.
 
 use crate::linalg::dual::{Dual, Scalar, ScaledBy};
-use crate::structures::bicycle::parameters::{ALL, Coefficients, OF_MOTION, PARAMETERS};
+use crate::structures::bicycle::limited_wheel::LimitedPart;
+use crate::structures::bicycle::parameters::{
+    ALL, Coefficients, OF_MOTION, PARAMETERS, YAW_RATE_OFFSET,
+};
 use crate::structures::bicycle::transitions::{Between, Transition, Transitions};
 use pulp::{Arch, Simd, WithSimd};
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
@@ -80,6 +84,8 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
         // The part of a sample in which the older value still acts.
         let older = of_motion.delay - T::constant(whole * t);
         let newer = T::constant(t) - older;
+        let parts = [older, newer];
+        let lengths = parts.map(|h| S::constant(1.0).scaled_by(h));
         let known = recording.before.len() as f64;
         let last = recording.steering.len() as f64 - 1.0;
         let target = |k: f64| {
@@ -96,11 +102,14 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
         let history = (LASTING / (of_motion.rate.value() * t)).ceil().clamp(0.0, known) as usize;
         let mut wheel = target(-(history as f64) - whole - 1.0);
         if history > 0 {
-            let rests = [older, newer].map(|h| (-(h * of_motion.rate)).exp());
+            let rests = parts.map(|h| (-(h * of_motion.rate)).exp());
             for k in (1..=history).rev() {
                 let at = -(k as f64) - whole;
-                for (rest, target) in rests.into_iter().zip([target(at - 1.0), target(at)]) {
-                    wheel = target + (wheel - target).scaled_by(rest);
+                for (i, target) in [target(at - 1.0), target(at)].into_iter().enumerate() {
+                    wheel = match LimitedPart::new(c, wheel, target, lengths[i]) {
+                        Some(limited) => limited.end,
+                        None => target + (wheel - target).scaled_by(rests[i]),
+                    };
                 }
             }
         }
@@ -121,10 +130,16 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
                 }
             };
             let at = k as f64 - whole;
+            let mut move_over = |transition: &Transition<T>, length: S, target: S| {
+                let limited = LimitedPart::new(c, wheel, target, length);
+                let felt = limited.as_ref().map_or(target, |limited| limited.target);
+                transition.apply(&mut x, &mut wheel, felt);
+                wheel = limited.map_or(wheel, |limited| limited.end);
+            };
             if let Some(older) = &over.older {
-                older.apply(&mut x, &mut wheel, target(at - 1.0));
+                move_over(older, lengths[0], target(at - 1.0));
             }
-            over.newer.apply(&mut x, &mut wheel, target(at));
+            move_over(&over.newer, lengths[1], target(at));
             // Not a number is no less than the bound either.
             if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
                 return false;
@@ -153,6 +168,16 @@ pub(super) struct Sensitivities {
     pub(super) by: Vec<[f64; ALL]>,
 }
 
+/// Where a number has the derivative by a parameter or an initial state. The offset of the yaw rate, which is added to it and
+/// acts on nothing else, has none, so that value and derivatives fill whole vectors.
+fn lane(i: usize) -> Option<usize> {
+    match i.cmp(&YAW_RATE_OFFSET) {
+        Ordering::Less => Some(i),
+        Ordering::Equal => None,
+        Ordering::Greater => Some(i - 1),
+    }
+}
+
 /// As [`yaw_rate`], with derivatives; that by the delay only if `by_delay`.
 pub(super) fn sensitivities(
     p: &[f64; PARAMETERS],
@@ -167,14 +192,19 @@ pub(super) fn sensitivities(
         _ => Dual::constant(p[i]),
     });
     let of_motion = Coefficients::new(&of_motion, share);
-    let p = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(p[i], i));
-    let start = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(start[i], PARAMETERS + i));
+    let dual = |value: f64, i: usize| match lane(i) {
+        Some(lane) => Dual::<ALL>::parameter(value, lane),
+        None => Dual::constant(value),
+    };
+    let p = std::array::from_fn(|i| dual(p[i], i));
+    let start = std::array::from_fn(|i| dual(start[i], PARAMETERS + i));
     let mut all = Vec::with_capacity(recording.len());
     let mut by = Vec::with_capacity(recording.len());
     let c = Coefficients::new(&p, share);
     let bounded = run((&of_motion, &c), recording, start, by_delay, |r| {
         all.push(r.value());
-        by.push(r.by());
+        let own = r.by::<{ ALL - 1 }>();
+        by.push(std::array::from_fn(|i| lane(i).map_or(1.0, |lane| own[lane])));
     });
     if bounded { Some(Sensitivities { yaw_rate: all, by }) } else { None }
 }
@@ -204,7 +234,10 @@ pub(super) fn within<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::structures::bicycle::parameters::{DELAY, LAG};
+    use crate::structures::bicycle::parameters::{DELAY, LAG, RATE};
+
+    /// ln of a rate that nothing reaches.
+    const UNLIMITED: f64 = 14.0;
 
     /// Steering and speed of a drive that stops and starts again.
     fn signals(n: usize) -> (Vec<f64>, Vec<f64>) {
@@ -226,10 +259,19 @@ mod tests {
         let (steering, speed) = signals(300);
         let zeros = vec![0.0; 300];
         let recording = recording(&steering, &speed, &zeros);
-        let base = [4.2, 4.4, 0.9, -0.1, -2.5, 0.07, 0.01, 0.002, 0.1];
-        for (lag, delay) in [(-2.5, 0.07), (-8.0, 0.0431), (-1.0, -0.013), (-12.0, 0.31)] {
+        let base = [4.2, 4.4, 0.9, -0.1, -2.5, 0.07, 0.01, 0.002, 0.1, UNLIMITED];
+        for (lag, delay, rate) in [
+            (-2.5, 0.07, UNLIMITED),
+            (-8.0, 0.0431, UNLIMITED),
+            (-1.0, -0.013, UNLIMITED),
+            (-12.0, 0.31, UNLIMITED),
+            (-2.5, 0.07, -3.0),
+            (-8.0, 0.0431, -2.8),
+            (-1.0, -0.013, -4.0),
+        ] {
             let mut p = base;
-            (p[LAG], p[DELAY]) = (lag, delay);
+            (p[LAG], p[DELAY], p[RATE]) = (lag, delay, rate);
+            let is_limited = rate != UNLIMITED;
             let start = [0.3, 0.1];
             let found = sensitivities(&p, 0.45, &recording, &start, true).unwrap();
             assert_eq!(found.yaw_rate, yaw_rate(&p, 0.45, &recording, &start).unwrap());
@@ -245,11 +287,14 @@ mod tests {
                 };
                 let (up, down) = (at(1e-5), at(-1e-5));
                 let size = found.by.iter().map(|row| row[i].abs()).fold(0.0, f64::max);
+                assert!(i != RATE || is_limited == (size > 0.01), "{size}");
+                // Slopes have kinks where a limit begins or ends.
+                let share = if is_limited { 1e-3 } else { 1e-5 };
                 for t in 0..300 {
                     let difference = (up[t] - down[t]) / 2e-5;
                     let error = (difference - found.by[t][i]).abs();
                     // Rounding, a millionth of a millionth of the yaw rate, over the step.
-                    assert!(error < 1e-5 * size + 1e-7, "{i} at {t}: {difference} {error:e}");
+                    assert!(error < share * size + 1e-7, "{i} at {t}: {difference} {error:e}");
                 }
             }
         }
@@ -262,7 +307,7 @@ mod tests {
         let whole = recording(&steering, &speed, &zeros);
         let shifted: Vec<f64> = (0..400_usize).map(|k| steering[k.saturating_sub(3)]).collect();
         let late = SpeedSegment { steering: &shifted, ..whole };
-        let p = [4.2, 4.4, 0.9, -0.1, -2.5, 0.0, 0.01, 0.002, 0.0];
+        let p = [4.2, 4.4, 0.9, -0.1, -2.5, 0.0, 0.01, 0.002, 0.0, UNLIMITED];
         let mut delayed = p;
         delayed[DELAY] = 0.12;
         let simulate = |p, r: &SpeedSegment<'_>| yaw_rate(p, 0.5, r, &[0.1, 0.2]).unwrap();
@@ -279,12 +324,36 @@ mod tests {
     }
 
     #[test]
+    fn a_limited_rate_is_that_of_finer_samples() {
+        let (steering, speed) = signals(400);
+        let zeros = vec![0.0; 400];
+        let whole = recording(&steering, &speed, &zeros);
+        let times = |x: &[f64]| x.iter().flat_map(|v| [*v; 20]).collect::<Vec<f64>>();
+        let (steering20, speed20, zeros20) = (times(&steering), times(&speed), times(&zeros));
+        let fine =
+            SpeedSegment { sample_time: 0.002, ..recording(&steering20, &speed20, &zeros20) };
+        for (lag, delay, rate) in [(-2.5, 0.0, -3.0), (-4.0, 0.053, -2.5), (-8.0, 0.031, -3.5)] {
+            let p = [4.2, 4.4, 0.9, -0.1, lag, delay, 0.01, 0.002, 0.0, rate];
+            let found = yaw_rate(&p, 0.5, &whole, &[0.1, 0.2]).unwrap();
+            let exact = yaw_rate(&p, 0.5, &fine, &[0.1, 0.2]).unwrap();
+            let unlimited = [p[0], p[1], p[2], p[3], lag, delay, 0.01, 0.002, 0.0, UNLIMITED];
+            let unlimited = yaw_rate(&unlimited, 0.5, &whole, &[0.1, 0.2]).unwrap();
+            let largest = |a: &[f64], b: &mut dyn Iterator<Item = f64>| {
+                a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+            };
+            let error = largest(&found, &mut exact.into_iter().step_by(20));
+            let effect = largest(&found, &mut unlimited.into_iter());
+            assert!(error < 5e-3 * effect, "{lag} {delay} {rate}: {error} {effect}");
+        }
+    }
+
+    #[test]
     fn what_was_steered_before_still_acts() {
         let (steering, speed) = signals(400);
         let zeros = vec![0.0; 400];
         let whole = recording(&steering, &speed, &zeros);
         for delay in [0.0, 0.07, 0.5] {
-            let p = [4.2, 4.4, 0.9, -0.1, -1.0, delay, 0.01, 0.002, 0.0];
+            let p = [4.2, 4.4, 0.9, -0.1, -1.0, delay, 0.01, 0.002, 0.0, UNLIMITED];
             // v_y and r forget within a second; the wheel angle must be right from the start.
             let all = yaw_rate(&p, 0.5, &whole, &[0.0, 0.0]).unwrap();
             let part = within(&[(0..400, whole)], std::slice::from_ref(&(100..400)));
@@ -304,7 +373,7 @@ mod tests {
         let speed = vec![60.0; 2000];
         let recording = recording(&steering, &speed, &speed);
         // Oversteering far beyond its critical speed.
-        let p = [4.8, 3.5, 0.9, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0];
+        let p = [4.8, 3.5, 0.9, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, UNLIMITED];
         assert!(yaw_rate(&p, 0.5, &recording, &[0.0, 0.0]).is_none());
         assert!(sensitivities(&p, 0.5, &recording, &[0.0, 0.0], false).is_none());
     }

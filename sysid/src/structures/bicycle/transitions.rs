@@ -220,7 +220,7 @@ mod tests {
     fn transitions_between_the_speeds_of_the_table_are_the_exact_ones() {
         // Soft and stiff tyres, a slow and a fast lag, long samples.
         for (front, rear, lag) in [(3.2, 3.4, -1.0), (4.2, 4.4, -2.5), (5.5, 5.6, -9.0)] {
-            let p = [front, rear, 0.9, -0.1, lag, 0.07, 0.01, 0.002, 0.1];
+            let p = [front, rear, 0.9, -0.1, lag, 0.07, 0.01, 0.002, 0.1, 14.0];
             let p = std::array::from_fn(|i| Dual::<{ ALL + 1 }>::parameter(p[i], i));
             let c = Coefficients::new(&p, 0.45);
             let mut transitions = Transitions::new(&c, c.delay);

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::linalg::bounded_step::Normal;
+use crate::structures::rate_limit;
 use crate::structures::single_track::drive::Drive;
 use crate::structures::single_track::margin::{Moved, with_margin};
 use crate::structures::single_track::model::SingleTrackModel;
@@ -107,8 +108,8 @@ pub(super) fn identify_near(
     let near = near.map(|model| problem.with_fixed_parameters(&model.point()));
     let mut found = solve(&problem, near.as_ref())?;
     if let Some(limited) = rate_limited(&problem, &found) {
-        priors[Parameter::RateMax.index()] = limited.prior;
-        (problem, found) = (limited.problem, limited.found);
+        priors[Parameter::RateMax.index()] = rate_limit::PRIOR;
+        (problem, found) = limited;
     }
     let run = result_run(estimation.sample_time_s);
     let covariance = covariance(&problem, &found.point, &found.densities, &found.run)?;
@@ -163,7 +164,8 @@ fn estimate(
     let near = 1e-9 * (prior.max - prior.min);
     ParameterEstimate {
         parameter,
-        value,
+        // A fixed one as it was stated, not by its logarithm.
+        value: if prior.standard_deviation > 0.0 { value } else { prior.mean },
         standard_error: match parameter.scale() {
             Scale::Linear => deviation,
             Scale::Logarithmic => value * deviation,

@@ -6,9 +6,6 @@ use crate::structures::single_track::dynamics::{DriveMotion, ROLL_TIME_CONSTANT_
 /// Half the width of the average of yaw rate that an initial state is made of, s.
 const YAW_AVERAGE_S: f64 = 0.05;
 
-/// Share of the steering's motions that may be faults of the log.
-const RARE: f64 = 1e-3;
-
 /// A segment with what the simulation needs.
 #[derive(Debug, Clone)]
 pub(super) struct PreparedSegment<'a> {
@@ -54,12 +51,9 @@ impl<'a> PreparedSegment<'a> {
         self.yaw_rate.len()
     }
 
-    /// The fastest that the steering moves, rad/s at the road wheel by the stated ratio, but for a share of [`RARE`].
-    pub(super) fn fastest_steering(&self) -> f64 {
-        let mut rates: Vec<f64> = self.steering.windows(2).map(|s| (s[1] - s[0]).abs()).collect();
-        rates.sort_by(f64::total_cmp);
-        let at = ((1.0 - RARE) * rates.len() as f64) as usize;
-        rates.get(at).map_or(0.0, |rate| rate / self.sample_time)
+    /// Road-wheel angle by the stated ratio at the samples, rad.
+    pub(super) fn steering_samples(&self) -> &[f64] {
+        &self.steering
     }
 
     /// The sample before a time and the share of the next one.

@@ -4,6 +4,7 @@
 mod ensemble;
 mod limits;
 mod multibody;
+mod rate_limit;
 mod structures;
 mod validated;
 
