@@ -97,8 +97,9 @@ struct Options {
     /// Largest change of the steering angle in a sample; by default 15deg at the road wheel
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
     max_increment: Option<OrNone<Angle>>,
-    /// Largest rate of the steering angle that the actuator follows; by default twice the fastest
-    /// steering of the drive. Required for a model without a drive
+    /// Largest rate of the steering angle that the actuator follows; by default that of the model,
+    /// which a command outran, or else twice the fastest steering of the drive. Required for a
+    /// model without a drive
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     max_rate: Option<OrNone<AngleRate>>,
     /// Time constant of the actuator that moves the steering to the commanded angle, for a model whose drive has the measured

@@ -221,7 +221,9 @@ impl Lateral {
             } else {
                 None
             },
-            largest_rate_radps: largest_rate(bicycle),
+            largest_rate_radps: bicycle
+                .largest_rate()
+                .map(|(value, standard_error)| Quantity { value, standard_error }),
             driven_rate_radps: evidence
                 .and_then(|e| e.largest_steering_rate_radps)
                 .map(|rate| rate / vehicle.steering_ratio),
@@ -229,14 +231,6 @@ impl Lateral {
             quality: bicycle.quality.clone(),
         })
     }
-}
-
-/// Stated in the data or identified, as a vehicle's is.
-fn largest_rate(bicycle: &Bicycle) -> Option<Quantity> {
-    let mut identified = bicycle.evidence.iter().flat_map(|e| &e.identified);
-    let identified = identified.find(|q| q.name == Estimated::LARGEST_RATE);
-    let value = bicycle.vehicle.actuator_rate_max_radps.or(identified.map(|q| q.value))?;
-    Some(Quantity { value, standard_error: identified.map(|q| q.standard_error) })
 }
 
 fn named(identified: &[Estimated], name: &str) -> Option<f64> {

@@ -191,22 +191,19 @@ impl DesignOptions {
     }
 
     /// The same with the actuator that a plant's drive shows between the steering command and the measured angle, and with
-    /// its largest rate, unless they are stated.
+    /// its largest rate or that of the model, unless they are stated.
     #[must_use]
-    pub fn with_actuator_of(self, plant: &DesignPlant) -> Self {
-        let Some(found) = plant.identified_actuator().filter(|_| self.actuator.is_none()) else {
-            return self;
-        };
-        let IdentifiedActuator { time_constant_s, delay_s, max_rate_radps, .. } = found;
+    pub fn with_actuator_of(mut self, plant: &DesignPlant) -> Self {
+        let found = plant.identified_actuator().filter(|_| self.actuator.is_none());
+        let rates = [found.and_then(|found| found.max_rate_radps), plant.largest_rate()];
+        let lowest = rates.into_iter().flatten().min_by(f64::total_cmp);
+        self.max_rate_radps = self.max_rate_radps.or(lowest);
+        let Some(found) = found else { return self };
+        let IdentifiedActuator { time_constant_s, delay_s, delay_standard_error_s, .. } = found;
         // The delay may be another one, as a latency may.
-        let late = NORMAL_95 * found.delay_standard_error_s;
+        let late = NORMAL_95 * delay_standard_error_s;
         let robust = self.robust.map(|r| RobustOptions { latency_s: r.latency_s.hypot(late), ..r });
-        Self {
-            actuator: Some(StatedActuator { time_constant_s, delay_s }),
-            max_rate_radps: self.max_rate_radps.or(max_rate_radps),
-            robust,
-            ..self
-        }
+        Self { actuator: Some(StatedActuator { time_constant_s, delay_s }), robust, ..self }
     }
 
     /// The same with the fastest steering of a plant's drive, unless one is stated: for another model of

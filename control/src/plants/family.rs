@@ -85,6 +85,13 @@ impl DesignPlant {
         .filter(|rate| *rate > 0.0)
     }
 
+    /// Largest rate of the actuator, rad/s in steering coordinates; `None` where the model knows none.
+    #[must_use]
+    pub fn largest_rate(&self) -> Option<f64> {
+        let Family::Bicycle(bicycle) = &self.family else { return None };
+        bicycle.largest_rate().map(|(rate, _)| rate * self.steering_ratio)
+    }
+
     /// The same plant with its gain multiplied by a factor.
     pub(crate) fn with_gain(&self, factor: f64) -> Self {
         let mut other = self.clone();

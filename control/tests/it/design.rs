@@ -243,6 +243,21 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
     }
 }
 
+/// A servo that a drive has shown is not asked for more; what is stated takes precedence.
+#[test]
+fn the_largest_rate_of_a_model_is_that_of_its_controller() {
+    let options = DesignOptions { robust: None, max_rate_radps: None, ..usual() };
+    let mut vehicle = car(15.0);
+    vehicle.vehicle.actuator_rate_max_radps = Some(0.4);
+    let plant = DesignPlant::from_bicycle(&vehicle).expect("a plant");
+    let of_model = designed(&plant, &options);
+    assert!((of_model.limits.max_rate_radps - 6.0).abs() < 1e-9, "{:?}", of_model.limits);
+    let advice = of_model.evidence.advice.join(" ");
+    assert!(!advice.contains("no rate of the steering was stated"), "{advice}");
+    let stated = designed(&plant, &DesignOptions { max_rate_radps: Some(4.5), ..options });
+    assert_eq!(stated.limits.max_rate_radps, 4.5);
+}
+
 /// On ice a vehicle does not return from where its dry road lets it.
 #[test]
 fn the_envelope_of_a_vehicle_is_that_of_its_tyres() {

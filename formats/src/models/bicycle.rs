@@ -3,7 +3,7 @@
 use crate::document::{Checker, Document};
 use crate::facts::{Described, Fact, Facts, quality_facts};
 use crate::matrix::Matrix;
-use crate::models::bicycle_evidence::{BicycleEvidence, VehicleDirection};
+use crate::models::bicycle_evidence::{BicycleEvidence, Estimated, VehicleDirection};
 use crate::models::sideslip::Sideslip;
 use crate::models::vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 use crate::provenance::Provenance;
@@ -306,6 +306,16 @@ impl Bicycle {
             quality: Quality::not_validated(),
             provenance: Provenance::default(),
         }
+    }
+
+    /// The largest rate of the road wheels, rad/s, with its standard error where it was identified: of the data, or of the vehicle
+    /// that is this bicycle in gentle driving.
+    #[must_use]
+    pub fn largest_rate(&self) -> Option<(f64, Option<f64>)> {
+        let mut identified = self.evidence.iter().flat_map(|e| &e.identified);
+        let identified = identified.find(|q| q.name == Estimated::LARGEST_RATE);
+        let value = self.vehicle.actuator_rate_max_radps.or(identified.map(|q| q.value))?;
+        Some((value, identified.map(|q| q.standard_error)))
     }
 
     /// The number of standard normal numbers that [`Bicycle::ensemble_member`] needs; 0 if the file has no
