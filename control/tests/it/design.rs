@@ -243,6 +243,20 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
     }
 }
 
+/// The drive of a measured angle identifies an actuator of hardly any lag, and the vehicle of the envelope has one that its
+/// integration resolves: without it the design of such a model takes minutes, or is rejected.
+#[test]
+fn an_actuator_of_hardly_any_lag_has_an_envelope() {
+    let options = DesignOptions { max_rate_radps: Some(0.4), robust: None, ..Default::default() };
+    let [prompt, usual] = [1e-6, 4e-3].map(|lag| {
+        let mut vehicle = car(1.0);
+        vehicle.vehicle.actuator_time_constant_s = lag;
+        let plant = DesignPlant::from_bicycle(&vehicle).expect("a plant");
+        designed(&plant, &options).evidence.engagement.expect("an envelope").rows
+    });
+    assert_eq!(prompt, usual);
+}
+
 /// On ice a vehicle does not return from where its dry road lets it.
 #[test]
 fn the_envelope_of_a_vehicle_is_that_of_its_tyres() {
