@@ -204,7 +204,8 @@ fn ticks(
     controller.tick(pid, &PidInput { enabled: true, speed, ..PidInput::default() });
     let Trace { time, yaw_reference, yaw, steering, .. } = trace;
     let last = time.len() - 1;
-    // Not in the loop, which waits for the sum of all its instructions; of one length, so that no index is compared there.
+    // Filled outside the loop over the ticks, which takes as long as it has instructions. Slices of one length need no check
+    // of an index there.
     for (k, (time, reference)) in time.iter_mut().zip(yaw_reference.iter_mut()).enumerate() {
         *time = k as f64 * ts;
         *reference = e.step + e.ramp * *time;
