@@ -204,13 +204,19 @@ fn ticks(
     controller.tick(pid, &PidInput { enabled: true, speed, ..PidInput::default() });
     let Trace { time, yaw_reference, yaw, steering, .. } = trace;
     let last = time.len() - 1;
+    // Filled outside the loop over the ticks, which takes as long as it has instructions. Slices of one length need no check
+    // of an index there.
+    for (k, (time, reference)) in time.iter_mut().zip(yaw_reference.iter_mut()).enumerate() {
+        *time = k as f64 * ts;
+        *reference = e.step + e.ramp * *time;
+    }
+    let (time, yaw_reference) = (&time[..=last], &yaw_reference[..=last]);
+    let (yaw, steering) = (&mut yaw[..=last], &mut steering[..=last]);
     let mut old = e.offset;
     let (mut loud, mut entered) = (0, false);
     let known_at = bounds.decay.map_or(usize::MAX, |decay| decay.tick());
     for k in 0..=last {
-        time[k] = k as f64 * ts;
         yaw[k] = motion.yaw();
-        yaw_reference[k] = e.step + e.ramp * time[k];
         let input = PidInput {
             yaw_reference: yaw_reference[k],
             yaw: yaw[k],

@@ -78,12 +78,9 @@ fn documented(
     let ensemble = Ensemble::new(plant, options, &objective);
     let sampled = &objective.scenarios[0].plant;
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &feedforward);
+    let fixed = schedule.is_empty();
     evidence.robustness =
-        ensemble.map(|e| e.evidence(&objective, &pid, &feedforward)).transpose()?;
-    if let Some(robustness) = evidence.robustness.as_mut().filter(|_| !schedule.is_empty()) {
-        // Of gains that do not follow the speed.
-        robustness.speed.clear();
-    }
+        ensemble.map(|e| e.evidence(&objective, &pid, &feedforward, fixed)).transpose()?;
     evidence.trade_off = nominal::trade_off(&objective, &found, options.seed)?;
     evidence.advice = infeasibility(&objective, plant, options, &found)?;
     evidence.advice.extend(advice::non_minimum_phase(plant, evidence.margins.crossover_radps));

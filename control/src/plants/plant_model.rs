@@ -6,6 +6,10 @@ use std::sync::Arc;
 use steerwright_formats::{Bicycle, Plant, StatedActuator, Vehicle};
 use steerwright_models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
 
+/// Shortest lag of the actuator of a vehicle up to its limits, s. A model of a measured angle has hardly any; the integration
+/// takes panels of a quarter of the lag, and steering that is later by less than half a tick makes a return no easier.
+const LEAST_LAG_S: f64 = 0.004;
+
 /// A plant that is driven along a path.
 #[derive(Debug, Clone)]
 pub enum PlantModel {
@@ -88,7 +92,9 @@ impl PlantModel {
         Self::nonlinear(parameters, &vehicle.name)
     }
 
-    fn nonlinear(parameters: NonlinearParameters, name: &str) -> Result<Self, Error> {
+    fn nonlinear(mut parameters: NonlinearParameters, name: &str) -> Result<Self, Error> {
+        let lag = &mut parameters.actuator.time_constant_s;
+        *lag = lag.max(LEAST_LAG_S);
         let plant = NonlinearVehicle::new(parameters).map_err(model_error(name))?;
         Ok(Self::Nonlinear(Box::new(plant)))
     }

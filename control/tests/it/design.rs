@@ -258,6 +258,20 @@ fn the_largest_rate_of_a_model_is_that_of_its_controller() {
     assert_eq!(stated.limits.max_rate_radps, 4.5);
 }
 
+/// A drive of a measured angle identifies an actuator of hardly any lag. The vehicle of the envelope has one that the
+/// integration resolves in few panels; it rejects one below 0.1 ms.
+#[test]
+fn an_actuator_of_hardly_any_lag_has_an_envelope() {
+    let options = DesignOptions { max_rate_radps: Some(0.4), robust: None, ..Default::default() };
+    let [prompt, usual] = [2e-5, 4e-3].map(|lag| {
+        let mut vehicle = car(1.0);
+        vehicle.vehicle.actuator_time_constant_s = lag;
+        let plant = DesignPlant::from_bicycle(&vehicle).expect("a plant");
+        designed(&plant, &options).evidence.engagement.expect("an envelope").rows
+    });
+    assert_eq!(prompt, usual);
+}
+
 /// On ice a vehicle does not return from where its dry road lets it.
 #[test]
 fn the_envelope_of_a_vehicle_is_that_of_its_tyres() {

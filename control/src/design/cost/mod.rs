@@ -78,52 +78,60 @@ impl Objective {
             Parts { violation: sum(&added), rest: 0.0, slack: f64::NEG_INFINITY, slowest: 0.0 };
         let first = Some(REJECTING.get()).filter(|k| (1..margins.len()).contains(k));
         let others = (1..margins.len()).filter(|k| Some(*k) != first);
+        let check = |k: usize, parts: &Parts| {
+            // Without a stable nominal plant the slack is not known yet.
+            let exceeds = self.is_lower_bound(parts, target) && self.total(parts) > most;
+            if exceeds { Err(Rejected(k)) } else { Ok(()) }
+        };
+        let count = |k: usize,
+                     reached: &Reached,
+                     smooth: f64,
+                     added: &mut [[f64; 2]],
+                     parts: &mut Parts| {
+            if let Some((relaxed, required)) = self.relaxed(target) {
+                let value = match relaxed {
+                    Requirement::Settling => smooth,
+                    other => reached.value(other),
+                };
+                let slack = slack(relaxed, target.bound(relaxed, required), value);
+                parts.slack = parts.slack.max(slack);
+            }
+            added[k][0] = self.violation(reached, target, k > 0);
+            parts.violation = sum(added);
+        };
+        let mut with_offsets = Vec::new();
         for k in std::iter::once(0).chain(first).chain(others).filter(stable) {
             let scenario = &self.scenarios[k];
             let view = self.view_of(scenario, target);
             let least = if k == 0 { self.least(pid, &margins[0], target, parts) } else { parts };
-            // Without a stable nominal plant the slack is not known yet.
-            let check = |parts: &Parts| {
-                let exceeds = self.is_lower_bound(parts, target) && self.total(parts) > most;
-                if exceeds { Err(Rejected(k)) } else { Ok(()) }
-            };
-            check(&least)?;
+            check(k, &least)?;
             let bounds = self.stopping_bounds(target, &least, most, k > 0);
             let metrics = scenario.step(simulator, pid, &self.spec, view, &bounds);
             let metrics = metrics.ok_or(Rejected(k))?;
             let (step, smooth, end) = (metrics.step, metrics.smooth_settling_s, view.until);
-            let with_offset = step.steady_state_error_percent;
-            let mut reached =
-                Reached { step, with_offset, on_curve: 0.0, margins: margins[k], end };
+            // The response to the offset rejects few candidates: it comes after the steps of all plants.
+            let with_offset = if view.with_offset { 0.0 } else { step.steady_state_error_percent };
+            let reached = Reached { step, with_offset, on_curve: 0.0, margins: margins[k], end };
             parts.slowest = parts.slowest.max(smooth);
-            let mut count = |reached: &Reached, parts: &mut Parts| {
-                if let Some((relaxed, required)) = self.relaxed(target) {
-                    let value = match relaxed {
-                        Requirement::Settling => smooth,
-                        other => reached.value(other),
-                    };
-                    let slack = slack(relaxed, target.bound(relaxed, required), value);
-                    parts.slack = parts.slack.max(slack);
-                }
-                added[k][0] = self.violation(reached, target, k > 0);
-                parts.violation = sum(&added);
-            };
             if k == 0 {
                 parts.rest = self.rest(pid, &margins[0], step.integral_absolute_error_s);
             }
-            if view.with_offset {
-                // First without the response to the offset: the cost may exceed the largest already.
-                reached.with_offset = 0.0;
-                count(&reached, &mut parts);
-                check(&parts)?;
-                reached.with_offset = scenario.error_with_offset(simulator, pid, &self.spec, view);
-            }
-            count(&reached, &mut parts);
+            count(k, &reached, smooth, &mut added, &mut parts);
             if k == 0 {
+                check(k, &parts)?;
                 added[0][1] = self.small_violation(simulator, scenario, pid, &step, target);
                 parts.violation = sum(&added);
             }
-            check(&parts)?;
+            check(k, &parts)?;
+            if view.with_offset {
+                with_offsets.push((k, view, reached, smooth));
+            }
+        }
+        for (k, view, mut reached, smooth) in with_offsets {
+            let scenario = &self.scenarios[k];
+            reached.with_offset = scenario.error_with_offset(simulator, pid, &self.spec, view);
+            count(k, &reached, smooth, &mut added, &mut parts);
+            check(k, &parts)?;
         }
         Ok(self.total(&parts))
     }

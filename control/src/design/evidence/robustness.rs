@@ -48,12 +48,13 @@ impl Ensemble<'_> {
         Reached { on_curve, ..objective.reached(scenario, pid) }
     }
 
-    /// The figures of the gains over plants that are drawn again.
+    /// The figures of the gains over plants that are drawn again; `fixed` gains at other speeds, too.
     pub(crate) fn evidence(
         &self,
         objective: &Objective,
         pid: &PidParameters,
         advice: &Advice,
+        fixed: bool,
     ) -> Result<Robustness, Error> {
         let all = self.draw(1, self.robust.members);
         let spec = &objective.spec;
@@ -93,7 +94,7 @@ impl Ensemble<'_> {
             [-self.plant.input_delay, self.options.loop_delay_s + LONGEST_LATENCY],
             |delay| self.scenario(self.plant, delay).map(|s| reach(&s)),
         );
-        let speed = if self.plant.is_speed_scheduled() {
+        let speed = if fixed && self.plant.is_speed_scheduled() {
             let (v, delay) = (self.plant.speed, self.options.loop_delay_s);
             Some(breaking(spec, v, [SPEEDS.0 * v, SPEEDS.1 * v], |speed| {
                 self.plant
@@ -131,10 +132,11 @@ fn breaking(
     range: [f64; 2],
     reached: impl Fn(f64) -> Option<Reached>,
 ) -> Vec<Breaking> {
+    let at_nominal = reached(nominal);
     let kept_at_nominal: Vec<(Requirement, f64)> = Requirement::ALL
         .into_iter()
         .filter_map(|r| Some((r, r.required(spec)?)))
-        .filter(|(r, required)| reached(nominal).is_some_and(|x| r.is_met(*required, x.value(*r))))
+        .filter(|(r, required)| at_nominal.is_some_and(|x| r.is_met(*required, x.value(*r))))
         .collect();
     let mut all: Vec<Breaking> = kept_at_nominal
         .iter()
