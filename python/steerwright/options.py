@@ -353,8 +353,9 @@ class DesignOptions(TypedDict, total=False):
     max_increment: Quantity
     """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
     max_rate: Quantity
-    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
-    steering of the drive. Required for a model without a drive."""
+    """Largest rate of the steering angle that the actuator follows; by default that of the model, which
+    a command outran, or else twice the fastest steering of the drive. Required for a model without a
+    drive."""
     actuator_lag: Quantity
     """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
     drive has the measured angle: such a model has none."""
@@ -708,8 +709,9 @@ class CompareOptions(TypedDict, total=False):
     max_increment: Quantity
     """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
     max_rate: Quantity
-    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
-    steering of the drive. Required for a model without a drive."""
+    """Largest rate of the steering angle that the actuator follows; by default that of the model, which
+    a command outran, or else twice the fastest steering of the drive. Required for a model without a
+    drive."""
     actuator_lag: Quantity
     """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
     drive has the measured angle: such a model has none."""
@@ -822,8 +824,9 @@ class BuildOptions(IdentifyOptions, total=False):
     max_increment: Quantity
     """Largest change of the steering angle in a sample; by default 15deg at the road wheel."""
     max_rate: Quantity
-    """Largest rate of the steering angle that the actuator follows; by default twice the fastest
-    steering of the drive. Required for a model without a drive."""
+    """Largest rate of the steering angle that the actuator follows; by default that of the model, which
+    a command outran, or else twice the fastest steering of the drive. Required for a model without a
+    drive."""
     actuator_lag: Quantity
     """Time constant of the actuator that moves the steering to the commanded angle, for a model whose
     drive has the measured angle: such a model has none."""

@@ -32,6 +32,9 @@ pub(super) const RATE: usize = 9;
 /// Below this speed the plant's dynamics are those of this speed, m/s, as in the FMU.
 pub(super) const BLEND_SPEED: f64 = 1.0;
 
+/// Shortest time constant of BicyclePlant, s.
+const LEAST_LAG_S: f64 = 1e-4;
+
 /// A rate of the road wheels that nothing reaches, rad/s.
 pub(super) const UNLIMITED_RATE: f64 = 1e6;
 
@@ -231,7 +234,8 @@ pub(super) fn vehicle(
         distance_rear_m: b,
         cornering_stiffness_front_npr: mass * c.b1,
         cornering_stiffness_rear_npr: -mass * (c.a1 + c.b1),
-        actuator_time_constant_s: p[LAG].exp(),
+        // No response shows a shorter one, and the FMU takes none.
+        actuator_time_constant_s: p[LAG].exp().max(LEAST_LAG_S),
         actuator_delay_s: p[DELAY].max(0.0),
         actuator_rate_max_radps: if is_limited(p) { Some(p[RATE].exp()) } else { None },
         steering_ratio: steering_ratio / c.steering_factor,
