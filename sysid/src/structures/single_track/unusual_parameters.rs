@@ -7,12 +7,13 @@ use steerwright_formats::{Grade, Reason, ReasonCode, VehicleParameter};
 const MOST_DEVIATIONS: f64 = 3.0;
 
 /// The reason against parameters at a bound or far off their prior, with advice. A stated parameter is none of them, nor is
-/// a delay of zero, nor all of the driving or braking force at one axle.
+/// a delay or a lag of zero, as of a measured angle, nor all of the driving or braking force at one axle.
 pub(super) fn unusual_parameters(parameters: &[VehicleParameter]) -> Option<(Reason, String)> {
     let mut unusual = Vec::new();
     let mut largest: f64 = 0.0;
     for p in parameters {
-        if p.prior.standard_deviation == 0.0 {
+        let is_no_lag = p.name == Parameter::Lag.name() && p.value < p.prior.mean;
+        if p.prior.standard_deviation == 0.0 || is_no_lag {
             continue;
         }
         let name = p.name.replace('_', " ");
@@ -62,6 +63,22 @@ mod tests {
             assert_eq!((reason.code, reason.grade), (ReasonCode::UnusualParameter, Grade::Warn));
             reason.message
         })
+    }
+
+    #[test]
+    fn no_lag_is_usual_and_a_long_one_is_not() {
+        let lag = usual(Parameter::Lag);
+        let none = VehicleParameter {
+            value: 0.0005,
+            is_at_bound: true,
+            moved_deviations: -3.7,
+            ..lag.clone()
+        };
+        assert_eq!(message(none), None);
+        let short = VehicleParameter { value: 0.0009, moved_deviations: -3.1, ..lag.clone() };
+        assert_eq!(message(short), None);
+        let long = VehicleParameter { value: 0.5, moved_deviations: 3.2, ..lag };
+        assert!(message(long).unwrap().contains("actuator time constant is +3.2"));
     }
 
     #[test]
