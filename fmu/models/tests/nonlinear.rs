@@ -461,3 +461,29 @@ fn one_long_step_is_many_short_ones_through_the_play() {
         }
     }
 }
+
+/// A lag that is over within a step, at once and in steps that it takes many of.
+#[test]
+fn a_short_lag_is_resolved_whatever_the_step() {
+    for time_constant_s in [1e-4, 2e-4, 7e-4, 1.9e-3] {
+        for (speed, rate) in [(15.0, 1e3), (30.0, 40.0)] {
+            let parameters = altered(car(), |q| {
+                q.actuator.time_constant_s = time_constant_s;
+                q.actuator.road_wheel_rate_max_radps = rate;
+            });
+            let mut once = vehicle(parameters, speed);
+            let mut cut = once.clone();
+            for k in 0..40 {
+                let angle = 0.05 * (0.9 * f64::from(k)).sin();
+                (once.steering_angle, cut.steering_angle) = (angle, angle);
+                once.step(0.01).unwrap();
+                for _ in 0..400 {
+                    cut.step(0.01 / 400.0).unwrap();
+                }
+                for (a, b) in once.states().iter().zip(cut.states()) {
+                    assert!((a - b).abs() < 1e-6, "{time_constant_s} {k}: {a} {b}");
+                }
+            }
+        }
+    }
+}

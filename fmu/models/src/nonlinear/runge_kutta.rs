@@ -18,14 +18,19 @@ pub(super) struct Longest {
     pub(super) sixth: f64,
 }
 
+/// Time constants after which a swing of the actuator is so small that panels of twice the length resolve it as well: of the
+/// method of order four, which such short panels take, and which then errs 16 times as much.
+const SWING: f64 = 2.8;
+
 impl Longest {
     /// Those that resolve modes as fast as `rate` (1/s), and an actuator.
     pub(super) fn new(rate: f64, actuator_time_constant: f64) -> Self {
-        let actuator = 0.25 * actuator_time_constant;
-        Self {
-            fourth: 0.002_f64.min(0.1 / rate).min(actuator),
-            sixth: 0.010_f64.min(0.2 / rate).min(actuator),
-        }
+        Self { fourth: 0.002_f64.min(0.1 / rate), sixth: 0.010_f64.min(0.2 / rate) }
+            .at_most(0.25 * actuator_time_constant)
+    }
+
+    fn at_most(self, length: f64) -> Self {
+        Self { fourth: self.fourth.min(length), sixth: self.sixth.min(length) }
     }
 }
 
@@ -81,8 +86,34 @@ fn decays(start: f64, panel: f64) -> [f64; 5] {
 }
 
 impl Dynamics<'_> {
-    /// Moves along a motion of the road wheel, from a longitudinal acceleration that the load has followed.
+    /// Moves along a motion of the road wheel, from a longitudinal acceleration that the load has followed. What is left of a
+    /// swing that fades within the motion takes longer and longer panels, at most those of a `rate`, 1/s.
     pub(super) fn advance(
+        &self,
+        s: &mut Lateral,
+        pose: &mut Pose,
+        motion: &Motion,
+        mut along: f64,
+        rate: f64,
+    ) {
+        let time_constant = self.constants.actuator.time_constant;
+        let mut longest = Longest::new(rate, time_constant);
+        let slowest = Longest::new(rate, f64::INFINITY);
+        let (mut length, part_s) = (0.25 * time_constant, SWING * time_constant);
+        let mut left = *motion;
+        while left.swing != 0.0 && length < slowest.sixth && left.duration > part_s {
+            self.in_equal_panels(s, pose, &Motion { duration: part_s, ..left }, along, &longest);
+            along *= (-part_s * self.constants.roll).exp();
+            left.duration -= part_s;
+            left.start += left.slope * part_s;
+            left.swing *= (-SWING).exp();
+            length *= 2.0;
+            longest = slowest.at_most(length);
+        }
+        self.in_equal_panels(s, pose, &left, along, &longest);
+    }
+
+    fn in_equal_panels(
         &self,
         s: &mut Lateral,
         pose: &mut Pose,

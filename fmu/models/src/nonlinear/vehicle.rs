@@ -120,8 +120,8 @@ impl NonlinearVehicle {
     /// Where h is not in (0, [`LONGEST_STEP`]], or takes more than ten million panels, or the
     /// steering angle or the states grow beyond all numbers.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
-        let Constants { actuator, .. } = &self.constants;
-        let longest = Longest::new(self.constants.fastest_rate(self.speed), actuator.time_constant);
+        let rate = self.constants.fastest_rate(self.speed);
+        let longest = Longest::new(rate, self.constants.actuator.time_constant);
         let limit = LONGEST_STEP.min(MOST_PANELS * longest.fourth);
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
@@ -133,7 +133,7 @@ impl NonlinearVehicle {
         while left > 0.0 {
             let piece = self.delay.next(left);
             left -= piece.duration;
-            self.follow(piece, &longest)?;
+            self.follow(piece, rate)?;
         }
         let [lateral_velocity, yaw_rate, roll] = self.lateral;
         diverged([
@@ -147,7 +147,7 @@ impl NonlinearVehicle {
     }
 
     /// Moves under a command that is one line, in steering coordinates.
-    fn follow(&mut self, command: Segment, longest: &Longest) -> Result<(), Error> {
+    fn follow(&mut self, command: Segment, rate: f64) -> Result<(), Error> {
         let constants = self.constants;
         let (n, actuator) = (constants.n, constants.actuator);
         let half_gap = 0.5 * self.started.actuator.play_rad;
@@ -164,14 +164,14 @@ impl NonlinearVehicle {
                 let end = motion.angle_at(motion.duration, actuator.time_constant);
                 self.angle = end.clamp(-actuator.stop, actuator.stop);
                 if half_gap == 0.0 {
-                    self.advance(&constants, motion, longest);
+                    self.advance(&constants, motion, rate);
                     self.wheel = self.angle;
                     continue;
                 }
                 let (parts, wheel) =
                     play::follow(half_gap, self.wheel, motion, actuator.time_constant);
                 for part in parts.iter().filter(|part| part.duration > 0.0) {
-                    self.advance(&constants, part, longest);
+                    self.advance(&constants, part, rate);
                 }
                 self.wheel = within_play(wheel, self.angle, half_gap);
             }
@@ -179,11 +179,11 @@ impl NonlinearVehicle {
         Ok(())
     }
 
-    /// Moves along a motion of the road wheels.
-    fn advance(&mut self, constants: &Constants, wheels: &Motion, longest: &Longest) {
+    /// Moves along a motion of the road wheels, with panels that resolve modes as fast as `rate`, 1/s.
+    fn advance(&mut self, constants: &Constants, wheels: &Motion, rate: f64) {
         let dynamics = constants.at_speed(self.speed, self.crosswind);
         let along = self.followed_acceleration();
-        dynamics.advance(&mut self.lateral, &mut self.pose, wheels, along, longest);
+        dynamics.advance(&mut self.lateral, &mut self.pose, wheels, along, rate);
         if along != 0.0 {
             let fade = (-wheels.duration * constants.roll).exp();
             let followed = self.followed_speed.unwrap_or(self.speed);
