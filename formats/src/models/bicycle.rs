@@ -264,7 +264,7 @@ impl VehicleData {
             steering_ratio speed_mps);
         c.within(self.actuator_delay_s, 0.0, 10.0, &format!("{at}actuator_delay_s"));
         if let Some(rate) = self.actuator_rate_max_radps {
-            c.positive(rate, &format!("{at}actuator_rate_max_radps"));
+            c.within(rate, 1e-6, 1e6, &format!("{at}actuator_rate_max_radps"));
         }
     }
 

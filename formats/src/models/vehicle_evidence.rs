@@ -129,10 +129,15 @@ pub struct Prior {
 }
 
 impl VehicleEvidence {
-    /// The largest rate of the road wheels, rad/s, if the drive shows one.
+    /// The largest rate of the road wheels, rad/s, if the drive shows one or it was stated.
     fn largest_rate(&self) -> Option<Estimated> {
         let mut all = self.parameters.iter();
-        let rate = all.find(|p| p.name == Estimated::LARGEST_RATE && p.is_determined)?;
+        let rate = all.find(|p| p.name == Estimated::LARGEST_RATE)?;
+        let is_known = rate.is_determined || rate.prior.standard_deviation == 0.0;
+        // The largest of all stands for none.
+        if !is_known || rate.value >= rate.prior.max {
+            return None;
+        }
         Some(Estimated {
             name: rate.name.clone(),
             value: rate.value,

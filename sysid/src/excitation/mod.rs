@@ -43,6 +43,7 @@ use driver::DriverSignal;
 use expected::{Driven, Expected};
 use limits::{Mover, limit_values};
 pub use options::ExcitationOptions;
+use options::within_rate;
 use schedule::{Scaled, Subject, best_of, best_selection, of_selection};
 use shape::{Block, Shape, TonesOfBlock};
 use steerwright_formats::{
@@ -75,6 +76,7 @@ struct Design<'a> {
 /// [`Error::Option`] for values out of range; [`Error::Unstable`] where the vehicle is unstable at a speed.
 pub fn excite(bicycle: &Bicycle, options: &ExcitationOptions) -> Result<Manoeuvre, Error> {
     options.check()?;
+    let options = &within_rate(bicycle, options);
     if options.goal == ManoeuvreGoal::TyreLimit {
         return tyre_limit::excite_with_usual_tyres(bicycle, options);
     }

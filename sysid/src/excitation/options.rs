@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::structures::single_track::vehicle::ROAD_WHEEL_LIMITS;
-use steerwright_formats::{ManoeuvreGoal, ManoeuvreLimits, Vehicle};
+use steerwright_formats::{Bicycle, ManoeuvreGoal, ManoeuvreLimits, Vehicle};
 
 /// Straight driving after the signal of a block, s.
 pub(super) const REST_S: f64 = 2.0;
@@ -141,6 +141,17 @@ impl ExcitationOptions {
         let at = |i: usize| low * (high / low).powf(i as f64 / (FREQUENCIES - 1) as f64);
         (0..FREQUENCIES).map(at).collect()
     }
+}
+
+/// The options with the largest rate that a bicycle knows of its actuator.
+pub(super) fn within_rate(bicycle: &Bicycle, options: &ExcitationOptions) -> ExcitationOptions {
+    let mut options = options.clone();
+    if let Some((rate, _)) = bicycle.largest_rate() {
+        let own = rate * bicycle.vehicle.steering_ratio;
+        let stated = options.limits.max_rate_radps.unwrap_or(f64::INFINITY);
+        options.limits.max_rate_radps = Some(stated.min(own));
+    }
+    options
 }
 
 /// The options with the limits of a vehicle's actuator, beyond which the road wheels do not follow; the model has none.

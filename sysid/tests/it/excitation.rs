@@ -91,6 +91,11 @@ fn limits_are_kept_and_one_is_used_to_the_full() {
     assert!((largest - 1.0).abs() < 1e-9, "{shares:?}");
     // Straight, and on the line, after each block.
     assert!(driven.end_offsets.iter().all(|y| y.abs() < 0.02), "{:?}", driven.end_offsets);
+    // A slow servo is not asked for more than it does.
+    let slow = VehicleData { actuator_rate_max_radps: Some(0.1), ..car.vehicle };
+    let manoeuvre = excite(&Bicycle::new(slow), &options()).unwrap();
+    let rate = manoeuvre.signals[0].peaks.rate_radps;
+    assert!(rate <= 0.1 * 15.0 * (1.0 + 1e-9) && rate > 0.5, "{rate}");
 }
 
 /// The standard deviation of the gain and the phase over drives with noise is the stated one: for 40 drives within a quarter,

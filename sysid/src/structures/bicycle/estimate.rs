@@ -11,7 +11,7 @@ use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
 use crate::structures::bicycle::parameters::{
     ALL, DELAY, FRONT, Geometry, INDEX, LAG, PARAMETERS, Prior, RATE, REAR, STEERING_FACTOR,
-    STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, priors,
+    STEERING_OFFSET, WHEELBASE, YAW_RATE_OFFSET, is_limited, priors,
 };
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment, sensitivities, yaw_rate};
 use crate::structures::rate_limit;
@@ -19,10 +19,12 @@ use faer::Mat;
 use steerwright_drivelog::signal::standard_deviation;
 
 const STEPS: usize = 40;
+/// Lag and delay that a servo of limited rate may have, s.
+const LIMITED_LAG_S: f64 = 0.06;
 /// [`Problem::least_gain`] of what is delivered.
 const LEAST_GAIN: f64 = 1e-8;
 /// Where initial estimates are compared, and refined again after.
-const COMPARED: f64 = 1e-4;
+pub(super) const COMPARED: f64 = 1e-4;
 /// Largest step: of a logarithm, and of what is measured in its prior's deviations.
 const LARGEST_STEP: f64 = 1.0;
 /// Initial estimates that are refined, of those that are tried.
@@ -158,12 +160,16 @@ impl<'a> Problem<'a> {
 
     /// Estimates the delay too, from an estimate without.
     pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
-        // A long lag without a delay may be a delay: it is shared out in two ways.
-        let shared = [0.0, 0.7].into_iter().filter_map(|part| {
+        // A long lag without a delay may be a delay: it is shared out in two ways. So may a largest rate, which leaves no lag.
+        let lag = without.parameters[LAG].exp();
+        let mut shares = vec![(lag, 0.0), (0.3 * lag, 0.7 * lag)];
+        if is_limited(&without.parameters) {
+            shares.push((LIMITED_LAG_S, LIMITED_LAG_S));
+        }
+        let shared = shares.into_iter().filter_map(|(lag, delay)| {
             let mut from = without.clone();
-            let lag = from.parameters[LAG].exp();
-            from.parameters[DELAY] = part * lag;
-            from.parameters[LAG] = ((1.0 - part) * lag).ln();
+            from.parameters[DELAY] = delay;
+            from.parameters[LAG] = lag.ln();
             self.weighed(from)
         });
         let best =
@@ -227,7 +233,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Until a step lowers the cost by a smaller share than `least_gain`.
-    fn refine(&self, from: Estimate, least_gain: f64) -> Result<Estimate, Error> {
+    pub(super) fn refine(&self, from: Estimate, least_gain: f64) -> Result<Estimate, Error> {
         let cost = from.cost;
         let reached = lower::<_, _, Error>(
             (from, cost),

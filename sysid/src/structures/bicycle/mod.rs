@@ -32,7 +32,7 @@ use crate::selection::options::IdentifyOptions;
 use crate::sideslip::other_sideslip;
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::DELAY;
-use crate::structures::bicycle::rate_limit::rate_limited;
+use crate::structures::bicycle::rate_limit::{is_better, rate_limited};
 use crate::structures::bicycle::simulate::within;
 use crate::structures::bicycle::simulation::{Simulation, segments};
 use crate::structures::held::Steering;
@@ -125,11 +125,17 @@ pub(crate) fn identify_moving(
     let mut prompt = problem(&recording.split.estimation, false);
     let mut without_delay = prompt.solve()?;
     let mut delayed = problem(&recording.split.estimation, true);
-    if let Some(limited) = rate_limited(&prompt, &without_delay)? {
-        (prompt, without_delay) = limited;
-        delayed.free_rate();
+    let mut with_delay = delayed.solve_with_delay(&without_delay)?;
+    if let Some((limited, limited_prompt)) = rate_limited(&prompt, &without_delay)? {
+        let mut limited_delayed = delayed.clone();
+        limited_delayed.free_rate();
+        let limited_with_delay = limited_delayed.solve_with_delay(&limited_prompt)?;
+        // A limit may stand for a delay, too.
+        if is_better(&limited_delayed, &with_delay, &limited_with_delay) {
+            (prompt, delayed) = (limited, limited_delayed);
+            (without_delay, with_delay) = (limited_prompt, limited_with_delay);
+        }
     }
-    let with_delay = delayed.solve_with_delay(&without_delay)?;
     let validation = problem(&recording.split.validation, false);
     let split = &recording.split;
     let mut unused = Split::unused(log, [&split.estimation, &split.validation]);

@@ -61,7 +61,7 @@ impl BicycleOptions {
             Err(Error::option(option, format!("{value}{unit}"), expected))
         };
         self.validation.check()?;
-        within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
+        within("mass", self.mass(), (1.0, 200_000.0), " kg")?;
         within("front share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
         within("lowest speed", self.least_speed_mps.unwrap_or_default(), (0.0, 100.0), " m/s")?;
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.05, 20.0), " m")

@@ -1,9 +1,9 @@
 //! The largest rate of the road wheels as a parameter of the bicycle.
 
 use crate::Error;
-use crate::structures::bicycle::estimate::{Estimate, Problem};
+use crate::structures::bicycle::estimate::{COMPARED, Estimate, Problem};
 use crate::structures::bicycle::parameters::{LAG, RATE, STEERING_FACTOR};
-use crate::structures::rate_limit::{fastest, is_poor, is_worth_it, trials};
+use crate::structures::rate_limit::{LAGS, fastest, is_worth_it, rates};
 
 /// The estimate with a largest rate and its problem, if the drive shows one; `without` is the estimate without.
 ///
@@ -20,28 +20,35 @@ pub(super) fn rate_limited<'a>(
         return Ok(None);
     };
     let fastest = without.parameters[STEERING_FACTOR].exp() * fastest(steering, sample_time);
+    let rates = rates(fastest);
     let mut best: Option<Estimate> = None;
-    for (rate, over) in trials(fastest) {
-        let mut from = without.clone();
-        from.parameters[RATE] = rate.ln();
-        from.parameters[LAG] += over.ln();
-        let Some(from) = limited.weighed(from) else { continue };
-        if best.as_ref().is_none_or(|best| from.cost < best.cost) {
-            best = Some(from);
+    for over in LAGS {
+        let tried = rates.clone().filter_map(|rate| {
+            let mut from = without.clone();
+            from.parameters[RATE] = rate.ln();
+            from.parameters[LAG] += over.ln();
+            limited.weighed(from)
+        });
+        let Some(from) = tried.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { continue };
+        let found = limited.refine(from, COMPARED)?;
+        if best.as_ref().is_none_or(|best| found.cost < best.cost) {
+            best = Some(found);
         }
     }
-    let errors = problem.errors(&without.parameters, &without.initial_states).unwrap_or_default();
-    let yaw_rate: Vec<f64> = problem.segments.iter().flat_map(|s| s.yaw_rate).copied().collect();
-    let is_poor = is_poor(&yaw_rate, &errors.concat());
-    let Some(best) = best.filter(|best| is_poor || best.cost < without.cost) else {
-        return Ok(None);
-    };
-    let Some(found) = limited.solve_from(&best)? else { return Ok(None) };
-    // Costs are twice the negative logarithm, but for the long-run variance.
-    let gain = 0.5 * (without.cost - found.cost) / without.long_run_variance;
-    if !is_worth_it(gain, problem.samples()) {
+    let Some(best) = best else { return Ok(None) };
+    if !is_better(problem, without, &best) {
         return Ok(None);
     }
-    let found = limited.reweighted(found)?;
+    let found = limited.reweighted(best)?;
     Ok(Some((limited, found)))
+}
+
+/// Whether an estimate with a largest rate is better than one without by more than the parameter is worth.
+pub(super) fn is_better(problem: &Problem<'_>, without: &Estimate, with: &Estimate) -> bool {
+    let s2 = without.long_run_variance;
+    let Some(with) = problem.weighed(Estimate { long_run_variance: s2, ..with.clone() }) else {
+        return false;
+    };
+    // Costs are twice the negative logarithm, but for the long-run variance.
+    is_worth_it(0.5 * (without.cost - with.cost) / s2, problem.samples())
 }

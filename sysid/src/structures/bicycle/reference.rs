@@ -12,7 +12,7 @@ use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::{
     DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET, is_limited,
 };
-use crate::structures::bicycle::rate_limit::rate_limited;
+use crate::structures::bicycle::rate_limit::{is_better, rate_limited};
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment};
 use crate::validation::residuals::pairs::{Pair, jackknife};
 use faer::Mat;
@@ -186,12 +186,16 @@ impl<'a> Reference<'a> {
     pub(crate) fn recorded(&self) -> Option<Fitted> {
         let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| p.steering.clone()).collect();
         let prompt = self.problem(&steering, Delay::Fixed(0.0), None);
-        let mut found = prompt.solve().ok()?;
+        let found = prompt.solve().ok()?;
+        let mut delayed = self.problem(&steering, Delay::Free, None);
+        let mut estimate = delayed.solve_with_delay(&found).ok()?;
         if let Some((_, limited)) = rate_limited(&prompt, &found).ok()? {
-            found = limited;
+            let limited_delayed = self.problem(&steering, Delay::Free, Some(&limited));
+            let with_rate = limited_delayed.solve_with_delay(&limited).ok()?;
+            if is_better(&limited_delayed, &estimate, &with_rate) {
+                (delayed, estimate) = (limited_delayed, with_rate);
+            }
         }
-        let delayed = self.problem(&steering, Delay::Free, Some(&found));
-        let estimate = delayed.solve_with_delay(&found).ok()?;
         fitted(&delayed, estimate).ok().flatten()
     }
 

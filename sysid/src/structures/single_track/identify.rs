@@ -107,7 +107,9 @@ pub(super) fn identify_near(
     };
     let near = near.map(|model| problem.with_fixed_parameters(&model.point()));
     let mut found = solve(&problem, near.as_ref())?;
-    if let Some(limited) = rate_limited(&problem, &found) {
+    // One that is stated is not looked for.
+    let is_stated = options.priors.iter().any(|(parameter, _)| *parameter == Parameter::RateMax);
+    if !is_stated && let Some(limited) = rate_limited(&problem, &found) {
         priors[Parameter::RateMax.index()] = rate_limit::PRIOR;
         (problem, found) = limited;
     }

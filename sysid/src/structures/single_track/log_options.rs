@@ -76,7 +76,7 @@ impl IdentifyVehicleOptions {
         let share = Parameter::FrontShare.default_prior();
         let bounds = (100.0 * share.min, 100.0 * share.max);
         within("front share", 100.0 * self.front_share.unwrap_or(share.mean), bounds, " %")?;
-        within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
+        within("mass", self.mass(), (1.0, 200_000.0), " kg")?;
         within("lowest speed", self.least_speed_mps.unwrap_or(3.0), (0.5, 100.0), " m/s")?;
         within("track width", self.track_width_m.unwrap_or(1.5), (0.1, 10.0), " m")?;
         within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.05, 20.0), " m")

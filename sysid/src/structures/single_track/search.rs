@@ -17,7 +17,7 @@ use steerwright_formats::interruption::Interruption;
 const KEPT: usize = 3;
 /// On windows, on the way to the free simulation, and of the result.
 const WINDOWS: Stop = Stop { steps: 10, least_gain: 1e-3, least_share: 1e-3 };
-const ON_THE_WAY: Stop = Stop { steps: 15, least_gain: 1e-3, least_share: 1e-3 };
+pub(super) const ON_THE_WAY: Stop = Stop { steps: 15, least_gain: 1e-3, least_share: 1e-3 };
 const RESULT: Stop = Stop { steps: 40, least_gain: 1e-3, least_share: 0.0 };
 /// Seconds between two initial states of the first run.
 const WINDOW_S: f64 = 5.0;

@@ -35,6 +35,8 @@ pub(super) struct SimulationRun {
     pub(super) restart: usize,
 }
 
+/// A largest rate of the road wheels that stands for none, but for rounding, rad/s.
+const UNLIMITED_RATE: f64 = 9.999;
 /// The tangent of the sideslip from which v_y is guarded.
 const GUARDED_TANGENT: f64 = 0.2;
 /// Longest step times the rate of the faster of v_y and r.
@@ -76,8 +78,8 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
             let moved = -(k.delay.plus(-k.delay.value())).times(rate);
             k.steering_factor * moved.plus(angle) + k.steering_offset
         };
-        let mut steering = command(0.0);
-        let mut commanded = steering;
+        let mut commanded = command(0.0);
+        let mut steering = commanded;
         // The state of a steady turn at the measured yaw rate.
         let rest = |index: usize| {
             let r = (-k.yaw_rate_offset).plus(segment.smooth_yaw_rate[index]);
@@ -85,6 +87,12 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
             (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
         };
         let (mut vy, mut r) = rest(0);
+        if k.rate_max.value() < UNLIMITED_RATE {
+            // A wheel that its command has outrun is where the turn shows it.
+            let v = segment.speed[0].max(LEAST_SPEED);
+            let wheelbase = k.distance[0] + k.distance[1];
+            steering = r * (wheelbase.times(1.0 / v) + k.understeer.times(v));
+        }
         let mut known = segment.known(0.0);
         let mut forces = k.forces(vy, r, steering, known);
         let mut substeps = 0.0;

@@ -27,6 +27,22 @@ fn a_largest_rate_is_found_where_the_drive_shows_it() {
     }
 }
 
+/// Reached in one sample of fifty, and behind a delay that a limit could stand for.
+#[test]
+fn a_largest_rate_that_is_seldom_reached_is_found_and_its_delay_is_a_delay() {
+    for (rate, delay, seed) in [(0.14, 0, 33), (0.1, 3, 34)] {
+        let slow = BicycleParameters { actuator_rate_max: rate, ..car() };
+        let log = drive(slow, Drive { noise: 0.003, delay, seed, ..DRIVE });
+        let found = identify_bicycle(&log, &known()).unwrap();
+        let e = evidence(&found);
+        let (value, error) = estimated(e, "actuator_rate_max");
+        assert!((value - rate).abs() < 4.5 * error && error < 0.05 * rate, "{value} ± {error}");
+        let lag = found.bicycle.vehicle.actuator_time_constant_s + e.with_delay.input_delay_s;
+        let expected = car().actuator_time_constant + delay as f64 * T;
+        assert!((lag - expected).abs() < 0.02, "{rate}: {lag} {expected}");
+    }
+}
+
 #[test]
 fn a_servo_that_follows_has_no_largest_rate() {
     for (noise, noise_pole, delay, seed) in
