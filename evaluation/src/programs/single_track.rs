@@ -252,6 +252,7 @@ fn read(file: &Path) -> Result<[Drive; 2], Failure> {
                 yaw_rate_radps: column("yaw_rate_radps")?,
                 lateral_acceleration_mps2: Some(column("ay_mps2")?),
                 lateral_velocity_mps: Some(column("vy_mps")?),
+                ..DriveSegment::default()
             }],
         })
     };

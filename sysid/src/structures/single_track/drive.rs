@@ -7,6 +7,8 @@ use crate::Error;
 pub struct DriveSegment {
     /// Angle of the road wheels, or of the steering wheel by [`Drive::steering_ratio`], rad.
     pub steering_rad: Vec<f64>,
+    /// The same before the first sample, where it was recorded: a wheel may still follow it.
+    pub steering_before_rad: Vec<f64>,
     /// Longitudinal velocity, m/s; not negative.
     pub speed_mps: Vec<f64>,
     /// Yaw rate, rad/s.

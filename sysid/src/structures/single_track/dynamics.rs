@@ -38,9 +38,8 @@ pub(super) struct Constants<S> {
     shares: [[S; 2]; 2],
     /// Acceleration beyond which no more load moves along, m/s².
     most_acceleration: f64,
-    /// Rear slip angle over lateral acceleration in a gentle turn, rad·s²/m, and by how much the front one is larger.
+    /// Rear slip angle over lateral acceleration in a gentle turn, rad·s²/m
     pub(super) rear_slip_per_acceleration: S,
-    pub(super) understeer: S,
     /// Rate of the faster of v_y and r in a gentle turn, times the speed, m/s².
     pub(super) rate_by_speed: f64,
     pub(super) lag_rate: S,
@@ -110,7 +109,6 @@ impl<S: Scalar> Constants<S> {
                 .map(|f| [f, (-f).plus(1.0)]),
             most_acceleration: MOST_TRANSFER / most.max(f64::MIN_POSITIVE),
             rear_slip_per_acceleration: rear.times(GRAVITY).inverse(),
-            understeer: front.times(GRAVITY).inverse() - rear.times(GRAVITY).inverse(),
             rate_by_speed: (of_force[0] + of_force[1]).value().max(yaw.value()),
             lag_rate: of(Parameter::Lag).inverse(),
             rate_max: of(Parameter::RateMax),

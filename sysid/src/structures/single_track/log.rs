@@ -18,11 +18,12 @@ use crate::structures::single_track::log_options::IdentifyVehicleOptions;
 use crate::structures::single_track::options::SingleTrackOptions;
 use crate::structures::single_track::parameters::Parameter;
 use crate::structures::single_track::quality::{check_signs, quality};
+use crate::structures::single_track::simulate::LONGEST_BEFORE_S;
 use crate::structures::single_track::vehicle::VehicleOptions;
 use crate::structures::state_space::plant::Traces;
 use crate::validation::residuals::one_sided;
 use std::ops::Range;
-use steerwright_drivelog::{DriveLog, Response, Role};
+use steerwright_drivelog::{DriveLog, Response, Role, Segment};
 use steerwright_formats::{
     Document, Intersample, Matrix, Model, Provenance, Structure, Vehicle, VehicleEvidence,
     VehicleParameter,
@@ -30,6 +31,8 @@ use steerwright_formats::{
 
 /// Shorter pieces of a segment hold little more than the transient of an initial state, s.
 const SHORTEST_S: f64 = 3.0;
+/// Fits that differ by less are the same, %: a file reproduces its own to that.
+const SAME_FIT: f64 = 0.1;
 /// Share of the samples whose lateral acceleration is at most that of the evidence.
 const PERCENTILE: f64 = 0.99;
 
@@ -202,7 +205,7 @@ fn consistent(
     let fits = all.validation.zip(alone.validation);
     if let Some((with, without)) = fits {
         let difference = with.yaw_rate - without.yaw_rate;
-        let error = without.yaw_rate_standard_error.unwrap_or(0.0);
+        let error = without.yaw_rate_standard_error.unwrap_or(0.0).max(SAME_FIT);
         let least = if all.noise[2].is_some() { -error } else { 0.0 };
         let is_no_nearer = difference >= error || all.spin_margin >= alone.spin_margin;
         if difference > least && is_no_nearer {
@@ -229,6 +232,12 @@ fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
     let speed = log.speed.as_deref().unwrap_or_default();
     let other = |role, range: &Range<usize>| Some(log.others.get(&role)?[range.clone()].to_vec());
     let steering = log.others.get(&Role::Steering).unwrap_or(&log.input);
+    let most_before = (LONGEST_BEFORE_S / log.sample_time_s).ceil() as usize;
+    let before = |range: &Range<usize>| {
+        let holds = |s: &&Segment| s.range.start <= range.start && range.end <= s.range.end;
+        let first = log.segments.iter().find(holds).map_or(range.start, |s| s.range.start);
+        first.max(range.start.saturating_sub(most_before))
+    };
     let segment = |range: &Range<usize>| {
         let lateral_velocity = other(Role::LateralVelocity, range).or_else(|| {
             let angles = other(Role::Sideslip, range)?;
@@ -236,6 +245,7 @@ fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
         });
         DriveSegment {
             steering_rad: steering[range.clone()].to_vec(),
+            steering_before_rad: steering[before(range)..range.start].to_vec(),
             speed_mps: speed[range.clone()].to_vec(),
             yaw_rate_radps: log.output[range.clone()].to_vec(),
             lateral_acceleration_mps2: other(Role::LateralAcceleration, range),

@@ -11,7 +11,9 @@ const YAW_AVERAGE_S: f64 = 0.05;
 pub(super) struct PreparedSegment<'a> {
     pub(super) sample_time: f64,
     steering_delay: f64,
+    /// From before the first sample on, by so many.
     steering: Vec<f64>,
+    before: usize,
     /// Its slope at the samples, rad per sample.
     steering_slope: Vec<f64>,
     pub(super) speed: &'a [f64],
@@ -31,13 +33,14 @@ pub(super) fn prepare(drive: &Drive) -> Vec<PreparedSegment<'_>> {
 impl<'a> PreparedSegment<'a> {
     fn new(drive: &Drive, segment: &'a DriveSegment) -> Self {
         let t = drive.sample_time_s;
-        let steering: Vec<f64> =
-            segment.steering_rad.iter().map(|s| s / drive.steering_ratio).collect();
+        let steering = segment.steering_before_rad.iter().chain(&segment.steering_rad);
+        let steering: Vec<f64> = steering.map(|s| s / drive.steering_ratio).collect();
         Self {
             sample_time: t,
             steering_delay: drive.steering_delay_s,
             steering_slope: differences(&steering),
             steering,
+            before: segment.steering_before_rad.len(),
             speed: &segment.speed_mps,
             acceleration: followed_acceleration(&segment.speed_mps, t),
             yaw_rate: &segment.yaw_rate_radps,
@@ -53,14 +56,19 @@ impl<'a> PreparedSegment<'a> {
 
     /// Road-wheel angle by the stated ratio at the samples, rad.
     pub(super) fn steering_samples(&self) -> &[f64] {
-        &self.steering
+        &self.steering[self.before..]
     }
 
-    /// The sample before a time and the share of the next one.
+    /// Time before the first sample from which the steering is known, s.
+    pub(super) fn known_before(&self) -> f64 {
+        self.before as f64 * self.sample_time
+    }
+
+    /// The sample before a time, of so many, and the share of the next one.
     #[inline]
-    fn place(&self, time: f64) -> (usize, f64) {
-        let at = (time / self.sample_time).clamp(0.0, (self.len() - 1) as f64);
-        let index = (at as usize).min(self.len().saturating_sub(2));
+    fn place(&self, time: f64, count: usize) -> (usize, f64) {
+        let at = (time / self.sample_time).clamp(0.0, (count - 1) as f64);
+        let index = (at as usize).min(count.saturating_sub(2));
         (index, at - index as f64)
     }
 
@@ -68,7 +76,8 @@ impl<'a> PreparedSegment<'a> {
     /// rate, which is the derivative by the delay, has no steps.
     #[inline]
     pub(super) fn steering(&self, time: f64) -> (f64, f64) {
-        let (i, x) = self.place(time - self.steering_delay);
+        let since = time - self.steering_delay + self.known_before();
+        let (i, x) = self.place(since, self.steering.len());
         let (from, to) = (self.steering[i], self.steering[i + 1]);
         let (a, b) = (self.steering_slope[i], self.steering_slope[i + 1]);
         let (c, d) = (3.0 * (to - from) - 2.0 * a - b, 2.0 * (from - to) + a + b);
@@ -79,14 +88,14 @@ impl<'a> PreparedSegment<'a> {
     /// Measured yaw rate, rad/s.
     #[inline]
     pub(super) fn yaw_rate(&self, time: f64) -> f64 {
-        let (i, share) = self.place(time);
+        let (i, share) = self.place(time, self.len());
         self.yaw_rate[i] + share * (self.yaw_rate[i + 1] - self.yaw_rate[i])
     }
 
     /// Measured speed, and the acceleration that follows from it.
     #[inline]
     pub(super) fn known(&self, time: f64) -> DriveMotion {
-        let (i, share) = self.place(time);
+        let (i, share) = self.place(time, self.len());
         let between = |x: &[f64]| x[i] + share * (x[i + 1] - x[i]);
         DriveMotion { speed: between(self.speed), acceleration: between(&self.acceleration) }
     }

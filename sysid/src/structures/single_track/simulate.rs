@@ -37,6 +37,9 @@ pub(super) struct SimulationRun {
 
 /// A largest rate of the road wheels that stands for none, but for rounding, rad/s.
 const UNLIMITED_RATE: f64 = 9.999;
+/// Time of the steering before a segment that a wheel of limited rate has followed, and the steps in which it does, s.
+pub(super) const LONGEST_BEFORE_S: f64 = 5.0;
+const BEFORE_STEP_S: f64 = 0.005;
 /// The tangent of the sideslip from which v_y is guarded.
 const GUARDED_TANGENT: f64 = 0.2;
 /// Longest step times the rate of the faster of v_y and r.
@@ -87,11 +90,28 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
             (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
         };
         let (mut vy, mut r) = rest(0);
+        let limited = |followed: S, steering: S, h: f64| -> S {
+            // The rate is limited throughout a part of a step or not at all.
+            let most = k.rate_max.times(h);
+            match (followed - steering).value() {
+                moved if moved > most.value() => steering + most,
+                moved if moved < -most.value() => steering - most,
+                _ => followed,
+            }
+        };
         if k.rate_max.value() < UNLIMITED_RATE {
-            // A wheel that its command has outrun is where the turn shows it.
-            let v = segment.speed[0].max(LEAST_SPEED);
-            let wheelbase = k.distance[0] + k.distance[1];
-            steering = r * (wheelbase.times(1.0 / v) + k.understeer.times(v));
+            // A command may have outrun the wheel, which is where it followed what was steered before.
+            let before = segment.known_before().min(LONGEST_BEFORE_S);
+            let count = (before / BEFORE_STEP_S).ceil();
+            let h = before / count.max(1.0);
+            let lag = Ramp::new(k.lag_rate.times(h));
+            commanded = command(-before);
+            steering = commanded;
+            for j in 0..count as usize {
+                let next = command(h * (j + 1) as f64 - before);
+                steering = limited(lag.follow(steering, commanded, next), steering, h);
+                commanded = next;
+            }
         }
         let mut known = segment.known(0.0);
         let mut forces = k.forces(vy, r, steering, known);
@@ -145,13 +165,7 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
                 for end in [0.5 * h, h] {
                     let next_command = command(time + end);
                     let followed = lag.follow(steering, commanded, next_command);
-                    // The rate is limited throughout a part of a step or not at all.
-                    let most = k.rate_max.times(0.5 * h);
-                    steering = match (followed - steering).value() {
-                        moved if moved > most.value() => steering + most,
-                        moved if moved < -most.value() => steering - most,
-                        _ => followed,
-                    };
+                    steering = limited(followed, steering, 0.5 * h);
                     commanded = next_command;
                 }
                 let predicted = k.forces(vy_next, r_next, steering, next);
