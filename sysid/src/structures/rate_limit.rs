@@ -26,9 +26,13 @@ pub(crate) fn rates(fastest: f64) -> impl Iterator<Item = f64> + Clone {
     (0..RATES).map(move |power| (fastest * SHARE.powi(power)).clamp(PRIOR.min, PRIOR.max))
 }
 
-/// Whether a logarithm of the posterior density that is higher by `gain` is worth the parameter.
-pub(crate) fn is_worth_it(gain: f64, samples: usize) -> bool {
-    gain > 0.5 * (samples as f64).ln()
+/// Share of the squared errors that a limit explains at least: what a model lacks otherwise is not taken for one.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Whether a logarithm of the posterior density that is higher by `gain`, of `cost` below its largest without a limit, is
+/// worth the parameter.
+pub(crate) fn is_worth_it(gain: f64, cost: f64, samples: usize) -> bool {
+    gain > 0.5 * (samples as f64).ln() && gain > LEAST_SHARE * cost
 }
 
 /// The fastest of a steering in samples, by its unit and second, but for a share of [`RARE`].

@@ -50,5 +50,6 @@ pub(super) fn is_better(problem: &Problem<'_>, without: &Estimate, with: &Estima
         return false;
     };
     // Costs are twice the negative logarithm, but for the long-run variance.
-    is_worth_it(0.5 * (without.cost - with.cost) / s2, problem.samples())
+    let [without, with] = [without.cost, with.cost].map(|cost| 0.5 * cost / s2);
+    is_worth_it(without - with, without, problem.samples())
 }

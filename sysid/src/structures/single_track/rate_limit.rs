@@ -33,11 +33,13 @@ pub(super) fn rate_limited<'a>(
     let refined = LAGS.into_iter().filter_map(best_with);
     let best = refined.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let samples = problem.segments.iter().map(|segment| segment.len()).sum();
-    if !is_worth_it(problem.cost(&found.point, &run, &found.densities)? - best.cost, samples) {
+    let without = problem.cost(&found.point, &run, &found.densities)?;
+    if !is_worth_it(without - best.cost, without, samples) {
         return None;
     }
     let with_rate = solve(&limited, Some(&best.point)).ok()?;
     let cost = |problem: &Problem<'_>, point| problem.cost(point, &found.run, &found.densities);
-    let gain = cost(problem, &found.point)? - cost(&limited, &with_rate.point)?;
-    if is_worth_it(gain, samples) { Some((limited, with_rate)) } else { None }
+    let without = cost(problem, &found.point)?;
+    let gain = without - cost(&limited, &with_rate.point)?;
+    if is_worth_it(gain, without, samples) { Some((limited, with_rate)) } else { None }
 }
