@@ -146,7 +146,7 @@ impl Export {
                 self.set(group, rate, limit, rate_unit, "stated, at the road wheel");
             }
             (None, Some(largest), _) => {
-                let note = "the model's, which a command outran, at the road wheel";
+                let note = "largest rate of the actuator of the model, at the road wheel";
                 self.set(group, rate, largest.times(per_unit), rate_unit, note);
             }
             (None, None, Some(driven)) => self.missing(

@@ -1,6 +1,6 @@
 //! The largest rate of the road wheels, of a servo that its command outruns, as the structures with an actuator find it.
 //!
-//! It is no parameter until the drive shows it: a drive that does not reach the limit says nothing about it, and the cost has
+//! It is no parameter until the drive shows it: a drive that does not reach the limit does not determine it, and the cost has
 //! no slope there. So rates about and below the fastest of the command are tried, with the lag that was found without a limit
 //! and with shorter ones, since a lag stands for the limit until then; the best of each lag is refined, and the search goes on
 //! from the better one. The model with the fewer parameters stays unless the other is better by the Bayesian information
