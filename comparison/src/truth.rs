@@ -68,24 +68,21 @@ impl Truth {
 fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Error> {
     let data = steerwright_control::bicycle_from_toml(text, path)?.vehicle;
     let mut vehicle = Vehicle::from_json(REST, "vehicle.json of the multi-body drive")?;
-    let other = vehicle.name;
-    vehicle.name = data.name;
+    let other = vehicle.name.clone();
+    vehicle.name.clone_from(&data.name);
     vehicle.speed_mps = data.speed_mps;
     let (body, tyres, actuator) = (&mut vehicle.body, &mut vehicle.tyres, &mut vehicle.actuator);
-    body.mass_kg = data.mass_kg;
-    body.yaw_inertia_kgm2 = data.yaw_inertia_kgm2;
-    body.distance_front_m = data.distance_front_m;
-    body.distance_rear_m = data.distance_rear_m;
-    tyres.cornering_stiffness_front_npr = data.cornering_stiffness_front_npr;
-    tyres.cornering_stiffness_rear_npr = data.cornering_stiffness_rear_npr;
-    actuator.steering_ratio = data.steering_ratio;
-    actuator.time_constant_s = data.actuator_time_constant_s;
-    actuator.delay_s = data.actuator_delay_s;
+    data.give_to(body, tyres, actuator);
+    let rate = if data.actuator_rate_max_radps.is_some() {
+        String::new()
+    } else {
+        let rate = actuator.road_wheel_rate_max_radps.to_degrees();
+        format!(", steering rate ({rate:.1} deg/s at the road wheel)")
+    };
     let remark = format!(
-        "{name} has no friction ({} assumed), tyre curves, height, track width, roll, steering rate \
-         ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states them",
-        tyres.friction_coefficient,
-        actuator.road_wheel_rate_max_radps.to_degrees()
+        "{name} has no friction ({} assumed), tyre curves, height, track width, roll{rate}: they are those of the \
+         {other}; a vehicle.json states them",
+        tyres.friction_coefficient
     );
     Ok((vehicle.to_json(), remark))
 }
@@ -202,4 +199,25 @@ fn check(archive: &Archive, name: &str) -> Result<(), Error> {
         inputs: of(Causality::Input),
         outputs: of(Causality::Output),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DATA: &str = include_str!("../../examples/drives/multibody/vehicle.toml");
+
+    #[test]
+    fn a_stated_rate_of_the_steering_is_that_of_the_vehicle() {
+        let (document, remark) = from_data(DATA, "vehicle.toml", "vehicle.toml").unwrap();
+        let without = Vehicle::from_json(&document, "vehicle.json").unwrap();
+        assert!(remark.contains("steering rate"), "{remark}");
+        let stated = format!("{DATA}\nactuator_rate_max_radps = 0.123\n");
+        let (document, remark) = from_data(&stated, "vehicle.toml", "vehicle.toml").unwrap();
+        let vehicle = Vehicle::from_json(&document, "vehicle.json").unwrap();
+        assert!(!remark.contains("steering rate"), "{remark}");
+        assert_eq!(vehicle.actuator.road_wheel_rate_max_radps, 0.123);
+        assert_eq!(vehicle.tyres, without.tyres);
+        assert_eq!(vehicle.body, without.body);
+    }
 }

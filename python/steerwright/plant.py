@@ -365,22 +365,15 @@ class Bicycle(SimulatedModel, documents.Bicycle):
         """Continuous A, B, C, D at a speed (m/s): states lateral velocity (m/s), yaw rate (rad/s), road-wheel
         angle (rad); input steering angle (rad), outputs yaw rate and lateral velocity. The delay of the steering
         is `vehicle.actuator_delay_s`."""
-        v = self.vehicle
-        m, j = v.mass_kg, v.yaw_inertia_kgm2
-        lf, lr = v.distance_front_m, v.distance_rear_m
-        cf, cr = v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr
+        k = self.coefficients
         a = np.array(
             [
-                [-(cf + cr) / (m * speed), (cr * lr - cf * lf) / (m * speed) - speed, cf / m],
-                [
-                    (cr * lr - cf * lf) / (j * speed),
-                    -(cf * lf**2 + cr * lr**2) / (j * speed),
-                    cf * lf / j,
-                ],
-                [0.0, 0.0, -1.0 / v.actuator_time_constant_s],
+                [k.A1 / speed, k.A2 / speed - speed, k.B1],
+                [k.A3 / speed, k.A4 / speed, k.B2],
+                [0.0, 0.0, -1.0 / k.Tn],
             ]
         )
-        b = np.array([[0.0], [0.0], [1.0 / (v.actuator_time_constant_s * v.steering_ratio)]])
+        b = np.array([[0.0], [0.0], [k.n / k.Tn]])
         c = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
         return a, b, c, np.zeros((2, 1))
 

@@ -73,22 +73,13 @@ pub(crate) fn fill(export: &mut Export, lateral: &Lateral, _: &StatedValues) {
             "the model's steering angle is of the road wheel; identify it from the steering wheel's angle",
         );
     }
+    let [stiffness_front, stiffness_rear] = vehicle.axle_stiffness();
     for (key, value, unit, note) in [
         ("mass", vehicle.mass_kg, "kg", "stated"),
         ("rotationalInertia", vehicle.yaw_inertia_kgm2, "kg.m2", "in proportion to the mass"),
         ("centerToFront", vehicle.distance_front_m, "m", "centre of gravity to front axle"),
-        (
-            "tireStiffnessFront",
-            vehicle.cornering_stiffness_front_npr,
-            "N/rad",
-            "in proportion to the mass",
-        ),
-        (
-            "tireStiffnessRear",
-            vehicle.cornering_stiffness_rear_npr,
-            "N/rad",
-            "in proportion to the mass",
-        ),
+        ("tireStiffnessFront", stiffness_front, "N/rad", "in proportion to the mass"),
+        ("tireStiffnessRear", stiffness_rear, "N/rad", "in proportion to the mass"),
     ] {
         export.set(GROUP, key, stated(value), unit, note);
     }

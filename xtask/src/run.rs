@@ -3,11 +3,18 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 
 /// The workspace's folder.
 pub(crate) fn root() -> &'static Path {
-    // The crate runs where it was built: `cargo xtask` builds it first.
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+    // That of the working folder, else where it was built: a target folder may have been copied with the program.
+    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| {
+        let here = std::env::current_dir().unwrap_or_default();
+        let own = here.ancestors().find(|folder| folder.join("xtask/Cargo.toml").is_file());
+        let built = || Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf);
+        own.map(Path::to_path_buf).or_else(built).unwrap_or_else(|| ".".into())
+    });
+    &ROOT
 }
 
 /// The target folder of this build, wherever the user has put it.

@@ -62,17 +62,11 @@ impl PlantModel {
         let vehicle = &bicycle.vehicle;
         let mut parameters = NonlinearParameters::default();
         let NonlinearParameters { body, tyres, actuator } = &mut parameters;
-        body.mass_kg = vehicle.mass_kg;
-        body.yaw_inertia_kgm2 = vehicle.yaw_inertia_kgm2;
-        body.distance_front_m = vehicle.distance_front_m;
-        body.distance_rear_m = vehicle.distance_rear_m;
-        tyres.cornering_stiffness_front_npr = vehicle.cornering_stiffness_front_npr;
-        tyres.cornering_stiffness_rear_npr = vehicle.cornering_stiffness_rear_npr;
-        actuator.steering_ratio = vehicle.steering_ratio;
-        actuator.time_constant_s = vehicle.actuator_time_constant_s;
-        actuator.delay_s = vehicle.actuator_delay_s;
-        let own = vehicle.actuator_rate_max_radps.unwrap_or(f64::INFINITY);
-        actuator.road_wheel_rate_max_radps = own.min(road_wheel_rate_max);
+        // The default's own rate is of no vehicle in particular.
+        actuator.road_wheel_rate_max_radps = f64::INFINITY;
+        vehicle.give_to(body, tyres, actuator);
+        let rate = &mut actuator.road_wheel_rate_max_radps;
+        *rate = rate.min(road_wheel_rate_max);
         Self::nonlinear(parameters, &vehicle.name)
     }
 

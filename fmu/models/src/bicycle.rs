@@ -119,10 +119,16 @@ impl BicycleParameters {
         BicycleCoefficients::new(
             [self.mass, self.yaw_inertia],
             [self.distance_front, self.distance_rear],
-            [self.cornering_stiffness_front, self.cornering_stiffness_rear],
+            self.axle_stiffness(),
             self.steering_ratio,
             self.actuator_time_constant,
         )
+    }
+
+    /// Lateral force over slip of the front and the rear axle at small slip, N/rad.
+    #[must_use]
+    pub fn axle_stiffness(&self) -> [f64; 2] {
+        [self.cornering_stiffness_front, self.cornering_stiffness_rear]
     }
 
     /// Wheelbase L, m.
@@ -134,7 +140,7 @@ impl BicycleParameters {
     /// Understeer gradient K in `road-wheel angle = L/R + K·a_y`, rad per m/s²; positive understeers.
     #[must_use]
     pub fn understeer_gradient(&self) -> f64 {
-        let (cf, cr) = (self.cornering_stiffness_front, self.cornering_stiffness_rear);
+        let [cf, cr] = self.axle_stiffness();
         self.mass * (self.distance_rear * cr - self.distance_front * cf)
             / (cf * cr * self.wheelbase())
     }
@@ -162,9 +168,9 @@ impl BicycleParameters {
     /// Lateral velocity over yaw rate in a steady turn, `Lr − m·Lf·v²/(Cr·L)`, m.
     #[must_use]
     pub fn lateral_velocity_per_yaw_rate(&self, speed: f64) -> f64 {
+        let [_, rear] = self.axle_stiffness();
         self.distance_rear
-            - self.mass * self.distance_front * speed * speed
-                / (self.cornering_stiffness_rear * self.wheelbase())
+            - self.mass * self.distance_front * speed * speed / (rear * self.wheelbase())
     }
 
     /// Sideslip angle over yaw rate in a steady turn, s, for a speed above zero.
@@ -180,7 +186,8 @@ impl BicycleParameters {
     #[must_use]
     pub fn sideslip_per_yaw_acceleration(&self, speed: f64) -> f64 {
         let carried = self.mass * self.distance_front * speed * self.sideslip_per_yaw_rate(speed);
-        (self.yaw_inertia - carried) / (self.cornering_stiffness_rear * self.wheelbase())
+        let [_, rear] = self.axle_stiffness();
+        (self.yaw_inertia - carried) / (rear * self.wheelbase())
     }
 
     /// The sideslip referred to a speed; exact in steady turns at all speeds from 1 m/s.

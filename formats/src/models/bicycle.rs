@@ -251,10 +251,33 @@ impl VehicleData {
         BicycleCoefficients::new(
             [self.mass_kg, self.yaw_inertia_kgm2],
             [self.distance_front_m, self.distance_rear_m],
-            [self.cornering_stiffness_front_npr, self.cornering_stiffness_rear_npr],
+            self.axle_stiffness(),
             self.steering_ratio,
             self.actuator_time_constant_s,
         )
+    }
+
+    /// Lateral force over slip of the front and the rear axle at small slip, N/rad.
+    #[must_use]
+    pub fn axle_stiffness(&self) -> [f64; 2] {
+        [self.cornering_stiffness_front_npr, self.cornering_stiffness_rear_npr]
+    }
+
+    /// Gives these data to a vehicle: the inverse of [`VehicleData::in_gentle_driving`], and the largest rate of the
+    /// road wheels where it is known.
+    pub fn give_to(&self, body: &mut Body, tyres: &mut Tyres, actuator: &mut SteeringActuator) {
+        body.mass_kg = self.mass_kg;
+        body.yaw_inertia_kgm2 = self.yaw_inertia_kgm2;
+        body.distance_front_m = self.distance_front_m;
+        body.distance_rear_m = self.distance_rear_m;
+        [tyres.cornering_stiffness_front_npr, tyres.cornering_stiffness_rear_npr] =
+            self.axle_stiffness();
+        actuator.steering_ratio = self.steering_ratio;
+        actuator.time_constant_s = self.actuator_time_constant_s;
+        actuator.delay_s = self.actuator_delay_s;
+        if let Some(rate) = self.actuator_rate_max_radps {
+            actuator.road_wheel_rate_max_radps = rate;
+        }
     }
 
     /// Reports impossible values; `at` is the prefix of each key, such as `vehicle.`.

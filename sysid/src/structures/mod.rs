@@ -3,6 +3,7 @@
 pub mod bicycle;
 mod choice;
 pub(crate) mod held;
+mod limited_wheel;
 pub mod longitudinal;
 mod model;
 pub mod multivariable;

@@ -20,6 +20,7 @@ mod held_input;
 #[path = "../known/mod.rs"]
 mod known;
 mod known_drives;
+mod limited_servo;
 mod linear_car;
 mod open_hold;
 mod recovery;

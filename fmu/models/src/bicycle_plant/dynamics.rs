@@ -74,8 +74,8 @@ impl BicyclePlant {
         let below = length + gradient * v * v;
         let (g, g_by_v) = (v / below, (length - gradient * v * v) / (below * below));
         let per_yaw_rate = p.lateral_velocity_per_yaw_rate(v);
-        let per_yaw_rate_by_v =
-            -2.0 * p.mass * p.distance_front * v / (p.cornering_stiffness_rear * length);
+        let [_, rear] = p.axle_stiffness();
+        let per_yaw_rate_by_v = -2.0 * p.mass * p.distance_front * v / (rear * length);
         let s_by_v = [per_yaw_rate_by_v * g + per_yaw_rate * g_by_v, g_by_v];
         let [a, b, ..] = k.lateral(BLEND_SPEED);
         [-wheel * (a * s_by_v[0] + b * s_by_v[1]), wheel * k.b2]

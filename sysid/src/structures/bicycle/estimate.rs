@@ -134,13 +134,17 @@ impl<'a> Problem<'a> {
     /// Estimates with the weight of the priors that follows from the errors, which hardly depend on it in turn.
     pub(super) fn reweighted(&self, mut best: Estimate) -> Result<Estimate, Error> {
         for _ in 0..2 {
-            let Some(errors) = self.errors(&best.parameters, &best.initial_states) else { break };
-            let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
-            let cost = self.cost(&best.parameters, &best.initial_states, s2).unwrap_or(best.cost);
-            best =
-                self.refine(Estimate { long_run_variance: s2, cost, ..best }, self.least_gain)?;
+            best = self.refine(self.with_own_variance(best), self.least_gain)?;
         }
         Ok(best)
+    }
+
+    /// An estimate with the weight of the priors that follows from its errors.
+    pub(super) fn with_own_variance(&self, of: Estimate) -> Estimate {
+        let Some(errors) = self.errors(&of.parameters, &of.initial_states) else { return of };
+        let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
+        let cost = self.cost(&of.parameters, &of.initial_states, s2).unwrap_or(of.cost);
+        Estimate { long_run_variance: s2, cost, ..of }
     }
 
     /// An estimate of another problem with the cost that it has here; `None` where the model leaves all bounds.

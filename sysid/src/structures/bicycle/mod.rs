@@ -9,7 +9,6 @@
 mod estimate;
 mod evidence;
 pub(crate) mod information;
-mod limited_wheel;
 mod options;
 mod parameters;
 mod quality;
@@ -32,7 +31,7 @@ use crate::selection::options::IdentifyOptions;
 use crate::sideslip::other_sideslip;
 use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::DELAY;
-use crate::structures::bicycle::rate_limit::{is_better, rate_limited};
+use crate::structures::bicycle::rate_limit::Estimates;
 use crate::structures::bicycle::simulate::within;
 use crate::structures::bicycle::simulation::{Simulation, segments};
 use crate::structures::held::Steering;
@@ -122,20 +121,8 @@ pub(crate) fn identify_moving(
     let problem = |ranges: &[Range<usize>], delay: bool| {
         Problem::new(within(&segments, ranges), options.front_share(), geometry, delay)
     };
-    let mut prompt = problem(&recording.split.estimation, false);
-    let mut without_delay = prompt.solve()?;
-    let mut delayed = problem(&recording.split.estimation, true);
-    let mut with_delay = delayed.solve_with_delay(&without_delay)?;
-    if let Some((limited, limited_prompt)) = rate_limited(&prompt, &without_delay)? {
-        let mut limited_delayed = delayed.clone();
-        limited_delayed.free_rate();
-        let limited_with_delay = limited_delayed.solve_with_delay(&limited_prompt)?;
-        // A limit may stand for a delay, too.
-        if is_better(&limited_delayed, &with_delay, &limited_with_delay) {
-            (prompt, delayed) = (limited, limited_delayed);
-            (without_delay, with_delay) = (limited_prompt, limited_with_delay);
-        }
-    }
+    let [prompt, delayed] = [false, true].map(|delay| problem(&recording.split.estimation, delay));
+    let Estimates { prompt, without_delay, delayed, with_delay } = Estimates::new(prompt, delayed)?;
     let validation = problem(&recording.split.validation, false);
     let split = &recording.split;
     let mut unused = Split::unused(log, [&split.estimation, &split.validation]);

@@ -205,9 +205,10 @@ pub(super) fn is_limited(p: &[f64; PARAMETERS]) -> bool {
 pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAMETERS] {
     let (a, b) = (data.distance_front_m, data.distance_rear_m);
     let (mass, inertia) = (data.mass_kg, data.yaw_inertia_kgm2);
+    let [front, rear] = data.axle_stiffness();
     let mut p = [0.0; PARAMETERS];
-    p[FRONT] = (a * data.cornering_stiffness_front_npr / inertia).ln();
-    p[REAR] = (b * data.cornering_stiffness_rear_npr / inertia).ln();
+    p[FRONT] = (a * front / inertia).ln();
+    p[REAR] = (b * rear / inertia).ln();
     p[WHEELBASE] = (a + b).ln();
     p[INDEX] = (inertia / (mass * a * b)).ln();
     p[LAG] = data.actuator_time_constant_s.ln();

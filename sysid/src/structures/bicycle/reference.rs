@@ -12,7 +12,7 @@ use crate::structures::bicycle::estimate::{Estimate, Problem};
 use crate::structures::bicycle::parameters::{
     DELAY, Geometry, INDEX, PARAMETERS, Prior, STEERING_FACTOR, STEERING_OFFSET, is_limited,
 };
-use crate::structures::bicycle::rate_limit::{is_better, rate_limited};
+use crate::structures::bicycle::rate_limit::Estimates;
 use crate::structures::bicycle::simulate::{InitialState, SpeedSegment};
 use crate::validation::residuals::pairs::{Pair, jackknife};
 use faer::Mat;
@@ -185,18 +185,10 @@ impl<'a> Reference<'a> {
     /// The bicycle that explains the yaw rate best by the steering as it was recorded, its delay free.
     pub(crate) fn recorded(&self) -> Option<Fitted> {
         let steering: Vec<Vec<f64>> = self.segments.iter().map(|p| p.steering.clone()).collect();
-        let prompt = self.problem(&steering, Delay::Fixed(0.0), None);
-        let found = prompt.solve().ok()?;
-        let mut delayed = self.problem(&steering, Delay::Free, None);
-        let mut estimate = delayed.solve_with_delay(&found).ok()?;
-        if let Some((_, limited)) = rate_limited(&prompt, &found).ok()? {
-            let limited_delayed = self.problem(&steering, Delay::Free, Some(&limited));
-            let with_rate = limited_delayed.solve_with_delay(&limited).ok()?;
-            if is_better(&limited_delayed, &estimate, &with_rate) {
-                (delayed, estimate) = (limited_delayed, with_rate);
-            }
-        }
-        fitted(&delayed, estimate).ok().flatten()
+        let [prompt, delayed] =
+            [Delay::Fixed(0.0), Delay::Free].map(|delay| self.problem(&steering, delay, None));
+        let found = Estimates::new(prompt, delayed).ok()?;
+        fitted(&found.delayed, found.with_delay).ok().flatten()
     }
 
     /// The same by the steering that `change` makes of a segment's, refined `from` another fit.

@@ -5,11 +5,11 @@
 //! parts have derivatives by their lengths, too, from which the one by the delay follows.
 
 use crate::linalg::dual::{Dual, Scalar, ScaledBy};
-use crate::structures::bicycle::limited_wheel::LimitedPart;
 use crate::structures::bicycle::parameters::{
     ALL, Coefficients, OF_MOTION, PARAMETERS, YAW_RATE_OFFSET,
 };
 use crate::structures::bicycle::transitions::{Between, Transition, Transitions};
+use crate::structures::limited_wheel::Servo;
 use pulp::{Arch, Simd, WithSimd};
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -97,6 +97,7 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
             };
             (S::constant(angle) - c.steering_offset) * c.steering_factor
         };
+        let servo = Servo { lag_rate: c.rate, rate_max: c.rate_max };
         let mut x = start;
         // The wheel is where the steering before has brought it; long before, where it was commanded to.
         let history = (LASTING / (of_motion.rate.value() * t)).ceil().clamp(0.0, known) as usize;
@@ -106,7 +107,7 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
             for k in (1..=history).rev() {
                 let at = -(k as f64) - whole;
                 for (i, target) in [target(at - 1.0), target(at)].into_iter().enumerate() {
-                    wheel = match LimitedPart::new(c, wheel, target, lengths[i]) {
+                    wheel = match servo.limited(wheel, target, lengths[i]) {
                         Some(limited) => limited.end,
                         None => target + (wheel - target).scaled_by(rests[i]),
                     };
@@ -131,7 +132,7 @@ impl<T: Scalar, S: ScaledBy<T>, F: FnMut(S)> WithSimd for BicycleRun<'_, T, S, F
             };
             let at = k as f64 - whole;
             let mut move_over = |transition: &Transition<T>, length: S, target: S| {
-                let limited = LimitedPart::new(c, wheel, target, length);
+                let limited = servo.limited(wheel, target, length);
                 let felt = limited.as_ref().map_or(target, |limited| limited.target);
                 transition.apply(&mut x, &mut wheel, felt);
                 wheel = limited.map_or(wheel, |limited| limited.end);

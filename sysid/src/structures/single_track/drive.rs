@@ -9,6 +9,9 @@ pub struct DriveSegment {
     pub steering_rad: Vec<f64>,
     /// The same before the first sample, where it was recorded: a wheel may still follow it.
     pub steering_before_rad: Vec<f64>,
+    /// Of a steering that is held for less than a sample, and whose samples are therefore not what it is held at, its means
+    /// over the samples, before the segment and within.
+    pub steering_held_rad: Option<Vec<f64>>,
     /// Longitudinal velocity, m/s; not negative.
     pub speed_mps: Vec<f64>,
     /// Yaw rate, rad/s.

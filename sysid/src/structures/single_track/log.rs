@@ -238,6 +238,9 @@ fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
         let first = log.segments.iter().find(holds).map_or(range.start, |s| s.range.start);
         first.max(range.start.saturating_sub(most_before))
     };
+    let channel = log.channels.iter().find(|c| c.role == Role::Steering.key());
+    let held = channel.filter(|c| c.intersample == Some(Intersample::Zoh) && c.rate_hz > 0.0);
+    let is_other = log.others.contains_key(&Role::Steering);
     let segment = |range: &Range<usize>| {
         let lateral_velocity = other(Role::LateralVelocity, range).or_else(|| {
             let angles = other(Role::Sideslip, range)?;
@@ -246,15 +249,18 @@ fn drive(log: &DriveLog, ranges: &[Range<usize>]) -> Drive {
         DriveSegment {
             steering_rad: steering[range.clone()].to_vec(),
             steering_before_rad: steering[before(range)..range.start].to_vec(),
+            steering_held_rad: if is_other && held.is_some() {
+                Some(log.input[before(range)..range.end].to_vec())
+            } else {
+                None
+            },
             speed_mps: speed[range.clone()].to_vec(),
             yaw_rate_radps: log.output[range.clone()].to_vec(),
             lateral_acceleration_mps2: other(Role::LateralAcceleration, range),
             lateral_velocity_mps: lateral_velocity,
         }
     };
-    let channel = log.channels.iter().find(|c| c.role == Role::Steering.key());
-    let held = channel.filter(|c| c.intersample == Some(Intersample::Zoh) && c.rate_hz > 0.0);
-    let steering_delay_s = match (log.others.contains_key(&Role::Steering), held) {
+    let steering_delay_s = match (is_other, held) {
         // The input of a log is held over each sample.
         (false, _) => 0.5 * log.sample_time_s,
         (true, held) => held.map_or(0.0, |channel| 0.5 / channel.rate_hz),

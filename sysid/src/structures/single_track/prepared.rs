@@ -11,6 +11,8 @@ const YAW_AVERAGE_S: f64 = 0.05;
 pub(super) struct PreparedSegment<'a> {
     pub(super) sample_time: f64,
     steering_delay: f64,
+    /// The same of a steering that is held over each sample.
+    held: Option<Vec<f64>>,
     /// From before the first sample on, by so many.
     steering: Vec<f64>,
     before: usize,
@@ -35,9 +37,15 @@ impl<'a> PreparedSegment<'a> {
         let t = drive.sample_time_s;
         let steering = segment.steering_before_rad.iter().chain(&segment.steering_rad);
         let steering: Vec<f64> = steering.map(|s| s / drive.steering_ratio).collect();
+        let held = match &segment.steering_held_rad {
+            Some(held) => Some(held.iter().map(|s| s / drive.steering_ratio).collect()),
+            None if (drive.steering_delay_s - 0.5 * t).abs() < 1e-9 => Some(steering.clone()),
+            None => None,
+        };
         Self {
             sample_time: t,
             steering_delay: drive.steering_delay_s,
+            held,
             steering_slope: differences(&steering),
             steering,
             before: segment.steering_before_rad.len(),
@@ -83,6 +91,12 @@ impl<'a> PreparedSegment<'a> {
         let (c, d) = (3.0 * (to - from) - 2.0 * a - b, 2.0 * (from - to) + a + b);
         let angle = from + x * (a + x * (c + x * d));
         (angle, (a + x * (2.0 * c + x * 3.0 * d)) / self.sample_time)
+    }
+
+    /// Road-wheel angle by the stated ratio, rad, in all samples of a steering that is held over them, and how many of them are
+    /// before the first of the segment.
+    pub(super) fn held_steering(&self) -> Option<(&[f64], usize)> {
+        Some((self.held.as_deref()?, self.before))
     }
 
     /// Measured yaw rate, rad/s.

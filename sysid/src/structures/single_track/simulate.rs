@@ -4,6 +4,7 @@
 //! are short at low speed, where the axles' forces change fast.
 
 use crate::linalg::dual::Scalar;
+use crate::structures::limited_wheel::Servo;
 use crate::structures::single_track::dynamics::{Constants, Forces, LEAST_SPEED};
 use crate::structures::single_track::prepared::PreparedSegment;
 use pulp::{Arch, Simd, WithSimd};
@@ -90,16 +91,41 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
             (k.distance[1] * r - r * k.rear_slip_per_acceleration.times(v * v), r)
         };
         let (mut vy, mut r) = rest(0);
-        let limited = |followed: S, steering: S, h: f64| -> S {
-            // The rate is limited throughout a part of a step or not at all.
-            let most = k.rate_max.times(h);
-            match (followed - steering).value() {
-                moved if moved > most.value() => steering + most,
-                moved if moved < -most.value() => steering - most,
-                _ => followed,
+        let is_limited = k.rate_max.value() < UNLIMITED_RATE;
+        let servo = Servo { lag_rate: k.lag_rate, rate_max: k.rate_max };
+        // The wheel at the end of a part of a step: of a limited rate after each step of a held command, else after a command
+        // that is linear within the part.
+        let turned = |lag: &Ramp<S>, steering: S, command: [S; 2], from: f64, to: f64| -> S {
+            if !is_limited {
+                return lag.follow(steering, command[0], command[1]);
+            }
+            let Some((held, before)) = segment.held_steering() else {
+                // The rate is limited throughout the part or not at all.
+                let most = k.rate_max.times(to - from);
+                let followed = lag.follow(steering, command[0], command[1]);
+                return match (followed - steering).value() {
+                    moved if moved > most.value() => steering + most,
+                    moved if moved < -most.value() => steering - most,
+                    _ => followed,
+                };
+            };
+            let last = (held.len() - 1) as f64;
+            let (mut wheel, mut at) = (steering, S::constant(from));
+            let mut sample = ((from - k.delay.value()) / segment.sample_time).floor();
+            loop {
+                let step = k.delay.plus((sample + 1.0) * segment.sample_time);
+                let is_last = step.value() >= to;
+                let end = if is_last { S::constant(to) } else { step };
+                let angle = held[(sample + before as f64).clamp(0.0, last) as usize];
+                let target = k.steering_factor.times(angle) + k.steering_offset;
+                wheel = servo.follow(wheel, target, end - at);
+                if is_last {
+                    return wheel;
+                }
+                (at, sample) = (end, sample + 1.0);
             }
         };
-        if k.rate_max.value() < UNLIMITED_RATE {
+        if is_limited {
             // A command may have outrun the wheel, which is where it followed what was steered before.
             let before = segment.known_before().min(LONGEST_BEFORE_S);
             let count = (before / BEFORE_STEP_S).ceil();
@@ -108,8 +134,9 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
             commanded = command(-before);
             steering = commanded;
             for j in 0..count as usize {
-                let next = command(h * (j + 1) as f64 - before);
-                steering = limited(lag.follow(steering, commanded, next), steering, h);
+                let [from, to] = [j, j + 1].map(|j| h * j as f64 - before);
+                let next = command(to);
+                steering = turned(&lag, steering, [commanded, next], from, to);
                 commanded = next;
             }
         }
@@ -162,10 +189,10 @@ impl<S: Scalar, F: FnMut(usize, Output<S>)> WithSimd for Simulation<'_, S, F> {
                 };
                 let slope = rates(&forces, vy, r, time, known.speed);
                 let (vy_next, r_next) = (vy + slope.0.times(h), r + slope.1.times(h));
-                for end in [0.5 * h, h] {
-                    let next_command = command(time + end);
-                    let followed = lag.follow(steering, commanded, next_command);
-                    steering = limited(followed, steering, 0.5 * h);
+                let middle = time + 0.5 * h;
+                for [from, to] in [[time, middle], [middle, time + h]] {
+                    let next_command = command(to);
+                    steering = turned(&lag, steering, [commanded, next_command], from, to);
                     commanded = next_command;
                 }
                 let predicted = k.forces(vy_next, r_next, steering, next);

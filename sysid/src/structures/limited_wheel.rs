@@ -1,7 +1,15 @@
-//! How a road wheel moves whose rate is limited, and what the vehicle feels of it.
+//! How a road wheel moves whose rate is limited, after a command that is held, and what the vehicle feels of it.
 
 use crate::linalg::dual::Scalar;
-use crate::structures::bicycle::parameters::Coefficients;
+
+/// The servo of a road wheel: a lag of limited rate.
+#[derive(Clone, Copy)]
+pub(super) struct Servo<S> {
+    /// The inverse of the time constant, 1/s.
+    pub(super) lag_rate: S,
+    /// Largest rate of the road wheel, rad/s.
+    pub(super) rate_max: S,
+}
 
 /// A part of a sample in which the rate is limited.
 pub(super) struct LimitedPart<S> {
@@ -14,41 +22,51 @@ pub(super) struct LimitedPart<S> {
 /// Below this share of the time constant a part is too short to tell the lag from a ramp.
 const SHORT: f64 = 1e-3;
 
-impl<S: Scalar> LimitedPart<S> {
+impl<S: Scalar> Servo<S> {
+    /// The wheel after a time `h`, s, from an angle to a command.
+    #[inline(always)]
+    pub(super) fn follow(&self, wheel: S, target: S, h: S) -> S {
+        match self.limited(wheel, target, h) {
+            Some(limited) => limited.end,
+            None => target + (wheel - target) * (-(self.lag_rate * h)).exp(),
+        }
+    }
+
     /// The wheel within a part of length `h`, s, from an angle to a command; `None` where the lag is slower than the limit. The
     /// error falls by the largest rate until the lag takes over.
     #[inline(always)]
-    pub(super) fn new(c: &Coefficients<S>, wheel: S, target: S, h: S) -> Option<Self> {
+    pub(super) fn limited(&self, wheel: S, target: S, h: S) -> Option<LimitedPart<S>> {
+        let Self { lag_rate, rate_max } = *self;
         let error = target - wheel;
         // Where the rate of the lag is the largest one.
-        let edge = c.rate_max * c.rate.inverse();
+        let edge = rate_max * lag_rate.inverse();
         let is_limited = error.value().abs() > edge.value();
         if !is_limited {
             return None;
         }
         let side = error.value().signum();
-        let until = (error.times(side) - edge) * c.rate_max.inverse();
-        let turned = c.rate_max.times(side);
+        let until = (error.times(side) - edge) * rate_max.inverse();
+        let turned = rate_max.times(side);
         let edge = edge.times(side);
         // The integral of the wheel's motion, and its end.
         let (moved, end) = if until.value() >= h.value() {
             ((turned * h * h).times(0.5), wheel + turned * h)
         } else {
             let rest = h - until;
-            let left = (-(c.rate * rest)).exp();
-            let decayed = edge * (rest - (-left).plus(1.0) * c.rate.inverse());
+            let left = (-(lag_rate * rest)).exp();
+            let decayed = edge * (rest - (-left).plus(1.0) * lag_rate.inverse());
             (
                 (turned * until * until).times(0.5) + turned * until * rest + decayed,
                 target - edge * left,
             )
         };
-        let keep = (-(c.rate * h)).exp();
-        let by_target = h - (-keep).plus(1.0) * c.rate.inverse();
-        let target = if (c.rate * h).value() < SHORT {
+        let keep = (-(lag_rate * h)).exp();
+        let by_target = h - (-keep).plus(1.0) * lag_rate.inverse();
+        let target = if (lag_rate * h).value() < SHORT {
             wheel + edge
         } else {
             wheel + moved * by_target.inverse()
         };
-        Some(Self { target, end })
+        Some(LimitedPart { target, end })
     }
 }
