@@ -109,6 +109,7 @@ pub fn run(arguments: Vec<OsString>, program: Option<Vec<OsString>>) -> u8 {
     match Arguments::try_parse_from(&arguments) {
         Ok(Arguments { command, global }) => {
             progress::set_interval(global.progress_interval);
+            console::use_details(global.verbose);
             if command.calls_fmus() && program::is_guarded() {
                 return guard::guarded(|| failure::status(|| execute(command, &global)));
             }

@@ -16,7 +16,7 @@ use steerwright_formats::{
     SpeedController, Structure, sha256_hex,
 };
 use steerwright_report::figures;
-use steerwright_report::{Report, WIDTH};
+use steerwright_report::{Block, Controller, Report, WIDTH, controller_section, notebook_html};
 use steerwright_sysid::{Accumulated, IdentifiedModel, Traces};
 
 pub use crate::failure::Failure;
@@ -95,7 +95,11 @@ pub fn options(subcommand: &str) -> Option<Vec<OptionDescription>> {
             help: help.map(ToString::to_string).unwrap_or_default(),
         })
     });
-    Some(described.filter(|option| !["help", "version"].contains(&option.name.as_str())).collect())
+    Some(
+        described
+            .filter(|option| !["help", "version", "verbose"].contains(&option.name.as_str()))
+            .collect(),
+    )
 }
 
 /// The arguments of a subcommand with these options.
@@ -331,6 +335,21 @@ pub fn figures_of_controller(
         Some((name.trim_end_matches(".svg").to_owned(), figure.to_svg(WIDTH, height).ok()?))
     });
     Ok(figures.collect())
+}
+
+/// A controller for a notebook, HTML; with its figures where its model is there.
+///
+/// # Errors
+/// Documents that are none, or a loop that cannot be evaluated.
+pub fn notebook_of_controller(controller: &str, model: Option<&str>) -> Result<String, Failure> {
+    let pid = Pid::from_json(controller, "pid.json")?;
+    let mut section = controller_section(&Controller { name: &pid.name, pid: &pid, in_loop: None });
+    if let Some(model) = model {
+        let plant = DesignPlant::from_model(&Model::from_json(model, "the model")?)?;
+        let figures = design_command::figures(&plant, &pid)?.into_iter();
+        section.blocks.extend(figures.map(|(_, figure, height)| Block::figure(figure, height, "")));
+    }
+    Ok(notebook_html(&[section]))
 }
 
 /// The page of an identified model, as `identify --report` writes it.

@@ -5,8 +5,7 @@ use crate::runs::ComparedRun;
 use crate::truth::Limits;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
-use steerwright_control::Requirement;
-use steerwright_formats::{Specification, StepMetrics};
+use steerwright_formats::{Requirement, Specification, StepMetrics};
 use steerwright_sweep::Class;
 
 /// A command beyond an actuator's rate limit by less than this share is at the limit.

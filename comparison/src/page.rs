@@ -98,10 +98,10 @@ fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
 
 fn verdict(c: &Comparison) -> Section {
     let (tone, title) = match (c.worst(), &c.verdict.tracks_best) {
-        (Class::Unstable, _) => (Tone::Bad, "A controller is unstable.".to_owned()),
-        (Class::OffThePath, _) => (Tone::Bad, "A controller is off the path.".to_owned()),
-        (_, Some(name)) => (Tone::Neutral, format!("The controller of {name} tracks best.")),
-        (_, None) => (Tone::Neutral, "No controller tracks better than the others.".to_owned()),
+        (Class::Unstable, _) => (Tone::Bad, "A controller is unstable".to_owned()),
+        (Class::OffThePath, _) => (Tone::Bad, "A controller is off the path".to_owned()),
+        (_, Some(name)) => (Tone::Neutral, format!("The controller of {name} tracks best")),
+        (_, None) => (Tone::Neutral, "No controller tracks better than the others".to_owned()),
     };
     let mut sentences = c.verdict.sentences.iter();
     let first = sentences.next().cloned().unwrap_or_default();

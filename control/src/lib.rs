@@ -62,7 +62,6 @@ pub use profile::{
     lateral_acceleration_limit, speed_preview_times, speed_profile, steering_limits,
     unlimited_steering,
 };
-pub use requirement::Requirement;
 pub use speed::design::design_speed;
 pub use speed::options::SpeedDesignOptions;
 pub use speed::simulate::{responses_of as speed_responses, speed_traces, step as speed_step};

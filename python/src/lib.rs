@@ -38,6 +38,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(figures_of_model, module)?,
         wrap_pyfunction!(figures_of_controller, module)?,
         wrap_pyfunction!(page_of_model, module)?,
+        wrap_pyfunction!(notebook_of_controller, module)?,
     ] {
         module.add_function(function)?;
     }
@@ -205,4 +206,14 @@ fn figures_of_controller(
 fn page_of_model(py: Python<'_>, document: String, traces: &Bound<'_, Traces>) -> PyResult<String> {
     let traces = traces.get().shared();
     work::done(py, None, move || stages::page_of_model(&document, &traces))
+}
+
+/// A controller for a notebook, HTML; with figures where its model is there.
+#[pyfunction]
+fn notebook_of_controller(
+    py: Python<'_>,
+    controller: String,
+    model: Option<String>,
+) -> PyResult<String> {
+    work::done(py, None, move || stages::notebook_of_controller(&controller, model.as_deref()))
 }

@@ -97,16 +97,7 @@ class Controller(Document, documents.Pid):
         return model
 
     def _repr_html_(self) -> str:
-        step = self.evidence.step
-        rows = [
-            ("gains", f"kp {self.gains.kp:.4g}, ki {self.gains.ki:.4g} 1/s, kd {self.gains.kd:.4g} s"),
-            ("sample time", f"{self.sample_time_s} s"),
-            ("overshoot", f"{step.overshoot_percent:.2f} %"),
-            ("settling time", f"{step.settling_time_s} s"),
-            ("specification", "met" if self.met else "not met"),
-        ]
-        drawn = () if self._model is None else self.figures().values()
-        return html(f"Controller of {self.name}", rows, drawn)
+        return _native.notebook_of_controller(self._text, None if self._model is None else self._model.to_json())
 
     def __repr__(self) -> str:
         met = "met" if self.met else "not met"

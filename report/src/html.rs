@@ -7,6 +7,7 @@
 
 use crate::figure::Figure;
 use crate::markup::{escape, push};
+use crate::section::{Block, Section, Tone};
 use crate::table::Table;
 use crate::{Error, data};
 
@@ -18,67 +19,6 @@ const UPLOT_STYLE: &str = include_str!("../uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("../uplot/LICENSE");
 /// A page is smaller than this, bytes.
 const LARGEST: usize = 2_000_000;
-
-/// A heading and what is below it.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[allow(missing_docs)]
-#[must_use]
-pub struct Section {
-    pub heading: String,
-    pub blocks: Vec<Block>,
-    /// Whether only the heading is seen until it is opened.
-    pub folded: bool,
-}
-
-impl Section {
-    /// A section that is open.
-    pub fn new(heading: impl Into<String>, blocks: Vec<Block>) -> Self {
-        Self { heading: heading.into(), blocks, folded: false }
-    }
-}
-
-/// A piece of a section.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
-pub enum Block {
-    /// A smaller heading.
-    Heading(String),
-    /// A paragraph.
-    Text(String),
-    /// A conclusion in a box.
-    Note {
-        /// Good, bad, or neither.
-        tone: Tone,
-        title: String,
-        text: String,
-    },
-    /// Sentences with bullets.
-    List(Vec<String>),
-    /// A table; the cells `met` and `not met` are coloured.
-    Table(Table),
-    /// A figure that is drawn when the page is made; one that cannot be drawn leaves a remark.
-    Figure {
-        figure: Figure,
-        /// Height in pixels at a width of 900.
-        height: u32,
-        caption: String,
-    },
-}
-
-impl Block {
-    pub(crate) fn figure(figure: Figure, height: u32, caption: impl Into<String>) -> Self {
-        Self::Figure { figure, height, caption: caption.into() }
-    }
-}
-
-/// Tone of a note.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Tone {
-    Good,
-    Bad,
-    Neutral,
-}
 
 /// The page, complete.
 #[must_use]
@@ -108,7 +48,7 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
             (heading, "")
         };
         push!(out, "<section aria-labelledby=\"s{k}\">\n{before}\n");
-        section.blocks.iter().for_each(|block| push_block(&mut out, block, &mut figures));
+        section.shown(true).into_iter().for_each(|b| push_block(&mut out, b, &mut figures));
         push!(out, "{after}</section>\n");
     }
     out.push_str("</main>\n");
@@ -116,6 +56,28 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
         push_scripts(&mut out, &drawn.data);
     }
     out.push_str("</body>\n</html>\n");
+    out
+}
+
+/// Sections for a notebook, without details: headings, text, tables, and figures as SVG.
+#[must_use]
+pub fn notebook_html(sections: &[Section]) -> String {
+    let mut out = String::new();
+    for section in sections {
+        push!(out, "<h3>{}</h3>\n", escape(&section.heading));
+        for block in section.shown(false) {
+            match block {
+                // One that a short log leaves empty is left out.
+                Block::Figure { figure, height, caption } => {
+                    if let Ok(svg) = figure.to_svg(crate::WIDTH, *height) {
+                        let caption = escape(caption);
+                        push!(out, "<div style=\"max-width:900px\">{svg}<p>{caption}</p></div>\n");
+                    }
+                }
+                other => push_block(&mut out, other, &mut std::iter::empty()),
+            }
+        }
+    }
     out
 }
 
@@ -141,7 +103,7 @@ impl Drawn {
             _ => None,
         };
         let all: Vec<(&Figure, u32)> =
-            sections.iter().flat_map(|s| &s.blocks).filter_map(figure).collect();
+            sections.iter().flat_map(|s| s.shown(true)).filter_map(figure).collect();
         let svgs: Vec<_> = all.iter().map(|(f, height)| f.to_svg(crate::WIDTH, *height)).collect();
         let drawable: Vec<(&Figure, u32)> =
             all.iter().zip(&svgs).filter(|(_, svg)| svg.is_ok()).map(|(f, _)| *f).collect();
@@ -183,10 +145,9 @@ fn push_block<'a>(
                 Tone::Bad => "note bad",
                 Tone::Neutral => "note",
             };
-            let (title, text) = (prose(title), prose(text));
-            push!(out, "<p class=\"{class}\"><b>{title}</b>{text}</p>\n");
+            let (title, text) = (prose(&capitalised(title)), prose(&capitalised(text)));
+            push!(out, "<p class=\"{class}\"><b>{title}.</b>{text}</p>\n");
         }
-        Block::List(items) if items.is_empty() => {}
         Block::List(items) => {
             out.push_str("<ul>\n");
             for item in items {
@@ -194,7 +155,17 @@ fn push_block<'a>(
             }
             out.push_str("</ul>\n");
         }
+        Block::Facts(facts) => {
+            out.push_str("<div class=\"wide\"><table>\n<tbody>\n");
+            for (name, text) in facts {
+                let name = escape(&capitalised(name));
+                push!(out, "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", prose(text));
+            }
+            out.push_str("</tbody>\n</table></div>\n");
+        }
         Block::Table(table) => push_table(out, table),
+        // In `Section::shown`.
+        Block::Details(_) => {}
         Block::Figure { figure, caption, .. } => match figures.next() {
             Some(Ok(still)) => push_figure(out, figure, still, caption),
             Some(Err(error)) => push!(
@@ -206,6 +177,13 @@ fn push_block<'a>(
             None => {}
         },
     }
+}
+
+/// The text with a capital letter, as a sentence on a page begins.
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    first + letters.as_str()
 }
 
 /// Escaped text with what stands between backticks as code.
@@ -271,6 +249,12 @@ fn push_table(out: &mut String, table: &Table) {
             match cell.as_str() {
                 "met" => out.push_str("<td class=\"good\">✓ met</td>"),
                 "not met" => out.push_str("<td class=\"bad\">✗ not met</td>"),
+                _ if cell.ends_with('✓') => {
+                    push!(out, "<td class=\"n good\">{}</td>", escape(cell))
+                }
+                _ if cell.ends_with('✗') => {
+                    push!(out, "<td class=\"n bad\">{}</td>", escape(cell))
+                }
                 _ if is_hash(cell) => push!(out, "<td><code>{cell}</code></td>"),
                 _ => push!(out, "<td{}>{}</td>", class(k), escape(cell)),
             }

@@ -22,23 +22,27 @@ mod html;
 mod layout;
 mod legend;
 mod markup;
+mod page_text;
 pub mod palette;
 mod read;
 mod report;
+mod section;
 mod sections;
 mod table;
 
 pub use error::Error;
 pub use figure::{Figure, Mark, MarkPlace, Panel, Series, Style, Symbol};
 pub use figures::ChannelSignals;
-pub use html::{Block, Section, Tone, report_html};
+pub use html::{notebook_html, report_html};
+pub use page_text::{TextStyle, page_text};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
+pub use section::{Block, Section, Tone};
 pub use sections::{
-    factor_in_words, goal_error, goal_in_words, manoeuvre_limits, manoeuvre_page,
-    manoeuvre_parameters, not_negative, parameter_tables, sideslip_in_words, signal_in_words,
-    start_in_words,
+    controller_section, factor_in_words, goal_error, goal_in_words, manoeuvre_limits,
+    manoeuvre_page, manoeuvre_parameters, not_negative, parameter_tables, shortfalls,
+    sideslip_in_words, signal_in_words, start_in_words,
 };
 pub use table::{COLUMNS, Table};
 

@@ -4,3 +4,4 @@
 mod common;
 mod figures;
 mod page;
+mod sections;

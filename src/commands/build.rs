@@ -11,7 +11,7 @@ use crate::options::quantity;
 use crate::options::specification::SpecificationArguments;
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
-use crate::terminal::{console, design_summary, overview};
+use crate::terminal::{console, overview};
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::{LOG_FORMATS, Response};
 
@@ -83,8 +83,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     let mut text = identify::evidence_text(&built.model);
     for controller in &built.controllers {
-        let (name, summary) = (controller.basis.name(), design_summary::summary(&controller.pid));
-        text.push_str(&format!("\n{name} controller\n{summary}\n"));
+        let section = steerwright_report::controller_section(&controller.shown());
+        text.push_str(&format!("\n{}\n", section.heading));
+        text.push_str(&console::page(&[section], None));
     }
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
     console::result(&text, &overview::overview(&built))?;

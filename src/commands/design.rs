@@ -8,14 +8,13 @@ use crate::options::quantity::SpeedRange;
 use crate::options::specification::{SpecificationArguments, Specified};
 use crate::output::{Files, OutputKind, Outputs};
 use crate::terminal::console;
-use crate::terminal::design_summary::summary;
 use crate::terminal::progress::Progress;
 use crate::terminal::speed_controller_summary;
 use std::path::{Path, PathBuf};
 use steerwright_control::{DesignPlant, SpeedDesignOptions};
 use steerwright_formats::{Longitudinal, Pid, SourceFile, SpeedController};
 use steerwright_report::figures::{self, OpenLoop, SpeedResponse};
-use steerwright_report::{Figure, StepResponse, WIDTH};
+use steerwright_report::{Controller, Figure, StepResponse, WIDTH, controller_section};
 
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
@@ -76,14 +75,18 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             written.push(format!("written to {}", file.display()));
         }
     }
-    let over_speed = pid.evidence.over_speed.as_ref().map(crate::terminal::speed_summary::table);
-    let text = [Some(summary(&pid)), over_speed].into_iter().flatten().collect::<Vec<_>>();
     let warnings = feasibility::on_standard_road(&pid, &model)?;
-    console::result(&text.join("\n\n"), &pid)?;
-    warnings.iter().for_each(console::warning);
-    written.iter().for_each(console::note);
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
     let met = pid.evidence.over_speed.as_ref().map_or(pid.evidence.met, |o| o.met);
+    let next = if met && pid.designed_for.quality.allows_design() {
+        Some(format!("steerwright package {} {out}", arguments.plant.display()))
+    } else {
+        None
+    };
+    let section = controller_section(&Controller { name: &pid.name, pid: &pid, in_loop: None });
+    console::result(&console::page(&[section], next.as_deref()), &pid)?;
+    warnings.iter().for_each(console::warning);
+    written.iter().for_each(console::note);
     Ok(Outcome::when(met && (by_all || !specified.must_be_robust)))
 }
 

@@ -15,6 +15,9 @@ pub(crate) struct Global {
     /// Print the result as JSON on stdout, and errors as JSON on stderr
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Print also what only a specialist reads, such as the table of orders, poles and zeros, and all parameters
+    #[arg(long, global = true)]
+    pub(crate) verbose: bool,
     /// Report progress at this interval, with --json
     #[arg(long, global = true, hide = true, value_name = "TIME", value_parser = quantity::time)]
     pub(crate) progress_interval: Option<f64>,

@@ -45,19 +45,7 @@ pub(super) fn write(
         channels: None,
         bicycle,
         bicycle_fit: built.bicycle_fit,
-        controllers: built
-            .controllers
-            .iter()
-            .map(|c| steerwright_report::Controller {
-                name: c.basis.name(),
-                pid: &c.pid,
-                in_loop: Some(steerwright_report::LoopStep {
-                    plant: "the identified plant",
-                    response: &c.step,
-                    metrics: &c.step_metrics,
-                }),
-            })
-            .collect(),
+        controllers: built.controllers.iter().map(super::Controller::shown).collect(),
         path: built
             .controllers
             .iter()
@@ -70,6 +58,21 @@ pub(super) fn write(
     };
     out.bytes(PAGE, page.to_html().as_bytes())?;
     Ok(())
+}
+
+impl super::Controller {
+    /// The controller with its step in the loop of the FMUs.
+    pub(crate) fn shown(&self) -> steerwright_report::Controller<'_> {
+        steerwright_report::Controller {
+            name: self.basis.name(),
+            pid: &self.pid,
+            in_loop: Some(steerwright_report::LoopStep {
+                plant: "the identified plant",
+                response: &self.step,
+                metrics: &self.step_metrics,
+            }),
+        }
+    }
 }
 
 /// The runs of all controllers along one road, by the controller's name.

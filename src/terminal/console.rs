@@ -12,9 +12,12 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use steerwright_formats::Grade;
+use steerwright_report::{Section, TextStyle, Tone, page_text};
 
 /// Whether `--json` is set; errors are also printed where the arguments are not available.
 static JSON: AtomicBool = AtomicBool::new(false);
+/// Whether `--verbose` is set.
+static DETAILS: AtomicBool = AtomicBool::new(false);
 /// Whether a file of results goes to stdout, where nothing else may be printed then.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
@@ -26,6 +29,11 @@ pub(crate) const HINT: Style = AnsiColor::Cyan.on_default().bold();
 /// Sets the form of all output.
 pub(crate) fn use_json(json: bool) {
     JSON.store(json, Ordering::Relaxed);
+}
+
+/// Sets whether pages have what only a specialist reads.
+pub(crate) fn use_details(details: bool) {
+    DETAILS.store(details, Ordering::Relaxed);
 }
 
 /// Keeps stdout for a file.
@@ -50,6 +58,25 @@ pub(crate) fn grade(grade: Grade) -> String {
         Grade::Fail => BAD,
     };
     styled(style, grade)
+}
+
+fn toned(tone: Tone, title: &str) -> String {
+    let style = match tone {
+        Tone::Good => GOOD,
+        Tone::Neutral => WARN,
+        Tone::Bad => BAD,
+    };
+    styled(style, title)
+}
+
+/// Sections as text; the first line is the verdict, which ends with the next command if there is one.
+pub(crate) fn page(sections: &[Section], next: Option<&str>) -> String {
+    let details = DETAILS.load(Ordering::Relaxed);
+    let text = page_text(sections, &TextStyle { columns: columns(), details, paint: toned });
+    match (next, text.split_once('\n')) {
+        (Some(next), Some((verdict, rest))) => format!("{verdict}; next: {next}\n{rest}"),
+        _ => text,
+    }
 }
 
 /// A table as wide as the terminal at most, and as [`steerwright_report::COLUMNS`] elsewhere.

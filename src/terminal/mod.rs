@@ -1,7 +1,6 @@
 //! What is printed: lines, tables, progress, and the summaries of documents.
 
 pub(crate) mod console;
-pub(crate) mod design_summary;
 pub(crate) mod evidence;
 pub(crate) mod manoeuvre_summary;
 pub(crate) mod multivariable;
@@ -9,4 +8,3 @@ pub(crate) mod overview;
 pub(crate) mod profile_summary;
 pub(crate) mod progress;
 pub(crate) mod speed_controller_summary;
-pub(crate) mod speed_summary;

@@ -1,7 +1,7 @@
 //! The results of builds in one table, and as JSON.
 
 use crate::pipeline::{Basis, Built, Controller, PAGE, RECORDED_ROAD, STANDARD_ROAD};
-use crate::terminal::{console, design_summary};
+use crate::terminal::console;
 use serde::Serialize;
 use std::fmt::Write;
 use steerwright_formats::{
@@ -200,7 +200,7 @@ pub(crate) fn table(all: &[Built]) -> String {
         let _ = write!(text, "\n{name}: {}: {}\n", quality.grade, quality.summary);
         // The grade is the model's.
         for controller in &b.controllers {
-            for missed in design_summary::shortfalls(&controller.pid.evidence) {
+            for missed in steerwright_report::shortfalls(&controller.pid.evidence) {
                 let _ = writeln!(
                     text,
                     "{name}: {} controller: not met: {missed}",

@@ -215,7 +215,11 @@ fn an_infeasible_specification_ends_with_status_1_and_the_controller_is_written(
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s");
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
-    assert!(text_of(&output).contains("not met: settling time"), "{}", text_of(&output));
+    assert!(
+        text_of(&output).contains("not every requirement is met: settling time"),
+        "{}",
+        text_of(&output)
+    );
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -37,11 +37,10 @@ use crate::design::options::DesignOptions;
 use crate::design::robust::Robust;
 use crate::design::search::{FoundDesign, significant};
 use crate::plants::design_plant::DesignPlant;
-use crate::requirement::Requirement;
 use std::collections::BTreeMap;
 use steerwright_formats::{
-    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, ScheduleEntry,
-    SourceFile,
+    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, Requirement,
+    ScheduleEntry, SourceFile,
 };
 use steerwright_models::PidParameters;
 use steerwright_models::files::controller_parameters;

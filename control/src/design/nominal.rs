@@ -5,8 +5,7 @@ use crate::design::objective::Objective;
 use crate::design::optimiser::{EVOLVED, SHORT, TWICE};
 use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING, WITH_RESERVE};
-use crate::requirement::Requirement;
-use steerwright_formats::{Specification, TradeOff};
+use steerwright_formats::{Requirement, Specification, TradeOff};
 
 /// Multiples of the plant's scale about which a search starts, and starting points about each: the settling
 /// time jumps where a response just leaves its band again, and has many minima.

@@ -11,8 +11,8 @@ use crate::closed_loop::simulate::{Simulator, with_simulator};
 use crate::design::bandwidth_limit::settling_scale;
 use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
-use crate::requirement::{Reached, Requirement};
-use steerwright_formats::{Limits, PidGains, Specification};
+use crate::requirement::Reached;
+use steerwright_formats::{Limits, PidGains, Requirement, Specification};
 use steerwright_models::PidParameters;
 use steerwright_models::files::controller_parameters;
 

@@ -3,8 +3,9 @@
 use crate::Error;
 use crate::error::{positive, require};
 use crate::plants::design_plant::DesignPlant;
-use crate::requirement::Requirement;
-use steerwright_formats::{IdentifiedActuator, NORMAL_95, Specification, StatedActuator};
+use steerwright_formats::{
+    IdentifiedActuator, NORMAL_95, Requirement, Specification, StatedActuator,
+};
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,7 +11,8 @@ use crate::design::optimiser::{EVOLVED, NEAR, QUICK, SHORT};
 use crate::design::parallel::{both, each};
 use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{ROBUST, ROBUST_SHORTEST_SETTLING, ROBUST_UNTIMED, Target, capped};
-use crate::requirement::{Reached, Requirement};
+use crate::requirement::Reached;
+use steerwright_formats::Requirement;
 use steerwright_models::PidParameters;
 
 /// Plants that the gains are designed on; those of the evidence are others.

@@ -6,8 +6,8 @@ use crate::design::bandwidth_limit::CROSSOVER_TIMES_SETTLING;
 use crate::design::objective::{Objective, VARIABLES};
 use crate::design::optimiser::{Effort, minimise, sequence};
 use crate::design::target::{Target, capped};
-use crate::requirement::{Reached, Requirement};
-use steerwright_formats::PidGains;
+use crate::requirement::Reached;
+use steerwright_formats::{PidGains, Requirement};
 use steerwright_models::PidParameters;
 
 /// Digits of the gains, and of gains that just miss a requirement with so few.

@@ -1,6 +1,6 @@
 //! The design target of a search: the bounds, the relaxed requirement, and the cost of a violation.
 
-use crate::requirement::Requirement;
+use steerwright_formats::Requirement;
 
 /// A reserve, so that other ways of stepping the loop keep the requirements.
 pub(crate) const WITH_RESERVE: Target = Target {

@@ -6,7 +6,6 @@
 
 use crate::Error;
 use crate::design::parallel::each;
-use crate::requirement::Requirement;
 use crate::speed::ensemble::draw;
 use crate::speed::limits;
 use crate::speed::options::{REQUIREMENTS, SpeedDesignOptions, required};
@@ -15,8 +14,8 @@ use crate::speed::simulate::{reached, responses};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use steerwright_formats::{
-    Document, Longitudinal, Provenance, Quality, Shortfall, SourceFile, SpeedController,
-    SpeedEnsemble, SpeedEvidence, SpeedGains, SpeedLimits, SpeedResponses,
+    Document, Longitudinal, Provenance, Quality, Requirement, Shortfall, SourceFile,
+    SpeedController, SpeedEnsemble, SpeedEvidence, SpeedGains, SpeedLimits, SpeedResponses,
 };
 
 /// Speeds of the range at which responses are computed.

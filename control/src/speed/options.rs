@@ -2,8 +2,7 @@
 
 use crate::Error;
 use crate::error::{positive, require};
-use crate::requirement::Requirement;
-use steerwright_formats::{Longitudinal, SpeedSpecification};
+use steerwright_formats::{Longitudinal, Requirement, SpeedSpecification};
 
 /// Requirements and limits. The limits are those of ISO 15622 for adaptive cruise control: 2 m/s² of acceleration,
 /// 3.5 m/s² of deceleration and 2.5 m/s³ of jerk.

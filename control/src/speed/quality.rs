@@ -1,7 +1,6 @@
 //! The quality of a speed controller: that of its model, and of its design.
 
-use crate::requirement::Requirement;
-use steerwright_formats::{Grade, Quality, Reason, ReasonCode, SpeedController};
+use steerwright_formats::{Grade, Quality, Reason, ReasonCode, Requirement, SpeedController};
 
 /// Shares of the drawn vehicles that must keep every requirement for `pass` and for `warn`.
 const PASS_SHARE: f64 = 0.95;

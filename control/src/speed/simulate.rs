@@ -6,10 +6,10 @@
 use crate::Error;
 use crate::closed_loop::metrics::metrics_of;
 use crate::closed_loop::simulate::Trace;
-use crate::requirement::Requirement;
 use std::sync::Arc;
 use steerwright_formats::{
-    Longitudinal, SpeedController, SpeedResponses, SpeedSpecification, SpeedStep, StepMetrics,
+    Longitudinal, Requirement, SpeedController, SpeedResponses, SpeedSpecification, SpeedStep,
+    StepMetrics,
 };
 use steerwright_models::speed::speed_control_parameters;
 use steerwright_models::{

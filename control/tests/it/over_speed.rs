@@ -2,10 +2,10 @@
 
 use crate::common::{car, identified_car, source};
 use steerwright_control::{
-    DesignOptions, DesignPlant, Error, Requirement, design_over_speeds, evaluate, guidance_for,
+    DesignOptions, DesignPlant, Error, design_over_speeds, evaluate, guidance_for,
     guidance_schedule,
 };
-use steerwright_formats::{Document, Pid, SpeedRampKind};
+use steerwright_formats::{Document, Pid, Requirement, SpeedRampKind};
 
 /// An actuator of 34°/s at the road wheel.
 fn options() -> DesignOptions {

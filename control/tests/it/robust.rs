@@ -2,11 +2,11 @@
 
 use crate::common::{car, designed, identified_car, options as usual, source, transfer};
 use steerwright_control::{
-    DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
+    DesignOptions, DesignPlant, Error, RobustOptions, design, evaluate, step_metrics,
 };
 use steerwright_formats::{
-    Bicycle, BicycleEvidence, Document, EstimationFocus, Matrix, Pid, Plant, Specification,
-    Uncertainty, VehicleDirection,
+    Bicycle, BicycleEvidence, Document, EstimationFocus, Matrix, Pid, Plant, Requirement,
+    Specification, Uncertainty, VehicleDirection,
 };
 
 /// A car whose every entry of A, B and C is uncertain by some percent.

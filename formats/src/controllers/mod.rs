@@ -5,6 +5,7 @@ mod gains;
 mod loop_metrics;
 mod over_speed;
 mod pid;
+mod requirement;
 mod schedule;
 mod speed_controller;
 
@@ -16,6 +17,7 @@ pub use gains::{GuidanceAdvice, PidGains};
 pub use loop_metrics::{Margins, OnACurve, Shortfall, StepMetrics};
 pub use over_speed::{FrozenSpeed, OverSpeed, SpeedRamp, SpeedRampKind};
 pub use pid::{DesignedFor, LargeErrors, LateralAcceleration, Limits, Pid, StatedActuator};
+pub use requirement::Requirement;
 pub(crate) use schedule::check_speeds;
 pub use schedule::{GuidanceEntry, ScheduleEntry};
 pub use speed_controller::{

@@ -2,7 +2,7 @@
 
 use super::{optional, significant, value};
 use crate::figures::{self, text};
-use crate::html::{Block, Section};
+use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{
     Excitation, FrequencyResponse, HeldOut, Information, Plant, PoleZeroMap, ResidualCorrelation,

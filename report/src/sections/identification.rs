@@ -2,8 +2,8 @@
 
 use super::{significant, value};
 use crate::figures::{self, DEG, text};
-use crate::html::{Block, Section};
 use crate::read::Traces;
+use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{
     ChannelSummary, DataFactor, Evidence, Excitation, FactorMethod, InputKind, Model, Plant,

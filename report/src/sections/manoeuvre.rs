@@ -3,8 +3,9 @@
 use super::{length, value};
 use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style};
 use crate::figures::DEG;
-use crate::html::{Block, Section, Tone, report_html};
+use crate::html::report_html;
 use crate::palette::{BLUE, VERMILION, nth};
+use crate::section::{Block, Section, Tone};
 use crate::table::Table;
 use steerwright_formats::{Manoeuvre, ManoeuvreGoal, ManoeuvreKind, SteeringSignal};
 
@@ -239,9 +240,9 @@ fn errors(manoeuvre: &Manoeuvre) -> Section {
         };
         let title = match manoeuvre.purpose.goal {
             ManoeuvreGoal::Response => {
-                format!("Required ±{} %: {met}.", super::significant(100.0 * wanted))
+                format!("required ±{} %: {met}", super::significant(100.0 * wanted))
             }
-            goal => format!("Required {}: {met}.", goal_error(goal, wanted)),
+            goal => format!("required {}: {met}", goal_error(goal, wanted)),
         };
         blocks.push(Block::Note { tone, title, text: needed });
     }

@@ -1,12 +1,16 @@
 //! The sections of the report, each from a file or two.
 
-mod design;
+mod bicycle;
+mod controller;
 mod evidence;
 mod identification;
 mod manoeuvre;
 mod model;
 mod outcome;
+mod over_speed;
+mod robustness;
 
+pub use controller::{controller_section, shortfalls};
 pub use identification::{factor_in_words, start_in_words};
 pub use manoeuvre::{
     goal_error, goal_in_words, manoeuvre_limits, manoeuvre_page, manoeuvre_parameters,
@@ -15,8 +19,9 @@ pub use manoeuvre::{
 pub use model::{not_negative, parameter_tables, sideslip_in_words};
 
 use crate::figures::text;
-use crate::html::{Block, Section, Tone, report_html};
+use crate::html::report_html;
 use crate::report::Report;
+use crate::section::{Block, Section, Tone};
 use steerwright_formats::{Grade, Quality};
 
 impl Report<'_> {
@@ -29,9 +34,9 @@ impl Report<'_> {
             }
         }
         if let Some(bicycle) = self.bicycle {
-            out.push(design::bicycle(bicycle, self.bicycle_fit));
+            out.push(bicycle::bicycle(bicycle, self.bicycle_fit));
         }
-        out.extend(self.controllers.iter().map(design::controller));
+        out.extend(self.controllers.iter().map(controller::controller_section));
         if self.path.is_some() || !self.tracks.is_empty() {
             out.push(outcome::tracking(self.path, &self.tracks));
         }
@@ -66,7 +71,7 @@ fn quality(quality: &Quality, what: &str) -> Block {
     let reasons = quality.unstated_reasons().map(|r| format!(" {}: {}.", r.grade, r.message));
     Block::Note {
         tone,
-        title: format!("{what} {outcome}{codes}."),
+        title: format!("{what} {outcome}{codes}"),
         text: quality.summary.clone() + &reasons.collect::<String>(),
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{evidence, identification};
 use crate::figures;
-use crate::html::{Block, Section};
 use crate::read::Traces;
+use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{
     BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Sideslip, SideslipTerm,

@@ -2,9 +2,9 @@
 
 use super::value;
 use crate::figures::{self, DEG};
-use crate::html::{Block, Section};
 use crate::read::Track;
 use crate::report::Report;
+use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{Model, Path, Provenance};
 
@@ -51,7 +51,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         let overshoot = value(step.overshoot_percent, 2, "%");
         let settled = super::optional(step.settling_time_s, 3, "s", "never");
         let text = format!("overshoot {overshoot}, settled {settled}");
-        table.push([format!("controller: {}", c.name), text, super::design::in_short(c)]);
+        table.push([format!("controller: {}", c.name), text, super::controller::in_short(c)]);
     }
     for (name, track) in &report.tracks {
         let rms = super::length(track.errors().cross_track_rms_m);

@@ -4,8 +4,7 @@ use crate::closed_loop::early_stopping::StoppingBounds;
 use crate::closed_loop::metrics::LEAVING;
 use crate::design::objective::Objective;
 use crate::design::target::Target;
-use crate::requirement::Requirement;
-use steerwright_formats::{Margins, PidGains};
+use steerwright_formats::{Margins, PidGains, Requirement};
 use steerwright_models::PidParameters;
 
 /// Weight of the logarithm of the settling time, the longest of all plants.

@@ -14,10 +14,10 @@ use crate::closed_loop::scenario::{Scenario, View};
 use crate::closed_loop::simulate::{Simulator, with_simulator};
 use crate::design::objective::Objective;
 use crate::design::target::Target;
-use crate::requirement::{Reached, Requirement};
+use crate::requirement::Reached;
 use bounds::{Parts, slack};
 use std::cell::Cell;
-use steerwright_formats::{Margins, StepMetrics};
+use steerwright_formats::{Margins, Requirement, StepMetrics};
 use steerwright_models::PidParameters;
 
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it is not

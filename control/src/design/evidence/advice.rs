@@ -5,8 +5,7 @@ use crate::closed_loop::simulate::Simulator;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::nearest_right_half_plane_zero;
 use crate::plants::sampled::Sampled;
-use crate::requirement::Requirement;
-use steerwright_formats::{Excitation, Robustness, Specification};
+use steerwright_formats::{Excitation, Requirement, Robustness, Specification};
 use steerwright_models::PidParameters;
 
 /// Multiple of the steering of the drive that is reported: no less, except for rounding, than the default rate.

@@ -7,8 +7,7 @@ use crate::design::options::DesignOptions;
 use crate::design::search::{FoundDesign, starts};
 use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING};
 use crate::plants::design_plant::DesignPlant;
-use crate::requirement::Requirement;
-use steerwright_formats::Limits;
+use steerwright_formats::{Limits, Requirement};
 
 /// Starting points in addition to the loop found, and the multiple of the plant's scale about which.
 const STARTS: u32 = 6;

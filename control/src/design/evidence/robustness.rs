@@ -7,8 +7,8 @@ use crate::closed_loop::simulate::with_simulator;
 use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
 use crate::design::parallel::each;
-use crate::requirement::{Reached, Requirement};
-use steerwright_formats::{Breaking, OverEnsemble, Robustness, Specification};
+use crate::requirement::Reached;
+use steerwright_formats::{Breaking, OverEnsemble, Requirement, Robustness, Specification};
 use steerwright_models::PidParameters;
 
 /// Longest latency that is examined, s.

@@ -1,13 +1,13 @@
-//! A controller over a range of speeds for people: a row for each evaluated speed, and the speed ramps.
+//! A controller over a range of speeds: a row for each evaluated speed, and the speed ramps.
 
-use crate::terminal::console;
-use std::fmt::Write;
-use steerwright_control::Requirement;
-use steerwright_formats::{FrozenSpeed, OverSpeed, Shortfall, SpeedRamp, SpeedRampKind};
-use steerwright_report::Table;
+use crate::section::Block;
+use crate::table::Table;
+use steerwright_formats::{
+    FrozenSpeed, OverSpeed, Requirement, Shortfall, SpeedRamp, SpeedRampKind,
+};
 
 /// The rows, the reasons of unmet requirements, and the ramps.
-pub(crate) fn table(over: &OverSpeed) -> String {
+pub(super) fn over_speed(over: &OverSpeed) -> Vec<Block> {
     let mut table = Table::new([
         "speed (m/s)",
         "kp",
@@ -22,16 +22,22 @@ pub(crate) fn table(over: &OverSpeed) -> String {
         "plants",
         "specification",
     ]);
-    for row in &over.frozen {
-        table = table.row(cells(row));
-    }
-    let mut text = format!(
-        "over speed (* entries of the table, interpolated between them)\n{}",
-        console::table(&table)
-    );
-    text.push_str(&reasons(over));
-    text.push_str(&ramps(&over.ramps));
-    text.trim_end().to_owned()
+    over.frozen.iter().for_each(|row| table.push(cells(row)));
+    let heading = "Over speed (* entries of the table, interpolated between them)";
+    vec![
+        Block::Heading(heading.into()),
+        Block::Table(table),
+        Block::List(reasons(over)),
+        Block::List(over.ramps.iter().map(ramp).collect()),
+    ]
+}
+
+/// At how many speeds a requirement is missed, and from which on.
+pub(super) fn where_missed(over: &OverSpeed) -> String {
+    let mut missed = over.frozen.iter().filter(|row| !row.met);
+    let Some(first) = missed.next() else { return "in a speed ramp".into() };
+    let (count, all) = (1 + missed.count(), over.frozen.len());
+    format!("{count} of {all} speeds miss one, the first at {:.2} m/s", first.speed_mps)
 }
 
 fn cells(row: &FrozenSpeed) -> [String; 12] {
@@ -59,29 +65,28 @@ fn cells(row: &FrozenSpeed) -> [String; 12] {
 }
 
 /// The unmet requirements and why, a line for neighbouring speeds with the same.
-fn reasons(over: &OverSpeed) -> String {
+fn reasons(over: &OverSpeed) -> Vec<String> {
     let alike = |a: &FrozenSpeed, b: &FrozenSpeed| {
         let names = |row: &FrozenSpeed| -> Vec<String> {
             row.shortfalls.iter().map(|s| s.requirement.clone()).collect()
         };
         a.met == b.met && a.reason == b.reason && names(a) == names(b)
     };
-    let mut text = String::new();
+    let mut all = Vec::new();
     for rows in over.frozen.chunk_by(alike) {
         let [first, ..] = rows else { continue };
         let Some(why) = &first.reason else { continue };
         let missed: Vec<String> = (0..first.shortfalls.len())
             .filter_map(|k| worst(rows.iter().filter_map(|row| row.shortfalls.get(k))))
             .collect();
-        let last = rows.last().filter(|_| rows.len() > 1);
-        let to = match last {
-            Some(row) => format!(" to {:.2}", row.speed_mps),
-            None => String::new(),
+        let to = match rows {
+            [_, .., last] => format!(" to {:.2}", last.speed_mps),
+            _ => String::new(),
         };
         let missed = missed.join(", ");
-        let _ = writeln!(text, "not met at {:.2}{to} m/s: {missed}: {why}", first.speed_mps);
+        all.push(format!("not met at {:.2}{to} m/s: {missed}: {why}", first.speed_mps));
     }
-    text
+    all
 }
 
 /// The largest shortfall of one requirement.
@@ -93,27 +98,21 @@ fn worst<'a>(shortfalls: impl Iterator<Item = &'a Shortfall>) -> Option<String> 
     Some(format!("{} {reached} instead of {required}", r.label()))
 }
 
-fn ramps(ramps: &[SpeedRamp]) -> String {
-    let mut text = String::new();
-    for r in ramps {
-        let range =
-            format!("{:.1} to {:.1} m/s at {:+.0} m/s²", r.from_mps, r.to_mps, r.acceleration_mps2);
-        let cm = |length: Option<f64>| 100.0 * length.unwrap_or_default();
-        let _ = match r.manoeuvre {
-            SpeedRampKind::YawSteps => writeln!(
-                text,
-                "{range}: yaw steps overshoot by up to {:.2} % and settle within {}",
-                r.overshoot_percent.unwrap_or_default(),
-                r.settling_time_s.map_or("no bound".into(), |t| format!("{t:.2} s"))
-            ),
-            SpeedRampKind::ConstantRadius => writeln!(
-                text,
-                "{range}: {:.1} cm RMS and at most {:.1} cm from an arc of {:.0} m",
-                cm(r.rms_cross_track_error_m),
-                cm(r.largest_cross_track_error_m),
-                r.radius_m.unwrap_or_default()
-            ),
-        };
+fn ramp(r: &SpeedRamp) -> String {
+    let range =
+        format!("{:.1} to {:.1} m/s at {:+.0} m/s²", r.from_mps, r.to_mps, r.acceleration_mps2);
+    let cm = |length: Option<f64>| 100.0 * length.unwrap_or_default();
+    match r.manoeuvre {
+        SpeedRampKind::YawSteps => format!(
+            "{range}: yaw steps overshoot by up to {:.2} % and settle within {}",
+            r.overshoot_percent.unwrap_or_default(),
+            r.settling_time_s.map_or("no bound".into(), |t| format!("{t:.2} s"))
+        ),
+        SpeedRampKind::ConstantRadius => format!(
+            "{range}: {:.1} cm RMS and at most {:.1} cm from an arc of {:.0} m",
+            cm(r.rms_cross_track_error_m),
+            cm(r.largest_cross_track_error_m),
+            r.radius_m.unwrap_or_default()
+        ),
     }
-    text
 }
