@@ -143,6 +143,18 @@ pub(crate) fn check_units_are_used<'a>(
     Ok(())
 }
 
+/// That databases are stated and no log has frames of a bus, for people.
+pub(crate) fn unused_databases<'a>(
+    mut groups: impl Iterator<Item = &'a Group>,
+    options: &LogOptions,
+) -> Option<String> {
+    let (first, _) = options.dbc.first()?;
+    if groups.any(|group| group.kind.starts_with("CAN ")) {
+        return None;
+    }
+    Some(format!("{first}: not used: no frame of a CAN bus was read"))
+}
+
 pub(crate) fn check_quantity(
     group: &Group,
     channel: usize,

@@ -57,7 +57,7 @@ pub enum Error {
     NotInDatabase { file: String, kinds: usize, faults: String },
     #[error("{file}: no data frame of CAN was read{faults}")]
     #[diagnostic(help(
-        "log a CAN bus with numbers for identifiers; LIN, FlexRay and Ethernet are not read"
+        "log a CAN bus with numbers for identifiers, or name the database of the messages' names; LIN, FlexRay and Ethernet are not read"
     ))]
     NoFrames { file: String, faults: String },
     #[error("{file}: the frames of candump have no time")]

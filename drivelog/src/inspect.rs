@@ -1,7 +1,7 @@
 //! What is in a log: the channels of each group with unit, rate, range and gaps, and what they may be.
 
 use crate::Error;
-use crate::channel_units::{check_quantity, check_units_are_used, unit_of};
+use crate::channel_units::{check_quantity, check_units_are_used, unit_of, unused_databases};
 use crate::channels::unused_row_period;
 use crate::error::counted;
 use crate::mapping::time_column;
@@ -107,6 +107,7 @@ pub fn inspect(file: LogFile<'_>, options: &LogOptions) -> Result<Inspection, Er
     losses.extend(groups.iter().zip(&states).filter_map(|(group, state)| state.falls(group)));
     // A mapping file may state those of other files.
     losses.extend(check_units_are_used(groups.iter(), options).err().map(|e| e.to_string()));
+    losses.extend(unused_databases(groups.iter(), options));
     for (group, state) in groups.iter().zip(&states) {
         if let Some((clock, _)) = state.clock {
             let clock = &group.channels[clock].name;
@@ -248,6 +249,7 @@ impl State {
             let parts = outline.parts.iter().map(|&[t, least, most]| [t - start, least, most]);
             let own = &group.channels[c];
             let unit = unit_of(group, c, options).ok();
+            let unit = unit.filter(|_| !own.is_text);
             let text = if own.is_text { Some("text") } else { own.unit.as_deref() };
             let is_clock = self.clock.is_some_and(|(own, _)| own == c);
             let roles = own.roles().filter(|role| {

@@ -161,9 +161,13 @@ fn by_name(
 ) -> Result<Option<Source>, Error> {
     let mut found = Vec::new();
     let mut unfit = Vec::new();
+    let mut texts = Vec::new();
     for (g, group) in groups.iter().enumerate() {
         for (c, channel) in group.channels.iter().enumerate() {
             if !channel.may_be(role) {
+                if channel.is_text && channel.is_named_like(role) {
+                    texts.push(shortened(&channel.name));
+                }
                 if options.is_optional(role) && channel.is_named_like(role) {
                     let (file, name) = (group.place(), role.name());
                     let column = shortened(&channel.name);
@@ -229,7 +233,9 @@ fn by_name(
         }
         (several, true) => Err(Error::RoleNotFound {
             role: role.name(),
-            problem: if several.is_empty() {
+            problem: if let ([], Some(text)) = (several, texts.first()) {
+                format!("`{text}` holds texts, and numbers are expected")
+            } else if several.is_empty() {
                 "no column is named like one".into()
             } else {
                 let names: Vec<String> =

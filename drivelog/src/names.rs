@@ -87,7 +87,8 @@ impl Role {
             Self::Input(_) | Self::Output(_) => false,
             Self::YawRate => has_rate(name),
             Self::Speed => {
-                starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
+                starts(SPEEDS)
+                    || field_of(header).is_some_and(|own| SPEEDS.iter().any(|s| own.starts_with(s)))
                     || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
                     || any(&["fahrzeuggeschw", "fzggeschw"])
                     // openpilot, CarMaker.
@@ -246,6 +247,18 @@ fn has_rate(name: &str) -> bool {
     rates.iter().any(|part| name.contains(part))
 }
 
+/// How names of speeds begin, of which some are those of other speeds further within a name.
+const SPEEDS: &[&str] = &["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"];
+
+/// The plain name of a field of the vehicle, or of the message that a row of rostopic or Foxglove has.
+fn field_of(header: &str) -> Option<String> {
+    const WHOLES: [&str; 8] =
+        ["field", "value", "msg", "data", "car", "vehicle", "ego", "carstate"];
+    let (whole, field) = header.split_once('.')?;
+    let is_whole = WHOLES.iter().any(|name| whole.eq_ignore_ascii_case(name));
+    if is_whole && !field.contains('.') { Some(plain_name(field)) } else { None }
+}
+
 /// What is stated about a quantity and is not the quantity.
 const PARAMETERS: &[&str] = &[
     "gain",
@@ -381,11 +394,25 @@ mod tests {
         ] {
             assert!(!Role::YawRate.is_named_like(name), "{name}");
         }
-        for name in ["speed_limit_kmh", "speed_target", "SpeedGain", "velocity_ref"] {
+        for name in [
+            "motor.speed",
+            "car.wheel.speed",
+            "field.speed_limit",
+            "speed_limit_kmh",
+            "speed_target",
+            "SpeedGain",
+            "velocity_ref",
+        ] {
             assert!(!Role::Speed.is_named_like(name), "{name}");
         }
-        for name in ["speed_filtered_mps", "vehicle_speed_offset_corrected_mps", "speed_validated"]
-        {
+        for name in [
+            "field.speed",
+            "car.speed_kmh",
+            "Vehicle.velocity [m/s]",
+            "speed_filtered_mps",
+            "vehicle_speed_offset_corrected_mps",
+            "speed_validated",
+        ] {
             assert!(Role::Speed.is_named_like(name), "{name}");
         }
         assert!(Role::YawRate.is_named_like("yaw_rate_bias_compensated"));

@@ -112,6 +112,8 @@ pub struct LogOptions {
     pub topics: Vec<String>,
     /// CAN databases (DBC) for raw buses, as name and text.
     pub dbc: Vec<(String, Vec<u8>)>,
+    /// Definitions of messages of ROS whose log has none, by package and name of the type.
+    pub ros_definitions: BTreeMap<String, String>,
     /// Line of the header of text files, from 1. `None`: the row of names above the first row of values.
     pub header_line: Option<u64>,
     /// The decimal mark of the files. `None`: the one that the first rows of each file determine.
@@ -178,6 +180,7 @@ impl Default for LogOptions {
             units: BTreeMap::new(),
             topics: Vec::new(),
             dbc: Vec::new(),
+            ros_definitions: BTreeMap::new(),
             header_line: None,
             decimal: None,
             steering_full_scale_rad: None,
@@ -319,6 +322,12 @@ impl LogOptions {
         }
         for (name, text) in &self.dbc {
             map.insert(format!("dbc {name}"), steerwright_formats::sha256_hex(text));
+        }
+        if !self.ros_definitions.is_empty() {
+            let texts: Vec<String> =
+                self.ros_definitions.iter().map(|(kind, text)| format!("{kind}\n{text}")).collect();
+            let hash = steerwright_formats::sha256_hex(texts.concat().as_bytes());
+            map.insert("ros_definitions".into(), hash);
         }
         if self.response != Response::default() {
             map.insert("response".into(), self.response.name().into());

@@ -151,6 +151,8 @@ fn merged(groups: Vec<Vec<Opened<'_>>>, options: &LogOptions) -> Result<DriveLog
     let name = stem(&first.file);
     channel_units::check_units_are_used(groups.iter().flatten().flat_map(Opened::groups), options)?;
     let mut warnings: Vec<String> = options.without_effect();
+    let all = groups.iter().flatten().flat_map(Opened::groups);
+    warnings.extend(channel_units::unused_databases(all, options));
     let drives = groups
         .into_iter()
         .map(|files| {

@@ -61,9 +61,14 @@ const SPELLINGS: &[(&[&str], Unit)] = &[
 /// Spellings that are read where they stand alone, not as the end of a name, and what they equal.
 const EQUAL: &[(&[&str], &str)] = &[
     (&["degree/s", "degrees/s", "degree/sec", "degrees/sec", "grad/s", "grad/sec"], "deg/s"),
-    (&["grad"], "deg"),
+    (&["grad", "graden"], "deg"),
+    (&["graden/s", "degs/s", "degs/sec"], "deg/s"),
     (&["radian/s", "radians/s"], "rad/s"),
     (&["kts", "knot"], "knots"),
+    (&["mi/h", "mile/h", "miles/h"], "mph"),
+    (&["kilometer/h", "kilometers/h", "kilometre/h", "kilometres/h"], "km/h"),
+    (&["meter/s", "meters/s", "metre/s", "metres/s"], "m/s"),
+    (&["meter/s2", "meters/s2", "metre/s2", "metres/s2"], "m/s2"),
     (&["unix time"], "s"),
 ];
 
@@ -72,6 +77,16 @@ const KNOTS: [&str; 2] = ["kn", "kt"];
 
 /// The unit of an angular rate as CarMaker and German tools write it.
 const PER_SECOND: Unit = unit("1/s", Quantity::AngularRate, 1.0);
+
+/// Units that stand alone, since their letters end names of other things.
+const ALONE: [Unit; 6] = [
+    unit("ft/s", Quantity::Speed, 0.3048),
+    unit("cm/s", Quantity::Speed, 0.01),
+    unit("mm/s", Quantity::Speed, 1e-3),
+    unit("rpm", Quantity::AngularRate, 6.0 * DEG),
+    unit("gon", Quantity::Angle, 0.9 * DEG),
+    unit("urad", Quantity::Angle, 1e-6),
+];
 
 /// Long units of time, which stand alone, not as the end of a name.
 const LONG_TIMES: [(&[&str], Unit); 3] = [
@@ -98,6 +113,9 @@ pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
     if let Some(unit) = MINUTES.into_iter().find(|unit| unit.name == text) {
         return Some(unit);
     }
+    if let Some(unit) = ALONE.into_iter().find(|unit| unit.name.eq_ignore_ascii_case(&text)) {
+        return Some(unit);
+    }
     let text = if KNOTS.contains(&&*text) { "knots".into() } else { text };
     let is_in = |names: &[&str]| names.iter().any(|n| n.eq_ignore_ascii_case(&text));
     let text = EQUAL.iter().find(|(names, _)| is_in(names)).map_or(&*text, |(_, unit)| *unit);
@@ -114,8 +132,9 @@ pub(crate) fn parse_stated_unit(text: &str) -> Option<Unit> {
     parse_unit(text).or_else(|| long().map(|(_, unit)| unit))
 }
 
-/// A unit with one degree sign, one micro sign and a slash: `º`, `˚` and the wrongly decoded `Â°`; the Greek letter;
-/// `s^-1`, `s⁻¹` and `s-1` after a blank or a point.
+/// A unit with one degree sign, one micro sign and a slash: `º`, `˚`, and those of UTF-8 (`Â°`), MS-DOS (`ø`) and the
+/// Macintosh (`¡`) that were read as Latin 1; the Greek letter; `s^-1`, `s⁻¹` and `s-1` after a blank, a point or `°`; `per`
+/// and the units of time in words.
 fn plain_spelling(text: &str) -> String {
     let mut text = text.trim().to_owned();
     for (from, to) in [
@@ -123,6 +142,9 @@ fn plain_spelling(text: &str) -> String {
         ("Âº", "°"),
         ("º", "°"),
         ("˚", "°"),
+        ("ø", "°"),
+        ("¡", "°"),
+        ("&deg;", "°"),
         ("Âµ", "µ"),
         ("Î¼", "µ"),
         ("μ", "µ"),
@@ -130,13 +152,20 @@ fn plain_spelling(text: &str) -> String {
         ("⁻²", "-2"),
         ("^-", "-"),
         (" / ", "/"),
-        ("/hr", "/h"),
+        (" per ", "/"),
+        ("µrad", "urad"),
     ] {
         text = text.replace(from, to);
+    }
+    if let Some((unit, time)) = text.split_once('/')
+        && let Some((_, short)) = PER_TIME.iter().find(|(word, _)| word.eq_ignore_ascii_case(time))
+    {
+        text = format!("{unit}/{short}");
     }
     for (power, per) in [("s-1", "/s"), ("s-2", "/s2"), ("h-1", "/h")] {
         let Some(rest) = text.strip_suffix(power) else { continue };
         let unit = rest.strip_suffix([' ', '.', '*', '·']).map(str::trim_end);
+        let unit = unit.or(if rest.ends_with('°') { Some(rest) } else { None });
         text = match unit {
             Some(unit) => format!("{unit}{per}"),
             None if rest.is_empty() => format!("1{per}"),
@@ -147,6 +176,19 @@ fn plain_spelling(text: &str) -> String {
     text
 }
 
+/// Times that a rate is per, in words and with a point of abbreviation.
+const PER_TIME: [(&str, &str); 9] = [
+    ("hr", "h"),
+    ("hour", "h"),
+    ("std", "h"),
+    ("second", "s"),
+    ("seconds", "s"),
+    ("sekunde", "s"),
+    ("sec.", "s"),
+    ("s.", "s"),
+    ("sec²", "s2"),
+];
+
 /// The unit in square brackets at the end of a name that no unit known here is: neither blank, `-`, nor the index of
 /// an array.
 pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
@@ -156,8 +198,8 @@ pub(crate) fn unknown_unit(header: &str) -> Option<&str> {
     if is_unit && parse_stated_unit(text).is_none() { Some(text) } else { None }
 }
 
-/// Splits `steer [deg]`, `steer (deg)`, `steer / deg`, `rate / (deg/s)`, `rate deg / s` or `Winkel in Grad` into name and unit text;
-/// without brackets only where the unit is known.
+/// Splits `steer [deg]`, `steer (deg)`, `steer {deg}`, `steer / deg`, `steer, deg`, `rate / (deg/s)`, `rate deg / s` or
+/// `Winkel in Grad` into name and unit text; without brackets only where the unit is known.
 pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
     // `yaw rate deg / s`
     if let Some((name, _)) = header.rsplit_once(" / ")
@@ -169,17 +211,19 @@ pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
         let name = name.trim_end();
         return (name.strip_suffix(" in").unwrap_or(name).trim_end(), Some(tail));
     }
-    for word in [" / ", " in "] {
+    for word in [" / ", " in ", ", "] {
         if let Some((name, unit)) = header.rsplit_once(word) {
             let unit = unit.trim();
             let bare =
                 unit.strip_prefix('(').and_then(|unit| unit.strip_suffix(')')).unwrap_or(unit);
-            if parse_unit(bare).is_some() {
+            // `wheel, 1` is the first of several.
+            let is_number = word == ", " && bare == "1";
+            if parse_unit(bare).is_some() && !is_number {
                 return (name.trim_end(), Some(bare));
             }
         }
     }
-    for (open, close) in [('[', ']'), ('(', ')')] {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some(inner) = header.strip_suffix(close)
             && let Some(at) = inner.rfind(open)
         {
@@ -246,7 +290,8 @@ pub(crate) fn plain_name(header: &str) -> String {
 pub(crate) fn known_units() -> String {
     let names = SPELLINGS.iter().map(|(_, unit)| unit.name);
     let long = LONG_TIMES.iter().map(|(_, unit)| unit.name);
-    let names: Vec<&str> = names.chain([PER_SECOND.name]).chain(long).collect();
+    let alone = ALONE.iter().map(|unit| unit.name);
+    let names: Vec<&str> = names.chain([PER_SECOND.name]).chain(alone).chain(long).collect();
     names.join(", ")
 }
 
@@ -275,6 +320,25 @@ mod tests {
             ("Â°", "deg", DEG),
             ("º/s", "deg/s", DEG),
             ("˚", "deg", DEG),
+            ("°s⁻¹", "deg/s", DEG),
+            ("degrees per second", "deg/s", DEG),
+            ("deg/second", "deg/s", DEG),
+            ("°/sec.", "deg/s", DEG),
+            ("&deg;/s", "deg/s", DEG),
+            ("graden/s", "deg/s", DEG),
+            ("ø/s", "deg/s", DEG),
+            ("¡", "deg", DEG),
+            ("rpm", "rpm", 6.0 * DEG),
+            ("gon", "gon", 0.9 * DEG),
+            ("µrad", "urad", 1e-6),
+            ("kilometers per hour", "km/h", 1.0 / 3.6),
+            ("km/hour", "km/h", 1.0 / 3.6),
+            ("m per s", "m/s", 1.0),
+            ("Meters/second", "m/s", 1.0),
+            ("mi/h", "mph", 0.447_04),
+            ("ft/s", "ft/s", 0.3048),
+            ("cm/s", "cm/s", 0.01),
+            ("mm/s", "mm/s", 1e-3),
         ] {
             let unit = parse_unit(text).unwrap();
             assert_eq!(unit.name, name, "{text}");
@@ -312,6 +376,9 @@ mod tests {
             ("yaw rate deg / s", "deg/s"),
             ("speed m / s", "m/s"),
             ("time / s", "s"),
+            ("time, s", "s"),
+            ("rate, deg/s", "deg/s"),
+            ("rate {deg/s}", "deg/s"),
         ] {
             assert_eq!(unit_of_header(header).map(|u| u.name), Some(name), "{header}");
         }

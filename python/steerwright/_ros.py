@@ -2,82 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path as FilePath
 from typing import Any, BinaryIO
 
-_STEERING = "builtin_interfaces/Time stamp; float32 steering_tire_angle"
-_VELOCITY = (
-    "std_msgs/Header header; float32 longitudinal_velocity; float32 lateral_velocity; "
-    "float32 heading_rate"
-)
-DEFINITIONS = {
-    "ackermann_msgs/AckermannDrive": (
-        "float32 steering_angle; float32 steering_angle_velocity; float32 speed; float32 acceleration; "
-        "float32 jerk"
-    ),
-    "ackermann_msgs/AckermannDriveStamped": "std_msgs/Header header; ackermann_msgs/AckermannDrive drive",
-    "autoware_auto_vehicle_msgs/SteeringReport": _STEERING,
-    "autoware_auto_vehicle_msgs/VelocityReport": _VELOCITY,
-    "autoware_vehicle_msgs/SteeringReport": _STEERING,
-    "autoware_vehicle_msgs/VelocityReport": _VELOCITY,
-    "builtin_interfaces/Time": "int32 sec; uint32 nanosec",
-    "geometry_msgs/Point": "float64 x; float64 y; float64 z",
-    "geometry_msgs/Pose": "geometry_msgs/Point position; geometry_msgs/Quaternion orientation",
-    "geometry_msgs/PoseStamped": "std_msgs/Header header; geometry_msgs/Pose pose",
-    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose; float64[36] covariance",
-    "geometry_msgs/PoseWithCovarianceStamped": (
-        "std_msgs/Header header; geometry_msgs/PoseWithCovariance pose"
-    ),
-    "geometry_msgs/Quaternion": "float64 x; float64 y; float64 z; float64 w",
-    "geometry_msgs/Twist": "geometry_msgs/Vector3 linear; geometry_msgs/Vector3 angular",
-    "geometry_msgs/TwistStamped": "std_msgs/Header header; geometry_msgs/Twist twist",
-    "geometry_msgs/TwistWithCovariance": "geometry_msgs/Twist twist; float64[36] covariance",
-    "geometry_msgs/TwistWithCovarianceStamped": (
-        "std_msgs/Header header; geometry_msgs/TwistWithCovariance twist"
-    ),
-    "geometry_msgs/Vector3": "float64 x; float64 y; float64 z",
-    "nav_msgs/Odometry": (
-        "std_msgs/Header header; string child_frame_id; geometry_msgs/PoseWithCovariance pose; "
-        "geometry_msgs/TwistWithCovariance twist"
-    ),
-    "sensor_msgs/Imu": (
-        "std_msgs/Header header; geometry_msgs/Quaternion orientation; "
-        "float64[9] orientation_covariance; geometry_msgs/Vector3 angular_velocity; "
-        "float64[9] angular_velocity_covariance; geometry_msgs/Vector3 linear_acceleration; "
-        "float64[9] linear_acceleration_covariance"
-    ),
-    "sensor_msgs/NavSatFix": (
-        "std_msgs/Header header; sensor_msgs/NavSatStatus status; float64 latitude; float64 longitude; "
-        "float64 altitude; float64[9] position_covariance; uint8 position_covariance_type"
-    ),
-    "sensor_msgs/NavSatStatus": "int8 status; uint16 service",
-    "std_msgs/Header": "builtin_interfaces/Time stamp; string frame_id",
-}
-"""Usual messages of vehicles, of which the constants are left out, for bags without definitions (ROS 2 Humble)."""
-
-
-def definition(kind: str) -> str | None:
-    """The definition of a type with those it refers to; `None` where it is not known."""
-    kind = kind.replace("/msg/", "/")
-    if kind not in DEFINITIONS:
-        return _of_rosbags(kind)
-    kinds = [kind]
-    # The list grows as it is read.
-    for one in kinds:
-        for field in DEFINITIONS[one].split("; "):
-            own = field.split()[0]
-            if "/" in own and own not in kinds:
-                kinds.append(own)
-    texts = [DEFINITIONS[one].replace("; ", "\n") for one in kinds]
-    parts = [f"MSG: {one}\n{text}" for one, text in zip(kinds[1:], texts[1:])]
-    return f"\n{'=' * 80}\n".join([texts[0], *parts])
+from ._errors import warn
 
 
 def _of_rosbags(kind: str) -> str | None:
-    """A type of a ROS 2 distribution, where rosbags is installed."""
+    """The definition of a type of a ROS 2 distribution, where rosbags is installed; others are known to the reader."""
     try:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
@@ -127,8 +63,7 @@ def of_sqlite(files: Iterable[FilePath], converted: FilePath) -> None:
     with open(converted, "wb") as opened:
         mcap = Mcap(opened)
         for file in files:
-            # Read as it is: the folder may be read-only, and the recorder may have crashed.
-            database = sqlite3.connect(f"{file.resolve().as_uri()}?immutable=1", uri=True)
+            database = _opened(file, converted.parent)
             try:
                 own: dict[int, int] = {}
                 stated = _stated(database)
@@ -136,16 +71,54 @@ def of_sqlite(files: Iterable[FilePath], converted: FilePath) -> None:
                 for topic, name, kind, form in database.execute(query):
                     if name not in numbers:
                         numbers[name] = len(numbers) + 1
-                        known = stated.get(kind) or ("ros2msg", definition(kind) or "")
+                        known = stated.get(kind) or ("ros2msg", _of_rosbags(kind.replace("/msg/", "/")) or "")
                         mcap.topic(numbers[name], name, kind, form, known)
                     own[topic] = numbers[name]
-                for topic, stamp_ns, data in database.execute(
-                    "SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp"
-                ):
-                    mcap.message(own[topic], stamp_ns, data)
+                for topic, stamp_ns, data in _messages(file, database):
+                    if topic in own and data is not None:
+                        mcap.message(own[topic], stamp_ns, data)
             finally:
                 database.close()
         mcap.end()
+
+
+def _opened(file: FilePath, scratch: FilePath) -> sqlite3.Connection:
+    """The database as it is: the folder may be read-only, and the recorder may have crashed."""
+    log = file.with_name(f"{file.name}-wal")
+    if log.is_file() and log.stat().st_size > 0:
+        # What was written last, which only a database that may be changed takes in.
+        own = scratch / file.name
+        shutil.copy(file, own)
+        shutil.copy(log, own.with_name(log.name))
+        database = sqlite3.connect(own)
+    else:
+        database = sqlite3.connect(f"{file.resolve().as_uri()}?immutable=1", uri=True)
+    # Without it SQLite refuses a file that is shorter than its first page states.
+    database.execute("PRAGMA writable_schema=ON")
+    return database
+
+
+def _messages(file: FilePath, database: sqlite3.Connection) -> Iterator[tuple[int, int, bytes]]:
+    """Topic, time and bytes of the messages as they were recorded, beyond damaged pages, too."""
+    query = "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid > ? ORDER BY rowid"
+    last, step = -1, 0
+    first: tuple[int, Exception] | None = None
+    while step < FARTHEST:
+        try:
+            for row, topic, stamp_ns, data in database.execute(query, (last + step,)):
+                last, step = row, 0
+                yield topic, stamp_ns, data
+            break
+        except sqlite3.DatabaseError as error:
+            first = first or (last, error)
+            step = max(1, 2 * step)
+    if first:
+        row, error = first
+        warn(f"{file}: the database is cut or damaged behind message {max(row, 0)} ({error}): what is there is read")
+
+
+FARTHEST = 1 << 40
+"""No recording has as many messages."""
 
 
 def _stated(database: sqlite3.Connection) -> dict[str, tuple[str, str]]:

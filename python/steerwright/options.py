@@ -46,6 +46,9 @@ class ReadOptions(TypedDict, total=False):
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
     """CAN database that decodes a raw bus; may be repeated."""
+    ros_definitions: Union[File, Sequence[File]]
+    """Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be
+    repeated."""
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
@@ -120,6 +123,9 @@ class ModelOptions(TypedDict, total=False):
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
     """CAN database that decodes a raw bus; may be repeated."""
+    ros_definitions: Union[File, Sequence[File]]
+    """Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be
+    repeated."""
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
@@ -265,6 +271,9 @@ class AccumulateOptions(TypedDict, total=False):
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
     """CAN database that decodes a raw bus; may be repeated."""
+    ros_definitions: Union[File, Sequence[File]]
+    """Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be
+    repeated."""
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
@@ -526,6 +535,9 @@ class InspectOptions(TypedDict, total=False):
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
     """CAN database that decodes a raw bus; may be repeated."""
+    ros_definitions: Union[File, Sequence[File]]
+    """Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be
+    repeated."""
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""
@@ -612,6 +624,9 @@ class CompareOptions(TypedDict, total=False):
     """Topic, message or channel group to use; may be repeated. By default all."""
     dbc: Union[File, Sequence[File]]
     """CAN database that decodes a raw bus; may be repeated."""
+    ros_definitions: Union[File, Sequence[File]]
+    """Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be
+    repeated."""
     mapping: File
     """Mapping file with the channels, units and databases of a team's vehicles. Options of the command
     line override it."""

@@ -3,3 +3,4 @@
 pub(crate) mod feasibility;
 pub(crate) mod files;
 pub(crate) mod gate;
+pub(crate) mod ros_definitions;

@@ -1,6 +1,6 @@
 //! Options for reading a drive log and identifying a model, shared by `identify` and `build`.
 
-use crate::documents::files;
+use crate::documents::{files, ros_definitions};
 use crate::failure::Failure;
 use crate::options::quantity;
 use crate::terminal::progress::Progress;
@@ -30,6 +30,9 @@ pub(crate) struct SourceArguments {
     /// CAN database that decodes a raw bus; may be repeated
     #[arg(long = "dbc", value_name = "FILE")]
     pub(crate) dbc: Vec<PathBuf>,
+    /// Folder with definitions of ROS messages (PACKAGE/msg/NAME.msg), for bags that have none; may be repeated
+    #[arg(long = "ros-definitions", value_name = "DIR")]
+    pub(crate) ros_definitions: Vec<PathBuf>,
     /// Mapping file with the channels, units and databases of a team's vehicles. Options of the command line
     /// override it
     #[arg(long, value_name = "TOML")]
@@ -207,6 +210,9 @@ impl SourceArguments {
             row_period_s: self.row_period,
             ..options
         };
+        for folder in &self.ros_definitions {
+            options.ros_definitions.extend(ros_definitions::read(folder)?);
+        }
         let mut databases = self.dbc.clone();
         if let Some(path) = &self.mapping {
             let (text, name) = (files::read_text(path)?, path.display().to_string());

@@ -12,7 +12,7 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-use crate::channel_units::check_units_are_used;
+use crate::channel_units::{check_units_are_used, unused_databases};
 use crate::channels::{Selected, check_clock, count_from, first_instant, source_file};
 use crate::drive::{Drive, brings, sources, steering_ratio};
 use crate::error::{counted, last_part, shortened, stem};
@@ -96,7 +96,7 @@ fn in_chunks<E: From<Error>>(
         }
     }
     check_units_are_used(groups.iter(), options)?;
-    let mut warnings = Vec::new();
+    let mut warnings = Vec::from_iter(unused_databases(groups.iter(), options));
     let roles = [Role::Steering, Role::YawRate, Role::Speed];
     let sources = sources(&groups, roles, options, &mut warnings)?;
     let has_speed = sources.iter().any(|(role, _)| *role == Role::Speed);

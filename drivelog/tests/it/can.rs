@@ -140,6 +140,44 @@ fn a_parameter_group_is_read_from_another_source_than_that_of_its_database() {
 }
 
 #[test]
+fn a_log_by_names_is_read_by_those_of_the_database() {
+    let dbc = "BO_ 37 STEER: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n\
+               BO_ 2565868030 FACE: 8 X\n SG_ B : 0|8@1+ (1,0) [0|0] \"\" X\n\
+               BO_ 38 TWICE: 8 X\n SG_ C : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let other = "BO_ 39 TWICE: 8 X\n SG_ D : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let dbc = [("x.dbc", dbc), ("y.dbc", other)].map(|(name, text)| (name.into(), text.into()));
+    let options = LogOptions { dbc: dbc.to_vec(), ..LogOptions::default() };
+    let text = "date Thu Feb 1\nbase hex  timestamps absolute\n\
+                0.5 1 STEER Rx d 1 05\n0.6 1 FACE Tx d 1 06\n0.7 1 26 Rx d 1 07\n\
+                0.8 CANFD 1 Rx STEER 1 0 1 1 08\n0.9 1 TWICE Rx d 1 09\n";
+    let log = open(LogFile::of_bytes("a.asc", text.as_bytes()), &options).unwrap();
+    let groups = log.groups().iter().map(|g| (g.name.as_str(), g.rows));
+    let expected = [("STEER", Some(2)), ("TWICE", Some(1)), ("FACE", Some(1))];
+    assert_eq!(groups.collect::<Vec<_>>(), expected);
+    // Which of two messages a name is that of is open.
+    assert!(log.losses()[0].contains("1 line is no frame"), "{:?}", log.losses());
+    let text = "date Thu Feb 1\n0.5 1 STEER Rx d 1 05\n";
+    let without = LogOptions { dbc: vec![("y.dbc".into(), other.into())], ..LogOptions::default() };
+    let error = open(LogFile::of_bytes("a.asc", text.as_bytes()), &without).map(drop).unwrap_err();
+    assert!(
+        matches!(error, Error::NoFrames { .. }) && error.hint().contains("database"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_log_that_begins_with_remote_frames_and_errors_is_a_bus() {
+    let dbc = "BO_ 37 STEER: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n";
+    let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };
+    let top = "(1.0) can0 025#R\n(1.0) can0 20000080#0000000000000000\n(1.0) can0 026#R8\n";
+    for rest in ["(1.1) can0 025#05\n", " (1.1)  can0  025   [1]  05\n"] {
+        let text = format!("{top}{rest}");
+        let log = open(LogFile::of_bytes("a.log", text.as_bytes()), &options).unwrap();
+        assert_eq!((log.groups()[0].rows, log.losses().len()), (Some(1), 0));
+    }
+}
+
+#[test]
 fn times_between_frames_are_added_up_also_in_bursts() {
     let dbc = "BO_ 37 STEER: 8 X\n SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n";
     let options = LogOptions { dbc: vec![("x.dbc".into(), dbc.into())], ..LogOptions::default() };

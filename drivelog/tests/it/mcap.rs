@@ -244,6 +244,92 @@ fn fields_of_json_are_those_of_the_schema_and_of_all_first_messages() {
     assert_eq!(fields, [("late.x", 200), ("roll", 0), ("yaw_rate", 200)]);
 }
 
+/// The messages of steering and velocity, whose stamps are moved by so many ns.
+fn stamped(shift: impl Fn(u64) -> i64) -> Vec<Message> {
+    let mut all = messages();
+    all.retain(|m| m.channel < 3);
+    for message in &mut all {
+        let number = |at: usize| u32::from_le_bytes(message.data[at..at + 4].try_into().unwrap());
+        let stamp = 1_000_000_000 * u64::from(number(4)) + u64::from(number(8));
+        let moved = stamp.saturating_add_signed(shift((stamp - START) / 10_000_000));
+        message.data.splice(..12, cdr(moved, false, &[]));
+    }
+    all
+}
+
+#[test]
+fn late_stamps_are_sorted_with_a_note_and_those_that_begin_again_are_an_error() {
+    let all = stamped(|_| 0);
+    let same = |rows: &[[f64; 2]]| rows.iter().enumerate().all(|(k, row)| *row == expected(k));
+    let loose = Form { per_chunk: None, ..FORM };
+    // One in 100 is sent 0.2 s later than the others.
+    let late =
+        |m: &Message| m.log_time + if m.log_time / 10_000_000 % 100 == 1 { 200_000_000 } else { 0 };
+    let mut delayed = all.clone();
+    delayed.iter_mut().for_each(|m| m.log_time = late(m));
+    delayed.sort_by_key(|m| m.log_time);
+    for form in [FORM, loose] {
+        let (rows, losses) = steering(&write(&delayed, form));
+        assert!(same(&rows), "sorted");
+        let losses = losses.join("\n");
+        assert!(losses.contains("/steering: 20 messages with a stamp before"), "{losses}");
+    }
+    // After 6 s the clock of the sender begins again.
+    let again = stamped(|k| if k < 600 { 0 } else { -5_000_000_000 });
+    for form in [FORM, loose] {
+        let bytes = write(&again, form);
+        let file = LogFile::of_bytes("drive.mcap", &bytes);
+        let error = read_drives(vec![file], Vec::new(), &LogOptions::default()).unwrap_err();
+        assert!(error.to_string().contains("does not come after"), "{error}");
+        let losses = read(&bytes).losses.join("\n");
+        assert!(losses.contains("a time before that of the row above"), "{losses}");
+    }
+}
+
+#[test]
+fn log_times_that_fall_along_a_file_are_reported() {
+    let mut all = stamped(|_| 0);
+    let back = |m: &mut Message| m.log_time -= 5_000_000_000;
+    all.iter_mut().filter(|m| m.log_time > START + 6_000_000_000).for_each(back);
+    let losses = read(&write(&all, Form { per_chunk: None, ..FORM })).losses.join("\n");
+    for topic in ["/steering", "/velocity"] {
+        assert!(losses.contains(&format!("{topic}: the log times fall by 5.0 s")), "{losses}");
+    }
+}
+
+#[test]
+fn types_without_a_definition_are_those_that_are_stated_or_usual() {
+    let form = Form { per_chunk: None, has_summary: false, ..FORM };
+    let file = write(&messages(), form);
+    // Bags of ROS 2 Humble have none; the texts keep their length.
+    let blank = |kind: &str| {
+        let place = CHANNELS.iter().find(|own| own[2] == kind).unwrap();
+        let text = format!("{}{HEADER}", place[3]);
+        let at = file.windows(text.len()).position(|part| part == text.as_bytes()).unwrap();
+        let mut file = file.clone();
+        file[at..at + text.len()].fill(b' ');
+        file
+    };
+    let fields = |file: &[u8], options: &LogOptions, topic: &str| {
+        let found = inspect(LogFile::of_bytes("drive.mcap", file), options).unwrap();
+        let group = found.groups.iter().find(|g| g.name == topic).unwrap();
+        let names: Vec<String> = group.channels[2..].iter().map(|c| c.name.clone()).collect();
+        (names, found.losses.join("\n"))
+    };
+    let none = LogOptions::default();
+    let (names, _) = fields(&blank("autoware_vehicle_msgs/msg/SteeringReport"), &none, "/steering");
+    assert_eq!(names, ["stamp", "steering_tire_angle"]);
+    let own = blank("test_msgs/msg/Image");
+    let (names, losses) = fields(&own, &none, "/camera");
+    assert!(names.is_empty());
+    assert!(losses.contains("/camera: no definition of test_msgs/msg/Image"), "{losses}");
+    assert!(losses.contains("--ros-definitions"), "{losses}");
+    let text = String::from("std_msgs/Header header\nuint8[] data\n");
+    let stated = [("test_msgs/Image".to_owned(), text)].into();
+    let (names, _) = fields(&own, &LogOptions { ros_definitions: stated, ..none }, "/camera");
+    assert_eq!(names, ["header.stamp"]);
+}
+
 fn expected(k: usize) -> [f64; 2] {
     let stamp = START as i64 + 10_000_000 * k as i64;
     [stamp as f64 / 1e9, f64::from(steer(0.01 * k as f64) as f32)]

@@ -32,6 +32,17 @@ fn a_truncated_file_keeps_what_is_left_or_names_the_byte() {
 }
 
 #[test]
+fn a_later_version_of_mdf_4_is_read_as_far_as_its_blocks_are_known() {
+    let mut later = DRIVE.to_vec();
+    later[8..12].copy_from_slice(b"4.30");
+    later[28..30].copy_from_slice(&430_u16.to_le_bytes());
+    let read = |bytes: &[u8]| {
+        inspect(LogFile::of_bytes("drive.mf4", bytes), &LogOptions::default()).unwrap()
+    };
+    assert_eq!(read(&later), read(DRIVE));
+}
+
+#[test]
 fn halves_are_read_arrays_are_reported_and_a_cut_block_is_read_to_its_end() {
     let bytes = include_bytes!("fixtures/kinds.mf4");
     let read = |bytes: &[u8]| {

@@ -147,6 +147,64 @@ fn a_table_of_frames_that_is_not_read_as_such_is_reported() {
 }
 
 #[test]
+fn databases_that_no_log_uses_are_reported() {
+    let dbc = || {
+        vec![("car.dbc".into(), b"BO_ 37 A: 8 X\n SG_ B : 0|8@1+ (1,0) [0|0] \"\" X\n".to_vec())]
+    };
+    let options = || LogOptions { dbc: dbc(), ..LogOptions::default() };
+    let part = "car.dbc: not used";
+    let losses = inspected(good(), &options()).losses;
+    assert!(losses.iter().any(|loss| loss.contains(part)), "{losses:?}");
+    let warnings = read_one(good(), &options()).unwrap().warnings;
+    assert!(warnings.iter().any(|warning| warning.contains(part)), "{warnings:?}");
+    let losses = inspected("(1.0) can0 025#01\n(1.1) can0 025#02\n", &options()).losses;
+    assert_eq!(losses, Vec::<String>::new());
+    // Frames in a form that is not read.
+    reports(
+        "time,address,bus,data\n0.0,37,0,4a03\n0.1,37,0,4903\n",
+        "no frames of a bus are recognised",
+    );
+}
+
+#[test]
+fn a_column_of_texts_with_the_name_of_the_steering_is_named() {
+    let text = csv(HEADER, 1000, |k| good_row(k).replacen(',', ",left ", 1));
+    let error = refused(text.clone(), &LogOptions::default());
+    assert!(error.to_string().contains("`steer_rad` holds texts"), "{error}");
+    let channels = &inspected(text, &LogOptions::default()).groups[0].channels;
+    assert_eq!((channels[1].unit.as_deref(), channels[1].values), (Some("text"), 0));
+}
+
+#[test]
+fn numbers_of_fortran_are_read() {
+    let digits = |number: f64| format!("{number:.9E}").replace('E', "D");
+    let text = csv(HEADER, 1000, |k| {
+        let t = 0.01 * k as f64;
+        [t, steer(t), rate(t), 15.0].map(digits).join(",")
+    });
+    let found = inspected(&text, &LogOptions::default());
+    assert_eq!(found.groups[0].span_s, Some([0.0, 9.99]));
+    let plain = read_one(good(), &LogOptions::default()).unwrap();
+    let log = read_one(text, &LogOptions::default()).unwrap();
+    assert!(log.input.iter().zip(&plain.input).all(|(a, b)| (a - b).abs() < 1e-6));
+    // Letters that are no power of ten.
+    reports(text_of(good()).replacen(",15.0", ",1D5", 1), "`1D5` is not a number");
+}
+
+#[test]
+fn fields_of_messages_in_a_table_are_named_like_the_quantity() {
+    for message in ["field", "value", "car"] {
+        let header = format!(
+            "time_s,{message}.steering_angle_rad,{message}.yaw_rate_radps,{message}.speed_mps"
+        );
+        let log = read_one(csv(&header, 1000, good_row), &LogOptions::default()).unwrap();
+        assert!(log.speed.is_some(), "{message}");
+    }
+    let other = csv("time_s,steering_angle_rad,yaw_rate_radps,motor.speed_mps", 1000, good_row);
+    assert!(read_one(other, &LogOptions::default()).unwrap().speed.is_none());
+}
+
+#[test]
 fn texts_that_are_no_tables_are_named() {
     let ulog = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nIMU, 1, 0.5\n";
     let utf_32: Vec<u8> =

@@ -1,6 +1,11 @@
 //! Lines of Vector's ASC.
 
 use super::frame::{Frame, Line};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Identifiers of messages by their names, and whether they are extended.
+pub(super) type Names = Rc<BTreeMap<String, (u32, bool)>>;
 
 /// The number bases and the clock of an ASC file.
 #[derive(Debug)]
@@ -8,11 +13,13 @@ pub(super) struct Asc {
     is_hex: bool,
     is_relative: bool,
     time: f64,
+    /// Of the databases, by which symbolic logs are read.
+    pub(super) names: Names,
 }
 
 impl Default for Asc {
     fn default() -> Self {
-        Self { is_hex: true, is_relative: false, time: 0.0 }
+        Self { is_hex: true, is_relative: false, time: 0.0, names: Names::default() }
     }
 }
 
@@ -62,7 +69,12 @@ impl Asc {
         };
         let [_, _, _, length, data @ ..] = rest else { return Line::Fault };
         let Ok(count) = length.parse::<usize>() else { return Line::Fault };
-        self.frame_line(bus, identifier(id, self.radix()), count, data)
+        self.frame_line(bus, self.identifier(id), count, data)
+    }
+
+    /// The identifier of a number, or of the name of a message, which may have the letters of a number.
+    fn identifier(&self, text: &str) -> Option<(u32, bool)> {
+        self.names.get(text).copied().or_else(|| identifier(text, self.radix()))
     }
 
     fn frame(&self, bus: &str, id: &str, length: &str, data: &[&str]) -> Line {
@@ -71,7 +83,7 @@ impl Asc {
         let stated = data.windows(3).find(|words| words[..2] == ["ID", "="]);
         let id = match stated.and_then(|words| identifier(words[2], 10)) {
             Some(stated) => Some(stated),
-            None => identifier(id, self.radix()),
+            None => self.identifier(id),
         };
         self.frame_line(bus, id, count.min(8), data)
     }

@@ -1,5 +1,6 @@
 //! Frames → signals: which groups a bus has, and the values of a frame.
 
+use super::asc::Names;
 use super::dbc::{Condition, Database, Message};
 use crate::options::LogOptions;
 use crate::recording::{Channel, Group};
@@ -57,6 +58,22 @@ impl Decoder {
     pub(in crate::recording) fn new(options: &LogOptions) -> Self {
         let databases = options.dbc.iter().map(|(name, text)| Database::of_text(name, text));
         Self { databases: databases.collect(), groups: Vec::new(), of_frames: BTreeMap::new() }
+    }
+
+    /// The messages by name, of names that one message has.
+    pub(super) fn names(&self) -> Names {
+        let mut names = BTreeMap::new();
+        let mut repeated = Vec::new();
+        for message in self.databases.iter().flat_map(|database| &database.messages) {
+            let own = (message.id, message.is_extended);
+            if names.insert(message.name.clone(), own).is_some_and(|other| other != own) {
+                repeated.push(&message.name);
+            }
+        }
+        repeated.into_iter().for_each(|name| {
+            names.remove(name);
+        });
+        names.into()
     }
 
     /// What of the databases could not be read, and which kinds of frames they do not have.

@@ -16,6 +16,7 @@ use super::bytes::{Head, LogFile};
 use super::{Batches, Group, Pieces, Recording, Request};
 use crate::Error;
 use crate::options::LogOptions;
+use asc::Names;
 pub(in crate::recording) use decode::{Decoder, Identifier, Seen};
 use frame::Frame;
 use std::collections::btree_map::Entry;
@@ -35,10 +36,12 @@ pub(super) fn open<'a>(
     if form == CanTextForm::NoTime {
         return Err(Error::FramesWithoutTime { file: file.name });
     }
-    let mut survey = Survey::new(&file, form)?;
+    let mut decoder = Decoder::new(options);
+    let names = decoder.names();
+    let mut survey = Survey::new(&file, form, &names)?;
     if form == CanTextForm::Candump && survey.has_steps() {
         form = CanTextForm::Steps;
-        survey = Survey::new(&file, form)?;
+        survey = Survey::new(&file, form, &names)?;
         survey.losses.push(format!(
             "{}: the times count from the frame before (candump -t d): they are added up",
             file.name
@@ -49,7 +52,6 @@ pub(super) fn open<'a>(
         let ids: BTreeSet<u32> = seen.keys().map(|i| i.id).collect();
         return Err(Error::NoDatabase { file: file.name, kinds: ids.len() });
     }
-    let mut decoder = Decoder::new(options);
     let groups = decoder.groups(&file.name, &seen);
     losses.extend(decoder.losses(&file.name));
     if groups.is_empty() {
@@ -61,7 +63,7 @@ pub(super) fn open<'a>(
         }
         return Err(Error::NotInDatabase { file: file.name, kinds: seen.len(), faults });
     }
-    Ok(Box::new(Bus { file, form, decoder, groups, requests, losses }))
+    Ok(Box::new(Bus { file, form, decoder, groups, names, requests, losses }))
 }
 
 /// What a log has, by one pass through it.
@@ -104,10 +106,11 @@ impl Trend {
 }
 
 impl Survey {
-    fn new(file: &LogFile<'_>, form: CanTextForm) -> Result<Self, Error> {
+    fn new(file: &LogFile<'_>, form: CanTextForm, names: &Names) -> Result<Self, Error> {
         let mut seen = BTreeMap::new();
         let mut of_requests = BTreeMap::new();
         let mut frames = Frames::new(file.reader()?, form);
+        frames.asc.names = names.clone();
         let mut losses = Vec::new();
         let (mut count, mut rises, mut falls, mut fallen_s) = (0, 0, 0, 0.0);
         let mut trend = Trend::default();
@@ -194,6 +197,7 @@ struct Bus<'a> {
     form: CanTextForm,
     decoder: Decoder,
     groups: Vec<Group>,
+    names: Names,
     /// Kinds of frames whose requests are left out.
     requests: BTreeSet<Identifier>,
     losses: Vec<String>,
@@ -206,6 +210,7 @@ impl Recording for Bus<'_> {
 
     fn rows<'r>(&'r mut self, request: Request<'r>) -> Result<Pieces<'r>, Error> {
         let mut frames = Frames::new(self.file.reader()?, self.form);
+        frames.asc.names = self.names.clone();
         let mut batches = Batches::new(&request);
         let mut ready = VecDeque::new();
         let mut is_read = false;

@@ -56,7 +56,12 @@ impl CanTextForm {
         // The first line may be cut, too.
         let second = lines.next();
         let is = |is_frame: fn(&str) -> bool| is_frame(first) || second.is_some_and(is_frame);
-        if is(|line| matches!(candump(line), Line::Frame(_))) {
+        // Remote frames and errors of the bus may come first.
+        let is_other = |line: &str| line.starts_with('(') && matches!(candump(line), Line::Other);
+        let mut rest = second.into_iter().chain(lines);
+        if is(|line| matches!(candump(line), Line::Frame(_)))
+            || is_other(first) && rest.any(|line| matches!(candump(line), Line::Frame(_)))
+        {
             Some(Self::Candump)
         } else if is(|line| matches!(Asc::default().line(line), Line::Frame(_))) {
             Some(Self::Asc)
@@ -82,7 +87,7 @@ pub(super) struct Frames<R> {
     pub(super) faults: u64,
     pub(super) first_fault: Option<(u64, u64)>,
     text: Vec<u8>,
-    asc: Asc,
+    pub(super) asc: Asc,
     trc: Trc,
     busmaster: Busmaster,
     kvaser: Kvaser,

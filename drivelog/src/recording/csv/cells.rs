@@ -58,9 +58,21 @@ pub(super) fn bare_unit(text: &str) -> &str {
     inner('[', ']').or_else(|| inner('(', ')')).unwrap_or(text).trim()
 }
 
+/// A number whose power of ten is written as Fortran does: `0.5D+01`.
+pub(super) fn fortran_number(cell: &str) -> Option<f64> {
+    let (number, power) = cell.split_once(['D', 'd'])?;
+    if !number.contains('.') || !power.ends_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    format!("{number}E{power}").parse().ok().filter(|x: &f64| x.is_finite())
+}
+
 pub(super) fn is_value(cell: &str) -> bool {
     let cell = cell.strip_prefix('−').unwrap_or(cell);
-    cell.parse::<f64>().is_ok() || comma_number(cell).is_some() || Stamps::like(cell).is_some()
+    cell.parse::<f64>().is_ok()
+        || fortran_number(cell).is_some()
+        || comma_number(cell).is_some()
+        || Stamps::like(cell).is_some()
 }
 
 /// Whether the cell holds a number, a time or a switch, be it in groups of digits.

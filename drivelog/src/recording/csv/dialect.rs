@@ -111,7 +111,7 @@ pub(super) fn has_frames(names: &[String]) -> bool {
     let plain = |name: &String| name.replace([' ', '_'], "").to_lowercase();
     let names: Vec<String> = names.iter().map(plain).collect();
     let has = |all: &[&str]| names.iter().any(|name| all.contains(&name.as_str()));
-    has(&["id", "canid", "arbid", "arbitrationid", "identifier", "messageid"])
+    has(&["id", "addr", "address", "canid", "arbid", "arbitrationid", "identifier", "messageid"])
         && has(&["data", "databytes", "data0", "data1", "d0", "d1", "b0", "b1", "byte0", "byte1"])
 }
 
@@ -158,7 +158,7 @@ fn vbox(names: &[&str], units: &[&str], channels: &mut [Channel], stamps: &mut [
         channel.unit = unit_of_header(name).map(|unit| unit.name.into());
     }
     let units = units.iter().rev().zip(channels.iter_mut().rev());
-    for (unit, channel) in units.filter(|(unit, _)| !unit.is_empty()) {
+    for (unit, channel) in units.filter(|(unit, _)| !matches!(**unit, "" | "(null)")) {
         channel.unit = Some((*unit).into());
     }
     for (channel, stamps) in channels.iter_mut().zip(stamps) {

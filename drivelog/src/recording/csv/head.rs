@@ -3,8 +3,8 @@
 //! What the first rows leave open is refused where it matters.
 
 use super::cells::{
-    DELIMITERS, comma_number, decoded, is_blank, is_comment, is_comment_record, is_number,
-    is_value, joined, line, set_line, switch, text_of,
+    DELIMITERS, comma_number, decoded, fortran_number, is_blank, is_comment, is_comment_record,
+    is_number, is_value, joined, line, set_line, switch, text_of,
 };
 use super::comments::WithoutComments;
 use super::header;
@@ -316,7 +316,7 @@ struct Marks {
 impl Marks {
     fn note(&mut self, cell: &str) {
         if cell.contains('.') {
-            self.point |= cell.parse::<f64>().is_ok();
+            self.point |= cell.parse::<f64>().is_ok() || fortran_number(cell).is_some();
         } else if let Some((_, is_open)) = comma_number(cell) {
             self.comma |= !is_open;
         }

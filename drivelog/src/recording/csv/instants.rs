@@ -151,7 +151,7 @@ fn year_of(text: &str) -> Option<i16> {
     }
 }
 
-/// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `1:00:00 PM`, `1:00:00 p.m.`.
+/// Seconds of a time of day: `9:00:00.5`, `10:00:00:500`, `10:00:00:500000`, `1:00:00 PM`, `1:00:00 p.m.`.
 pub(super) fn time_of_day(text: &str) -> Option<f64> {
     let plain = text.strip_suffix(".m.").or_else(|| text.strip_suffix(".M."));
     let with_points = plain.map(|start| format!("{start}m"));
@@ -168,7 +168,7 @@ pub(super) fn time_of_day(text: &str) -> Option<f64> {
     if colons == 3 {
         let at = text.rfind(':')?;
         // Of fewer digits it is open whether they are milliseconds or a fraction.
-        if text.len() - at != 4 {
+        if !matches!(text.len() - at, 4 | 7 | 10) {
             return None;
         }
         text.replace_range(at..=at, ".");
@@ -210,6 +210,21 @@ pub(super) fn read(text: &str) -> Option<(StampForm, f64)> {
     if is_mark(2, b':') || is_mark(1, b':') {
         return Some((StampForm::TimeOfDay, time_of_day(text)?));
     }
+    // `060:10:11:32.5`, the day of the year as IRIG time codes have it; the year is not stated.
+    if is_mark(3, b':') && text.bytes().filter(|b| *b == b':').count() == 3 {
+        let (day, time) = text.split_at(3);
+        let day = day.parse::<u16>().ok().filter(|day| (1..=366).contains(day))?;
+        let of_day = time_of_day(time.strip_prefix(':')?)?;
+        return Some((StampForm::Days, DAY_S * f64::from(day - 1) + of_day));
+    }
+    // `0.01s`.
+    if let Some(number) = text.strip_suffix('s')
+        && number.ends_with(|c: char| c.is_ascii_digit())
+        && number.contains('.')
+        && let Ok(seconds) = number.parse::<f64>()
+    {
+        return Some((StampForm::Duration, seconds));
+    }
     // Durations of MATLAB.
     for (unit, seconds) in [(" sec", 1.0), (" min", 60.0), (" hr", 3600.0), (" days", DAY_S)] {
         if let Some(number) = text.strip_suffix(unit) {
@@ -237,6 +252,27 @@ pub(super) fn read(text: &str) -> Option<(StampForm, f64)> {
     }
     if is_mark(4, b'-') && is_mark(7, b'-') && is_mark(10, b'_') {
         return read(&text.replacen('_', " ", 1));
+    }
+    // `2024-02-29T10-11-32.5`, `2024-02-29 10:11:32:500`.
+    if is_mark(4, b'-') && is_mark(7, b'-') && text.is_char_boundary(11) {
+        let (date, time) = text.split_at(11);
+        if is_mark(13, b'-') && is_mark(16, b'-') {
+            return read(&format!("{date}{}", time.replacen('-', ":", 2)));
+        }
+        if is_mark(13, b':') && is_mark(16, b':') && is_mark(19, b':') {
+            let fraction = time.split_at_checked(9)?.1;
+            let digits = fraction.bytes().take_while(u8::is_ascii_digit).count();
+            // Of fewer digits it is open whether they are milliseconds or a fraction.
+            return match digits {
+                3 | 6 | 9 => read(&format!("{date}{}.{fraction}", &time[..8])),
+                _ => None,
+            };
+        }
+    }
+    // `2024年02月29日 10:11:32`.
+    if text.contains('年') {
+        let date = text.replacen(['年', '月'], "-", 2).replacen('日', "", 1);
+        return if date.contains('年') { None } else { read(&date) };
     }
     // `20240301T100000.010`, `20240301-10:00:00.010`.
     if let Some((date, time)) = text.split_at_checked(8)

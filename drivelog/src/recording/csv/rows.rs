@@ -1,8 +1,8 @@
 //! Which rows of a table are rows of values, and their numbers.
 
 use super::cells::{
-    comma_number, decoded, is_blank, is_comment_record, is_number, joined, line, set_line, switch,
-    text_of,
+    comma_number, decoded, fortran_number, is_blank, is_comment_record, is_number, joined, line,
+    set_line, switch, text_of,
 };
 use super::comments::WithoutComments;
 use super::head::split;
@@ -449,6 +449,9 @@ impl Csv<'_> {
                 at: self.place(line, column),
                 text: shortened(text),
             });
+        }
+        if let Some(x) = fortran_number(text).filter(|_| !with_comma) {
+            return Ok(x);
         }
         match comma_number(text) {
             Some((x, _)) if with_comma => Ok(x),

@@ -6,7 +6,7 @@ use super::records::{
     Channel, ChunkIndex, Fields, HEAD, MAGIC, Message, Schema, Statistics, View, op,
 };
 use crate::recording::compression::ZSTANDARD;
-use crate::recording::ros::Encapsulation;
+use crate::recording::ros::{Encapsulation, seconds};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 
@@ -17,6 +17,8 @@ const WITH_TIME: u64 = 64;
 /// Of the first messages of JSON each is looked at for its fields, of later ones one in so many.
 const FIRST: u64 = 256;
 const ONE_IN: u64 = 16;
+/// Log times of a topic that fall by more along the file, ns, are those of a clock that was set back or of two recordings.
+const FALL: i64 = 2_000_000_000;
 /// Bytes of the footer and the magic behind it.
 const FOOTER: u64 = HEAD + 20 + 8;
 
@@ -53,6 +55,8 @@ pub(super) struct Content {
     pub(super) blocks: Vec<Block>,
     pub(super) ends: BTreeMap<u16, Ends>,
     pub(super) losses: Vec<String>,
+    /// Channels whose log times fall along the file.
+    fallen: BTreeSet<u16>,
 }
 
 impl Content {
@@ -189,6 +193,7 @@ impl Content {
                     let content = whole.get(HEAD as usize..).unwrap_or_default();
                     if let Some(message) = Message::parse(content) {
                         let (id, time) = (message.channel, message.log_time);
+                        self.note_fall(&message);
                         self.note(&message);
                         let block = loose.get_or_insert_with(|| Block {
                             at,
@@ -263,6 +268,24 @@ impl Content {
 
     fn is_json(&self, channel: u16) -> bool {
         self.channels.get(&channel).is_some_and(|channel| channel.encoding == "json")
+    }
+
+    /// Reports a message that was logged much before the one above it in the file.
+    fn note_fall(&mut self, message: &Message<'_>) {
+        let last = self.ends.get(&message.channel).map_or(0, |ends| ends.last.0);
+        let Some(channel) = self.channels.get(&message.channel) else { return };
+        // Times beyond those of the clocks are damage.
+        let last = i64::try_from(last).unwrap_or_default();
+        let time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
+        if !self.fallen.contains(&message.channel) && time.saturating_add(FALL) < last {
+            let fall_s = seconds(last - time);
+            let text = format!(
+                "{}: the log times fall by {fall_s:.1} s, as where a clock was set back or two recordings were joined: the messages are put in the order of their times",
+                channel.topic
+            );
+            self.fallen.insert(message.channel);
+            self.note_loss(text);
+        }
     }
 
     /// Notes a message of a block.

@@ -13,6 +13,7 @@ mod rows;
 mod topic;
 
 use super::bytes::{Head, LogFile};
+use super::ros::Definitions;
 use super::{Group, Pieces, Recording, Request};
 use crate::Error;
 use crate::options::LogOptions;
@@ -30,7 +31,7 @@ pub(super) fn recognises(head: &Head<'_>) -> bool {
 /// Opens a file; reads its summary, or all of it.
 pub(super) fn open<'a>(
     file: LogFile<'a>,
-    _: &LogOptions,
+    options: &LogOptions,
 ) -> Result<Box<dyn Recording + 'a>, Error> {
     let failed = |error: io::Error| Error::Read {
         file: file.name.clone(),
@@ -39,7 +40,8 @@ pub(super) fn open<'a>(
     };
     let mut view = View::new(file.sought()?).map_err(failed)?;
     let content = Content::open(&mut view).map_err(failed)?;
-    let (groups, topics) = topic::topics(&file.name, &content);
+    let (groups, topics) =
+        topic::topics(&file.name, &content, Definitions(&options.ros_definitions));
     if groups.is_empty() {
         let problem = content.losses.first().cloned();
         let problem = problem.unwrap_or_else(|| "the MCAP file has no messages".into());

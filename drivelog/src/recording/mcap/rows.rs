@@ -6,6 +6,7 @@ use super::file::Mcap;
 use super::records::{HEAD, Message, op};
 use super::topic::{FIELDS, LOG_TIME, PUBLISH_TIME, Topic};
 use crate::Error;
+use crate::error::counted;
 use crate::recording::ros::seconds;
 use crate::recording::{Batches, Request, Rows};
 use std::cmp::{Ordering, Reverse};
@@ -20,6 +21,10 @@ const LATE: u64 = 2_000_000_000;
 const MOST_WAITING: usize = 1 << 22;
 /// Rows of a topic within which they are sorted by their stamps.
 const SORTED: usize = 512;
+/// A stamp that falls by more, s, was not logged late: the clock of the sender was set back, or begins again.
+const FALL_S: f64 = 1.0;
+/// Messages that overtake each other by less, s, are usual.
+const LATE_S: f64 = 0.05;
 
 /// A row that is waiting, ordered by its time and then as it was read.
 struct Row<T> {
@@ -50,6 +55,10 @@ struct Extraction {
     damaged: BTreeMap<&'static str, (u64, u64)>,
     sorted: Waiting<f64>,
     rows: u64,
+    /// The latest stamp, s.
+    latest: f64,
+    /// Messages with a stamp well before that of one that was logged earlier, which are sorted.
+    late: u64,
 }
 
 pub(super) struct McapReader<'r> {
@@ -131,6 +140,17 @@ impl<'r> McapReader<'r> {
         let time = own.stamp.map(|place| row.values[place]).filter(|time| !time.is_nan());
         let Some(time) = time else { return self.push(row.wanted, &row.values) };
         let (number, wanted) = (row.number, row.wanted);
+        own.late += u64::from((LATE_S..=FALL_S).contains(&(own.latest - time)));
+        if time < own.latest - FALL_S {
+            // What reads the rows reports that their times fall.
+            own.latest = time;
+            let mut before = std::mem::take(&mut own.sorted);
+            while let Some(Reverse(row)) = before.pop() {
+                self.push(wanted, &row.values);
+            }
+        }
+        let own = &mut self.extractions[wanted];
+        own.latest = own.latest.max(time);
         own.sorted.push(Reverse(Row { time, number, wanted, values: row.values }));
         if own.sorted.len() > SORTED
             && let Some(Reverse(row)) = own.sorted.pop()
@@ -159,6 +179,12 @@ impl<'r> McapReader<'r> {
             for (why, (count, at)) in std::mem::take(&mut own.damaged) {
                 let text = format!("byte {at}: {group}: {why}: {count} of them left out");
                 self.mcap.content.note_loss(text);
+            }
+            if own.late > 0 {
+                let late = counted(usize::try_from(own.late).unwrap_or(usize::MAX), "message");
+                self.mcap.content.note_loss(format!(
+                    "{group}: {late} with a stamp before that of one logged earlier: put in the order of their stamps"
+                ));
             }
             if let Some(why) = self.mcap.topics[own.topic].unread() {
                 self.mcap.content.note_loss(format!("{group}: {why}"));
@@ -262,6 +288,8 @@ impl Extraction {
             damaged: BTreeMap::new(),
             sorted: Waiting::new(),
             rows: 0,
+            latest: f64::NEG_INFINITY,
+            late: 0,
         }
     }
 

@@ -4,7 +4,7 @@ use super::chunk::{MOST_MESSAGE, plain};
 use super::content::{Content, Ends};
 use super::json::Paths;
 use super::records::Schema;
-use crate::recording::ros::{self, Layout, describe, seconds};
+use crate::recording::ros::{self, Definitions, Layout, describe, seconds};
 use crate::recording::{Channel, Group};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -37,7 +37,11 @@ pub(super) enum Messages {
 }
 
 /// The topics of a file, with their groups.
-pub(super) fn topics(file: &str, content: &Content) -> (Vec<Group>, Vec<Topic>) {
+pub(super) fn topics(
+    file: &str,
+    content: &Content,
+    definitions: Definitions<'_>,
+) -> (Vec<Group>, Vec<Topic>) {
     let mut ids: BTreeMap<(&str, &str, &str, u16), Vec<u16>> = BTreeMap::new();
     for (id, channel) in &content.channels {
         let schema = content.schemas.get(&channel.schema);
@@ -48,17 +52,22 @@ pub(super) fn topics(file: &str, content: &Content) -> (Vec<Group>, Vec<Topic>) 
     }
     let mut all: Vec<Vec<u16>> = ids.into_values().collect();
     all.sort();
-    all.into_iter().filter_map(|ids| topic(file, content, ids)).unzip()
+    all.into_iter().filter_map(|ids| topic(file, content, definitions, ids)).unzip()
 }
 
-fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)> {
+fn topic(
+    file: &str,
+    content: &Content,
+    definitions: Definitions<'_>,
+    ids: Vec<u16>,
+) -> Option<(Group, Topic)> {
     let channel = content.channels.get(ids.first()?)?;
     let schema = content.schemas.get(&channel.schema);
     let ends: Vec<&Ends> = ids.iter().filter_map(|id| content.ends.get(id)).collect();
     let first = ends.iter().min_by_key(|ends| ends.first.0);
     let last = ends.iter().max_by_key(|ends| ends.last.0);
     let json = Paths(ends.iter().flat_map(|e| e.json.0.iter().cloned()).collect());
-    let messages = messages(&channel.encoding, schema, json);
+    let messages = messages(&channel.encoding, schema, definitions, json);
     let mut channels =
         vec![Channel::new("log_time", Some("s")), Channel::new("publish_time", Some("s"))];
     let mut clock = LOG_TIME;
@@ -97,22 +106,35 @@ fn topic(file: &str, content: &Content, ids: Vec<u16>) -> Option<(Group, Topic)>
     Some((group, Topic { ids, messages, delays }))
 }
 
-fn messages(encoding: &str, schema: Option<&Schema>, mut json: Paths) -> Messages {
+fn messages(
+    encoding: &str,
+    schema: Option<&Schema>,
+    definitions: Definitions<'_>,
+    mut json: Paths,
+) -> Messages {
     let unread = |why: String| Messages::Unread(why);
     match (encoding, schema) {
-        ("cdr", Some(schema)) if schema.text.trim().is_empty() => {
-            unread(format!("no definition of {}: its fields are not read", schema.name))
-        }
-        ("cdr", Some(schema)) if schema.encoding == "ros2msg" => {
-            let layout = ros::Schema::parse(&schema.name, &schema.text)
-                .and_then(|s| Layout::from_schema(&s));
-            layout.map_or_else(
-                |why| unread(format!("the definition of {} is not read: {why}", schema.name)),
-                Messages::Ros,
-            )
-        }
         ("cdr", Some(schema)) => {
-            unread(format!("definitions in {} are not read", quoted(&schema.encoding)))
+            let is_in_file = schema.encoding == "ros2msg" && !schema.text.trim().is_empty();
+            let own = if is_in_file {
+                Some(ros::Schema::parse(&schema.name, &schema.text))
+            } else {
+                definitions.schema(&schema.name)
+            };
+            match own.map(|own| own.and_then(|own| Layout::from_schema(&own))) {
+                Some(Ok(layout)) => Messages::Ros(layout),
+                Some(Err(why)) => {
+                    unread(format!("the definition of {} is not read: {why}", schema.name))
+                }
+                None if schema.text.trim().is_empty() => unread(format!(
+                    "no definition of {}: its fields are not read; {DEFINE}",
+                    schema.name
+                )),
+                None => unread(format!(
+                    "definitions in {} are not read; {DEFINE}",
+                    quoted(&schema.encoding)
+                )),
+            }
         }
         ("cdr", None) => unread("the messages have no definition".into()),
         ("json", _) => {
@@ -124,6 +146,9 @@ fn messages(encoding: &str, schema: Option<&Schema>, mut json: Paths) -> Message
         _ => unread(format!("messages in {} are not read", quoted(encoding))),
     }
 }
+
+/// What to do about a type without a definition.
+const DEFINE: &str = "state the folder of its package with --ros-definitions";
 
 fn quoted(encoding: &str) -> String {
     if encoding.is_empty() { "an encoding without a name".into() } else { encoding.into() }

@@ -30,6 +30,21 @@ impl Source {
     }
 }
 
+/// The place of the number of the version in the file, and the last one that the library knows.
+const VERSION: std::ops::Range<u64> = 28..30;
+const KNOWN: u16 = 420;
+
+/// States the last version that is known in place of a later one of MDF 4, of which blocks that are not known are
+/// faults of their own.
+fn state_known_version(offset: u64, bytes: &mut [u8]) {
+    let place = |at: u64| usize::try_from(at.checked_sub(offset)?).ok();
+    let Some(range) = place(VERSION.start).zip(place(VERSION.end)) else { return };
+    let Some(version) = bytes.get_mut(range.0..range.1) else { return };
+    if (KNOWN + 1..500).contains(&u16::from_le_bytes([version[0], version[1]])) {
+        version.copy_from_slice(&KNOWN.to_le_bytes());
+    }
+}
+
 impl ByteSource for Source {
     fn len(&self) -> u64 {
         self.size
@@ -48,6 +63,7 @@ impl ByteSource for Source {
                 count => at += count,
             }
         }
+        state_known_version(offset, &mut buffer);
         self.shorten(offset, &mut buffer);
         Ok(ByteSlice::owned(buffer))
     }

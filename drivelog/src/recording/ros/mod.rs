@@ -1,10 +1,12 @@
 //! Messages of ROS 2: their definitions, and their numbers in Common Data Representation (CDR).
 
 mod cdr;
+mod definitions;
 mod meaning;
 mod schema;
 
 pub(super) use cdr::{Encapsulation, Layout};
+pub(super) use definitions::Definitions;
 pub(super) use meaning::describe;
 pub(super) use schema::Schema;
 
