@@ -65,8 +65,8 @@ mod tests {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, text).unwrap();
         };
-        let error = read(folder.path()).unwrap_err().to_string();
-        assert!(error.contains("no definition of a message"), "{error}");
+        let error = read(folder.path()).unwrap_err();
+        assert!(error.message().contains("no definition of a message"), "{error:?}");
         write("share/a_msgs/msg/Wheel.msg", b"float64 angle # in \xb0\n");
         write("share/b_msgs/Axle.msg", b"float32 x\n");
         write("share/b_msgs/README.md", b"none\n");
