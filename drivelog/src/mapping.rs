@@ -215,6 +215,10 @@ fn by_name(
         // Not the command.
         found.retain(|source| source.unit.quantity == Quantity::Angle);
     }
+    let is_of_gnss = |source: &Source| role.is_of_gnss(&source.name);
+    if found.iter().any(|source| !is_of_gnss(source)) {
+        found.retain(|source| !is_of_gnss(source));
+    }
     match (&found[..], is_required) {
         ([source], _) => {
             let unit = at_full_scale(source.unit, options, role)?;

@@ -54,6 +54,13 @@ impl Role {
         self.is_in(name) && self.exclusion(name).is_none()
     }
 
+    /// Whether a name is that of a speed of a GNSS receiver, which is taken where no other one is there.
+    pub(crate) fn is_of_gnss(self, header: &str) -> bool {
+        let name = plain_name(header);
+        let speeds = ["gpsspeed", "gnssspeed", "speedgps", "speedgnss", "gpsvelocity"];
+        self == Self::Speed && speeds.iter().any(|own| name.contains(own))
+    }
+
     /// The word of a name like that of the role by which it is something else, such as its limit.
     pub(crate) fn excluded_by(self, header: &str) -> Option<&'static str> {
         let name = Name::new(header);
@@ -90,6 +97,7 @@ impl Role {
                 starts(SPEEDS)
                     || field_of(header).is_some_and(|own| SPEEDS.iter().any(|s| own.starts_with(s)))
                     || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
+                    || self.is_of_gnss(header)
                     || any(&["fahrzeuggeschw", "fzggeschw"])
                     // openpilot, CarMaker.
                     || is(&["vego", "carv", "vfzg"])
@@ -143,9 +151,9 @@ impl Role {
                 let header = header.trim_start_matches('_').to_lowercase();
                 header == "t"
                     // WinDarab.
-                    || ["time", "xtime", "stamp", "t_", "t ", "t[", "zeit", "uhrzeit"]
-                        .into_iter()
-                        .any(|start| header.starts_with(start))
+                    || TIMES.iter().any(|start| header.starts_with(start))
+                    // Time of the week of GNSS.
+                    || ["tow", "itow", "gpstow"].contains(&name.as_str())
             }
             Self::East => matches!(&*header.to_lowercase(), "x_m" | "x [m]" | "gnss_x_m"),
             Self::North => matches!(&*header.to_lowercase(), "y_m" | "y [m]" | "gnss_y_m"),
@@ -244,8 +252,26 @@ fn is_acceleration_command(name: &str) -> bool {
 /// Whether a plain name has a rate of yaw in it.
 fn has_rate(name: &str) -> bool {
     let rates = ["yawrate", "yawvel", "gierrate", "giergeschw", "psip", "psidot", "yawangularvel"];
-    rates.iter().any(|part| name.contains(part))
+    // CarSim.
+    name == "avz" || rates.iter().any(|part| name.contains(part))
 }
+
+/// How names of times begin, also in German, French, Spanish, Russian and Chinese.
+const TIMES: &[&str] = &[
+    "time",
+    "xtime",
+    "stamp",
+    "t_",
+    "t ",
+    "t[",
+    "zeit",
+    "uhrzeit",
+    "temps",
+    "tiempo",
+    "время",
+    "时间",
+    "時間",
+];
 
 /// How names of speeds begin, of which some are those of other speeds further within a name.
 const SPEEDS: &[&str] = &["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"];
@@ -373,7 +399,8 @@ mod tests {
         ] {
             assert!(!Role::Steering.is_named_like(name), "{name}");
         }
-        for name in ["yaw_rate_prefiltered", "YawRatePrefiltered", "Gierrate [°/s]"] {
+        for name in ["AVz [deg/s]", "yaw_rate_prefiltered", "YawRatePrefiltered", "Gierrate [°/s]"]
+        {
             assert!(Role::YawRate.is_named_like(name), "{name}");
         }
         for name in [
@@ -398,6 +425,7 @@ mod tests {
             "motor.speed",
             "car.wheel.speed",
             "field.speed_limit",
+            "GPS Speed Accuracy",
             "speed_limit_kmh",
             "speed_target",
             "SpeedGain",
@@ -407,6 +435,7 @@ mod tests {
         }
         for name in [
             "field.speed",
+            "GPS Speed [km/h]",
             "car.speed_kmh",
             "Vehicle.velocity [m/s]",
             "speed_filtered_mps",

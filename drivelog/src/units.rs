@@ -69,7 +69,15 @@ const EQUAL: &[(&[&str], &str)] = &[
     (&["kilometer/h", "kilometers/h", "kilometre/h", "kilometres/h"], "km/h"),
     (&["meter/s", "meters/s", "metre/s", "metres/s"], "m/s"),
     (&["meter/s2", "meters/s2", "metre/s2", "metres/s2"], "m/s2"),
-    (&["unix time"], "s"),
+    (&["unix time", "сек", "с", "秒"], "s"),
+    (&["мс", "毫秒"], "ms"),
+    // Russian and Chinese.
+    (&["град", "度"], "deg"),
+    (&["град/с", "град/сек", "度/秒"], "deg/s"),
+    (&["рад", "弧度"], "rad"),
+    (&["рад/с", "弧度/秒"], "rad/s"),
+    (&["м/с", "米/秒"], "m/s"),
+    (&["км/ч", "公里/小时", "千米/小时"], "km/h"),
 ];
 
 /// As sailors and pilots write knots; kN is a force.
@@ -223,11 +231,11 @@ pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
             }
         }
     }
-    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）')] {
         if let Some(inner) = header.strip_suffix(close)
             && let Some(at) = inner.rfind(open)
         {
-            return (header[..at].trim_end(), Some(&inner[at + 1..]));
+            return (header[..at].trim_end(), Some(&inner[at + open.len_utf8()..]));
         }
     }
     (header, None)
@@ -379,6 +387,9 @@ mod tests {
             ("time, s", "s"),
             ("rate, deg/s", "deg/s"),
             ("rate {deg/s}", "deg/s"),
+            ("yaw_rate（deg/s）", "deg/s"),
+            ("Yaw rate, град/с", "deg/s"),
+            ("speed(公里/小时)", "km/h"),
         ] {
             assert_eq!(unit_of_header(header).map(|u| u.name), Some(name), "{header}");
         }

@@ -18,7 +18,8 @@ const COLUMNS: &str =
 const UNPACK: &str =
     "decompress it first; one log in gzip, Zstandard, bzip2 or ZIP is read as it is";
 
-const ARDUPILOT: &str = "convert a message to CSV with pymavlink, as in: mavlogdump.py --format csv --types STER FILE > OUT.csv";
+const AUTOPILOT: &str = "read it in Python: pip install ./python, then steerwright.read(FILE); or convert it to CSV, as with ulog2csv of pyulog";
+const ARDUPILOT: &str = "read the binary log in Python: pip install ./python, then steerwright.read(FILE); or convert a message to CSV with pymavlink, as in: mavlogdump.py --format csv --types STER FILE > OUT.csv";
 const UTF_32: &str = "save it as UTF-8, as with: iconv -f UTF-32 -t UTF-8 LOG > UTF8.csv";
 
 /// First letters of a text that marks up another one, name, what to do.
@@ -46,7 +47,7 @@ const FORMATS: &[Known] = &[
     (b"#ROSBAG V", "a ROS 1 bag", PYTHON),
     (b"TDSm", "a TDMS file", PYTHON),
     (b"FEA1", "Feather of the first version", COLUMNS),
-    (b"ULog\x01\x12\x35", "a log of PX4 (ULog)", "convert it to CSV, as with ulog2csv of pyulog"),
+    (b"ULog\x01\x12\x35", "a log of PX4 (ULog)", AUTOPILOT),
     (b"\xa3\x95\x80\x80", "a log of ArduPilot (.bin)", ARDUPILOT),
     (b"FMT, 128, 89, FMT,", "a log of ArduPilot in text", ARDUPILOT),
     (b"\xff\xfe\0\0", "text in UTF-32", UTF_32),

@@ -9,7 +9,7 @@ struct Memory {
     values: Vec<Vec<f64>>,
 }
 
-/// A table of named columns of equal length; a missing value is NaN.
+/// A table of named columns of equal length; a missing value is NaN. Of a table within a file the name is `FILE: TABLE`.
 ///
 /// # Errors
 /// [`Error::Columns`] where the lengths differ or a name is repeated.
@@ -29,7 +29,8 @@ pub fn in_memory(
         }
     }
     let channels = columns.iter().map(|(column, _)| Channel::new(column, None)).collect();
-    let mut group = Group::new(name, "", channels);
+    let (file, table) = name.split_once(": ").unwrap_or((name, ""));
+    let mut group = Group::new(file, table, channels);
     group.rows = Some(rows as u64);
     let values = columns.into_iter().map(|(_, values)| values).collect();
     Ok(Box::new(Memory { groups: [group], values }))

@@ -176,6 +176,19 @@ fn a_column_of_texts_with_the_name_of_the_steering_is_named() {
 }
 
 #[test]
+fn the_speed_of_a_gnss_receiver_is_taken_where_no_other_one_is_there() {
+    let columns = |names: &str| {
+        let header = format!("time_s,steer_rad,yaw_rate_radps,{names}");
+        let row = |k: usize| format!("{},14.0", good_row(k));
+        read_one(csv(&header, 1000, row), &LogOptions::default()).unwrap()
+    };
+    let speed = |names: &str| columns(names).speed.map(|speed| speed[0].round());
+    assert_eq!(speed("rpm,GPS Speed [m/s]"), Some(14.0));
+    assert_eq!(speed("speed_mps,GPS Speed [m/s]"), Some(15.0));
+    assert_eq!(speed("GPS Speed [m/s],vehicle_speed_mps"), Some(14.0));
+}
+
+#[test]
 fn numbers_of_fortran_are_read() {
     let digits = |number: f64| format!("{number:.9E}").replace('E', "D");
     let text = csv(HEADER, 1000, |k| {

@@ -250,11 +250,25 @@ pub(super) fn read(text: &str) -> Option<(StampForm, f64)> {
             return read(&text.replacen(mark, "-", 2));
         }
     }
-    if is_mark(4, b'-') && is_mark(7, b'-') && is_mark(10, b'_') {
-        return read(&text.replacen('_', " ", 1));
+    // `2024. 02. 29. 10:11:32` of Hungarian settings.
+    if is_mark(4, b'.') && is_mark(5, b' ') {
+        return read(&text.replacen(". ", "-", 2).replacen(". ", " ", 1));
+    }
+    let is_year_first = is_mark(4, b'-')
+        && is_mark(7, b'-')
+        && [10, 11].into_iter().all(|at| text.is_char_boundary(at));
+    if is_year_first && (is_mark(10, b'_') || is_mark(10, b'-') && is_mark(13, b':')) {
+        return read(&format!("{} {}", &text[..10], &text[11..]));
+    }
+    // `2024-02-29 10:11:32 PM`.
+    if is_year_first && text.ends_with(['m', 'M', '.']) {
+        let (date, time) = text.split_at(10);
+        let of_day = time_of_day(time[1..].trim())?;
+        let (form, midnight) = read(&format!("{date} 00:00:00"))?;
+        return Some((form, midnight + of_day));
     }
     // `2024-02-29T10-11-32.5`, `2024-02-29 10:11:32:500`.
-    if is_mark(4, b'-') && is_mark(7, b'-') && text.is_char_boundary(11) {
+    if is_year_first {
         let (date, time) = text.split_at(11);
         if is_mark(13, b'-') && is_mark(16, b'-') {
             return read(&format!("{date}{}", time.replacen('-', ":", 2)));

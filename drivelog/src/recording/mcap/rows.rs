@@ -147,6 +147,9 @@ impl<'r> McapReader<'r> {
             let mut before = std::mem::take(&mut own.sorted);
             while let Some(Reverse(row)) = before.pop() {
                 self.push(wanted, &row.values);
+                if self.batches.is_full() {
+                    self.ready.extend(self.batches.drain());
+                }
             }
         }
         let own = &mut self.extractions[wanted];
