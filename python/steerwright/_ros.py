@@ -113,8 +113,8 @@ def _messages(file: FilePath, database: sqlite3.Connection) -> Iterator[tuple[in
             first = first or (last, error)
             step = max(1, 2 * step)
     if first:
-        row, error = first
-        warn(f"{file}: the database is cut or damaged behind message {max(row, 0)} ({error}): what is there is read")
+        row, fault = first
+        warn(f"{file}: the database is cut or damaged behind message {max(row, 0)} ({fault}): what is there is read")
 
 
 FARTHEST = 1 << 40
