@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _mat, _mdf, _ros
+from . import _autopilots, _mat, _mdf, _ros
 from ._errors import Error, warn
 from ._libraries import library
 from ._tables import MOST_QUOTED, Columns, listed
@@ -25,10 +25,13 @@ Tables = list[tuple[str, dict[str, Any]]]
 def converted(file: FilePath, folder: FilePath) -> FilePath:
     """The file, or one in the folder that the package reads itself."""
     if file.is_dir():
-        files = sorted(file.glob("*.db3"))
+        files = sorted(own for own in file.iterdir() if own.name.endswith((".db3", *ZSTANDARD)))
         return _read(sqlite, file, files, folder) if files and not any(file.glob("*.mcap*")) else file
+    if file.name.endswith(ZSTANDARD) and file.is_file():
+        of_database: FilePath = _read(sqlite, file, [file], folder)
+        return of_database
     for (ending, start), converter in CONVERTERS.items():
-        if file.name.lower().endswith(ending) and _starts(file, start):
+        if _is_of(file, ending, start):
             converted: FilePath = _read(converter, file, [file], folder)
             return converted
     return file
@@ -38,7 +41,7 @@ def tables(file: FilePath, unread: list[str]) -> Tables | None:
     """The tables of a file, and what is left out of it with the reason; `None` where the package reads it without
     another library."""
     for (ending, start), reader in READERS.items():
-        if file.name.lower().endswith(ending) and _starts(file, start):
+        if _is_of(file, ending, start):
             found: Tables = _read(reader, file, file, unread)
             if not found:
                 items = f"; not read: {listed(unread)}" if unread else ""
@@ -68,12 +71,13 @@ def _read(function: Callable[..., Any], file: FilePath, *arguments: Any) -> Any:
         ) from error
 
 
-def _starts(file: FilePath, start: bytes) -> bool:
+def _is_of(file: FilePath, ending: str, start: bytes) -> bool:
+    """Whether a file begins with these bytes, or, of formats that have none, ends like this."""
     # Read from a pipe, the first bytes would be gone.
     if not file.is_file():
         return False
     if not start:
-        return True
+        return file.name.lower().endswith(ending)
     try:
         with open(file, "rb") as opened:
             return opened.read(len(start)) == start
@@ -103,8 +107,14 @@ def tdms(file: FilePath, unread: list[str]) -> Tables:
                 columns = found.setdefault(clock, Columns(f"{file}: {group.name}"))
                 if time is not None:
                     columns.setdefault("time_s", time)
-                unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription")
-                columns.add(_named(channel.name, unit), channel[:])
+                units = (channel.properties.get(key) for key in UNITS_OF_TDMS)
+                try:
+                    values = channel[:]
+                except Exception as error:
+                    # Such as raw values of DAQmx whose scale is not known; the other channels are read.
+                    columns.unread.append(f"{channel.name} ({str(error)[:MOST_QUOTED]})")
+                    continue
+                columns.add(_named(channel.name, next(filter(None, units), None)), values)
     unread += (item for columns in found.values() for item in columns.unread)
     return _complete([(columns.title, columns) for columns in found.values()])
 
@@ -131,6 +141,8 @@ def _remarks_of_nptdms(file: FilePath) -> Iterator[None]:
 
 
 MOST_REMARKS = 5
+UNITS_OF_TDMS = ("unit_string", "NI_UnitDescription", "Unit", "Units", "unit", "units")
+"""Properties with the unit of a channel, as LabVIEW, DAQmx and others name them."""
 
 
 def bus(files: list[FilePath], folder: FilePath) -> FilePath:
@@ -147,8 +159,23 @@ def bus(files: list[FilePath], folder: FilePath) -> FilePath:
 def sqlite(files: list[FilePath], folder: FilePath) -> FilePath:
     """ROS 2's SQLite bags as MCAP."""
     converted = folder / f"{files[0].stem}.mcap"
-    _ros.of_sqlite(files, converted)
+    _ros.of_sqlite([_decompressed(file, folder) for file in files], converted)
     return converted
+
+
+def _decompressed(file: FilePath, folder: FilePath) -> FilePath:
+    """The file, or of one that rosbag2 compressed as a whole its content."""
+    if not file.name.endswith(ZSTANDARD):
+        return file
+    zstandard = library("zstandard", f"{file}: such files are decompressed by")
+    plain = folder / file.name.rpartition(".")[0]
+    with open(file, "rb") as source, open(plain, "wb") as target:
+        zstandard.ZstdDecompressor().copy_stream(source, target)
+    return plain
+
+
+ZSTANDARD = (".db3.zstd", ".db3.zst")
+"""Endings of databases that are compressed as a whole."""
 
 
 def bag(files: list[FilePath], folder: FilePath) -> FilePath:
@@ -261,10 +288,12 @@ def _complete(found: Tables) -> Tables:
 
 READERS: dict[tuple[str, bytes], Callable[[FilePath, list[str]], Tables]] = {
     (".tdms", b"TDSm"): tdms,
+    (".ulg", _autopilots.ULOG): _autopilots.ulog,
+    (".bin", _autopilots.DATAFLASH + b"\x80"): _autopilots.dataflash,
     (".mat", b""): mat,
     **{(f"{kind}log{end}", b""): rlog for kind in "rq" for end in ("", ".bz2", ".zst")},
 }
-"""Ending and first bytes, and the function that reads such a file."""
+"""Ending, which decides where a format has no first bytes, those bytes, and the function that reads such a file."""
 
 CONVERTERS: dict[tuple[str, bytes], Callable[[list[FilePath], FilePath], FilePath]] = {
     (".bag", b"#ROSBAG V2.0"): bag,

@@ -109,7 +109,7 @@ def read(source: Source | Sequence[Source], **options: Unpack[ReadOptions]) -> L
     """Reads a log: steering angle, yaw rate and, where the log has it, speed, on one grid.
 
     ``source`` is a file of any format that the command line reads (CSV, MDF, MCAP, Parquet, CAN with ``dbc``), a
-    ROS 2 bag in SQLite, a file of those that other libraries read (TDMS, MAT, ROS 1 bags, BLF:
+    ROS 2 bag in SQLite, a log of PX4 or ArduPilot, a file of those that other libraries read (TDMS, MAT, ROS 1 bags, BLF:
     ``pip install './python[logs]'``), a dict of arrays, a data frame of pandas or polars, an Arrow table; or a
     list of these. Each with steering and yaw rate is a drive, others are channels of one drive. Columns of a
     table are copied.

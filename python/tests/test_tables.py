@@ -559,3 +559,85 @@ def test_formats_without_their_library_and_without_signals(
     assert "./python[logs]" in caught.value.hint
     with pytest.raises(TypeError, match="a file name, a dict of arrays or a data frame"):
         steerwright.read(3.0)
+
+
+def test_bags_of_a_recorder_that_crashed(table: dict[str, Any], tmp_path: Path) -> None:
+    count = 2000
+    file = tmp_path / "drive.db3"
+    with sqlite3.connect(file) as database:
+        database.execute("CREATE TABLE topics (id, name, type, serialization_format, offered_qos_profiles)")
+        database.execute("CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
+        kind = "autoware_vehicle_msgs/msg/SteeringReport"
+        database.execute("INSERT INTO topics VALUES (0, '/steering', ?, 'cdr', '')", (kind,))
+        for k in range(count):
+            stamp = struct.pack("<4BII", 0, 1, 0, 0, k // 100, 10_000_000 * (k % 100))
+            data = stamp + struct.pack("<f", float(table[NAMES[1]][k]))
+            database.execute("INSERT INTO messages VALUES (?, 0, ?, ?)", (k + 1, 10**7 * k, data))
+    database.close()
+    whole = file.read_bytes()
+
+    def rows(name: str, data: bytes) -> int:
+        damaged = tmp_path / name
+        damaged.write_bytes(data)
+        with pytest.warns(steerwright.Warning, match="the database is cut or damaged behind message"):
+            return int(steerwright.inspect(damaged)["groups"][0]["rows"])
+
+    assert 800 < rows("cut.db3", whole[: len(whole) // 2]) < 1200
+    # A page in the middle was not written.
+    hole = bytearray(whole)
+    middle = len(whole) // 2 // 4096 * 4096
+    hole[middle : middle + 4096] = bytes(4096)
+    assert 1700 < rows("hole.db3", bytes(hole)) < count
+    # What was written last is in a file beside the database.
+    folder = tmp_path / "written"
+    folder.mkdir()
+    with sqlite3.connect(folder / "drive.db3") as database:
+        database.execute("PRAGMA journal_mode=WAL")
+        database.execute("ATTACH ? AS source", (str(file),))
+        for name in ("topics", "messages"):
+            database.execute(f"CREATE TABLE {name} AS SELECT * FROM source.{name}")
+        database.commit()
+        killed = tmp_path / "killed"
+        killed.mkdir()
+        for written in folder.iterdir():
+            if not written.name.endswith("-shm"):
+                (killed / written.name).write_bytes(written.read_bytes())
+    database.close()
+    assert (killed / "drive.db3-wal").stat().st_size > 0
+    assert steerwright.inspect(killed / "drive.db3")["groups"][0]["rows"] == count
+    # Compressed as a whole, by a package that need not be there.
+    compressed = tmp_path / "drive.db3.zstd"
+    compressed.write_bytes(b"\x28\xb5\x2f\xfd")
+    with pytest.raises(steerwright.Error, match="zstandard|Zstandard|zstd"):
+        steerwright.inspect(compressed)
+
+
+def test_definitions_of_messages_are_taken_from_packages(table: dict[str, Any], tmp_path: Path) -> None:
+    count = 1000
+    file = tmp_path / "drive.db3"
+    with sqlite3.connect(file) as database:
+        database.execute("CREATE TABLE topics (id, name, type, serialization_format, offered_qos_profiles)")
+        database.execute("CREATE TABLE messages (id, topic_id, timestamp, data)")
+        database.execute("INSERT INTO topics VALUES (0, '/drive', 'maker_msgs/msg/Drive', 'cdr', '')")
+        for k in range(count):
+            stamp = struct.pack("<4BII", 0, 1, 0, 0, k // 100, 10_000_000 * (k % 100))
+            steering, yaw_rate, speed = (float(table[name][k]) for name in NAMES[1:])
+            data = stamp + struct.pack("<I4s3f", 4, b"car", steering, yaw_rate, speed)
+            database.execute("INSERT INTO messages VALUES (?, 0, ?, ?)", (k, 10**7 * k, data))
+    database.close()
+    package = tmp_path / "share/maker_msgs/msg"
+    package.mkdir(parents=True)
+    fields = "std_msgs/Header header\nWheel wheel # front\nfloat32 yaw_rate_radps\nfloat32 speed_mps\n"
+    (package / "Drive.msg").write_text(fields)
+    (package / "Wheel.msg").write_text("float32 LIMIT=1.0\nfloat32 steering_angle_rad\n")
+    with pytest.warns(steerwright.Warning, match=r"no definition of maker_msgs/msg/Drive.*ros_definitions"):
+        steerwright.inspect(file)
+    found = steerwright.inspect(file, ros_definitions=tmp_path / "share")
+    names = [channel["name"] for channel in found["groups"][0]["channels"]]
+    assert names[2:] == ["header.stamp", "wheel.steering_angle_rad", "yaw_rate_radps", "speed_mps"]
+    read = steerwright.read(file, ros_definitions=[tmp_path / "share"], steering_ratio=1.0)
+    speed = np.interp(read.time, 0.01 * np.arange(count), table["speed_mps"][:count])
+    np.testing.assert_allclose(read.speed, speed, atol=0.1)
+    (tmp_path / "none").mkdir()
+    with pytest.raises(steerwright.Error, match="no definition of a message"):
+        steerwright.inspect(file, ros_definitions=tmp_path / "none")

@@ -56,3 +56,21 @@ impl Recording for Memory {
         Ok(Box::new(pieces))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_within_a_file_is_a_group_of_that_name() {
+        let columns = || vec![("time_s".into(), vec![0.0]), ("GyrZ [rad/s]".into(), vec![0.1])];
+        let tables = in_memory("drive.bin: IMU[0]", columns()).unwrap();
+        let group = &tables.groups()[0];
+        assert_eq!((group.file.as_str(), group.name.as_str()), ("drive.bin", "IMU[0]"));
+        for name in ["IMU[0].GyrZ", "IMU[0].GyrZ [rad/s]", "GyrZ"] {
+            assert_eq!(group.find(name), Some(1), "{name}");
+        }
+        assert_eq!(group.find("IMU[1].GyrZ"), None);
+        assert_eq!(in_memory("drive.csv", columns()).unwrap().groups()[0].name, "");
+    }
+}

@@ -332,7 +332,9 @@ impl Group {
         let plain = |text: &str| text.trim_start_matches('/').replace(['/', ':'], ".");
         let (group, name) = (plain(&self.name), plain(name));
         let rest = name.strip_prefix(&group)?.strip_prefix('.')?;
-        names().position(|own| plain(own) == rest)
+        names()
+            .position(|own| plain(own) == rest)
+            .or_else(|| names().position(|own| plain(split_brackets(own).0) == rest))
     }
 
     /// Whether `name` is that of the file, of the group, or of both.

@@ -17,13 +17,15 @@ mod resource_uris;
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is also its corpus' folder.
-pub const TARGETS: [(&str, Target); 6] = [
+pub const TARGETS: [(&str, Target); 8] = [
     ("model_files", model_files::model_files),
     ("resource_uris", resource_uris::resource_uris),
     ("archives", archives::archives),
     ("calls", calls::calls),
     ("logs", logs::logs),
     ("databases", logs::databases),
+    ("tables", logs::tables),
+    ("definitions", logs::definitions),
 ];
 
 /// The target of that name.

@@ -122,7 +122,7 @@ impl Definitions<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Layout;
+    use super::super::cdr::Layout;
     use super::*;
 
     fn leaves(stated: &[(&str, &str)], kind: &str) -> Vec<String> {
