@@ -14,6 +14,9 @@ use steerwright_formats::Intersample;
 /// Sample time that is aimed at where there is noise: a Nyquist frequency of five times the about 5 Hz up to
 /// which lateral dynamics respond.
 const AIMED_SAMPLE_TIME: f64 = 0.02;
+/// The same of a response of the speed, of up to about 2 Hz: the vibration in a command that was measured, which moves no vehicle,
+/// would hide the gain in faster samples.
+const AIMED_SAMPLE_TIME_OF_SPEED: f64 = 0.05;
 /// Shorter segments are of no use: a block Hankel matrix of 30 block rows has no column in them.
 pub(crate) const LEAST_SEGMENT: usize = 60;
 /// Speed is averaged over this time, s: noise at the window's edge does not break a segment.
@@ -258,7 +261,7 @@ pub(crate) fn refused_gap(splits: &[Split], spans: &[Span]) -> Option<Error> {
 
 /// The clock of a drive: what its channels allow for the sample time.
 pub(crate) struct Clock {
-    /// Period of the faster of steering and yaw rate, s; a slower speed follows.
+    /// Period of the faster of input and output, s; a slower speed of a lateral response follows.
     pub(crate) fast: f64,
     /// The sample time that suits it, s.
     preferred: f64,
@@ -272,22 +275,24 @@ impl Clock {
         if drive.channels[0].role.is_named_channel() {
             return Self::of_channels(&drive.channels);
         }
-        let [steering, yaw_rate] = [&drive.channels[0], &drive.channels[1]];
-        let (a, b) = (steering.period, yaw_rate.period);
+        let [input, output] = [&drive.channels[0], &drive.channels[1]];
+        let (a, b) = (input.period, output.period);
         let fast = a.min(b);
-        let shared = is_uniform(steering) && same_clock(steering, yaw_rate);
+        let shared = is_uniform(input) && same_clock(input, output);
+        let is_of_speed = output.role == Role::Speed;
+        let aimed = if is_of_speed { AIMED_SAMPLE_TIME_OF_SPEED } else { AIMED_SAMPLE_TIME };
         let preferred = if shared {
-            let periods = (AIMED_SAMPLE_TIME / fast + 1e-6).floor().max(1.0);
+            let periods = (aimed / fast + 1e-6).floor().max(1.0);
             // Decimation is not exact: without noise to hide that, the log's own rate is kept.
-            if periods > 1.0 && noise::is_negligible(steering, yaw_rate) {
+            if periods > 1.0 && !is_of_speed && noise::is_negligible(input, output) {
                 fast
             } else {
                 fast * periods
             }
         } else {
-            AIMED_SAMPLE_TIME.max(a.max(b))
+            aimed.max(a.max(b))
         };
-        let held = steering.intersample == Intersample::Zoh;
+        let held = input.intersample == Intersample::Zoh;
         Self { fast, preferred, shared, held }
     }
 

@@ -23,9 +23,9 @@ use crate::structures::longitudinal::model::{
     BRAKE_DELAY, BRAKE_GAIN, BRAKE_LAG, COUNT, DELAY, DRAG, GRADE, LAG, PEDAL, Point, RESISTANCE,
     RESISTANCE_PER_SPEED, Schedule, Simulation,
 };
-use crate::structures::longitudinal::quality::{Demands, check_excitation, quality};
+use crate::structures::longitudinal::quality::{Changes, Demands, check_excitation, quality};
 use crate::structures::longitudinal::signals::{Piece, Signals};
-use crate::structures::longitudinal::validate::{WINDOW_S, Windows, residual_tests};
+use crate::structures::longitudinal::validate::{WINDOW_S, Windows, residual_tests, slope};
 use crate::structures::model::{IdentifiedModel, StructureOptions};
 use crate::structures::multivariable::ChannelTraces;
 use steerwright_drivelog::{DriveLog, Response};
@@ -115,12 +115,15 @@ fn identify_with_signals(
         warnings: log.warnings.clone(),
     };
     let mut model = document(&signals, &fit, evidence, options);
-    let change_mps = validated.change_rms(count(&validation));
+    let traces = traces(&signals, [&estimated, &validated], &validation);
+    let changes = Changes {
+        rms_mps: validated.change_rms(count(&validation)),
+        slope: slope([&estimated, &validated]),
+    };
     let demands = Demands::new(&signals, &fit, &estimation);
-    model.quality = quality(&model, &fit, demands, change_mps, options.single_gear);
+    model.quality = quality(&model, &fit, demands, changes, options.single_gear);
     model.checked("longitudinal.json").map_err(|e| Error::no_model(e.to_string()))?;
-    let signals = traces(&signals, [&estimated, &validated], &validation);
-    Ok((model, signals))
+    Ok((model, traces))
 }
 
 /// Inputs, and the speed as measured and as simulated in the windows; beside these it is not simulated.

@@ -43,6 +43,9 @@ const LARGEST_BRAKING: f64 = 15.0;
 const RARE: f64 = 0.01;
 /// Acceleration at a command of 0 on a level road, m/s², that is no slope, idling or wind.
 const LARGEST_FREE_ACCELERATION: f64 = 1.0;
+/// A measured change of the speed over the simulated one from which the command hides a part of its gain: noise in the place of
+/// a command moves no vehicle, and the faster of its samples decide the estimate.
+const HIDDEN_GAIN: f64 = 1.1;
 /// Root mean square change of the speed within windows of the validation data below which they show little, m/s.
 const LEAST_CHANGE_MPS: f64 = 0.15;
 
@@ -102,11 +105,20 @@ fn rarely_exceeded(mut values: Vec<f64>) -> Option<f64> {
     values.get(place).copied()
 }
 
+/// What the simulated windows show in addition to their fit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Changes {
+    /// Root mean square change of the speed within the windows of the validation data, m/s.
+    pub(super) rms_mps: f64,
+    /// The measured change over the simulated one in all windows, with its standard error.
+    pub(super) slope: Option<(f64, f64)>,
+}
+
 pub(super) fn quality(
     model: &Longitudinal,
     fit: &Fit,
     demands: Demands,
-    change_mps: f64,
+    changes: Changes,
     has_single_gear: bool,
 ) -> Quality {
     let mut reasons = Vec::new();
@@ -116,7 +128,10 @@ pub(super) fn quality(
     if !model.is_acceleration_commanded() && model.gear_gains.is_empty() {
         reasons.extend(unknown_gear(model, has_single_gear));
     }
-    fits(model, change_mps, &mut reasons);
+    fits(model, changes.rms_mps, &mut reasons);
+    if model.is_acceleration_commanded() {
+        reasons.extend(hidden_gain(changes));
+    }
     let advice = advice(model, &reasons);
     let mut remarks = Vec::new();
     let [shortest, _] = fit.priors[LAG].bounds;
@@ -173,6 +188,20 @@ fn unknown_gear(model: &Longitudinal, has_single_gear: bool) -> Option<Reason> {
     Some(reason.compared(variation.largest, VARYING_GAIN, "1"))
 }
 
+/// An acceleration that was measured, in the place of a command, has vibrations that move no vehicle.
+fn hidden_gain(changes: Changes) -> Option<Reason> {
+    let (slope, error) = changes.slope?;
+    if slope - 2.0 * error <= HIDDEN_GAIN {
+        return None;
+    }
+    let message = format!(
+        "the speed changes by {slope:.2} ± {:.2} of what is simulated: noise in the command hides a part of the gain",
+        2.0 * error
+    );
+    let reason = Reason::new(ReasonCode::UncertainGain, Grade::Warn, message);
+    Some(reason.compared(slope, HIDDEN_GAIN, "1"))
+}
+
 /// What to do about the reasons.
 fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
     let column = |role: Role| {
@@ -212,6 +241,7 @@ fn advice(model: &Longitudinal, reasons: &[Reason]) -> Vec<String> {
             }
             ReasonCode::ImplausibleGain => advice
                 .push("state the unit of a column that has another one: --unit NAME=UNIT".into()),
+            ReasonCode::UncertainGain if reason.limit == Some(HIDDEN_GAIN) => advice.push("name the command, not an acceleration that was measured, or identify with longer samples (--sample-time, sample_time in Python)".into()),
             ReasonCode::SlowLog => advice.push("state whether the pedals are held between their samples (option intersample: zoh, foh or bl), or log them at 10 Hz or more".into()),
             _ => drive_again = true,
         }

@@ -5,6 +5,8 @@ mod variation;
 use super::options::LongitudinalOptions;
 use super::{identify_longitudinal, validate_longitudinal};
 use car::{Car, Drive};
+use std::f64::consts::TAU;
+use std::fmt::Write;
 use steerwright_drivelog::{DriveLog, LogOptions, Response, read_log};
 use steerwright_formats::{
     Document, Estimate, Grade, Intersample, Longitudinal, NORMAL_95, ReasonCode,
@@ -68,6 +70,40 @@ fn a_grade_of_the_other_sign_is_named_with_what_reverses_it() {
     let advice = &model.quality.advice;
     assert!(advice[0].starts_with("reverse the sign of the grade: --channel grade="), "{advice:?}");
     assert_eq!(advice.len(), 1, "{advice:?}");
+}
+
+/// An acceleration that was measured in place of a command pitches with the body, which moves no vehicle.
+#[test]
+fn what_noise_in_the_command_hides_of_the_gain_is_found_or_stated() {
+    const GAIN: f64 = 0.95;
+    for (noise, is_found) in [(0.4, true), (1.2, false)] {
+        let mut random = car::Random::new(3);
+        let mut csv = String::from("time_s,acceleration_command_mps2,speed_mps\n");
+        let (mut wanted, mut acceleration, mut speed, mut phase) = (0.0, 0.0, 30.0, 0.0_f64);
+        for k in 0..30_000 {
+            if k % 300 == 0 {
+                wanted = 2.0 * random.normal() - 0.1 * (speed - 30.0);
+            }
+            acceleration += 0.01 / 0.3 * (wanted - acceleration);
+            phase += 0.01 * TAU * 6.0 + 0.2 * random.normal();
+            let (measured, seen) =
+                (acceleration + noise * phase.sin(), speed + 0.01 * random.normal());
+            writeln!(csv, "{:.2},{measured:.5},{seen:.5}", 0.01 * f64::from(k)).unwrap();
+            speed += 0.01 * GAIN * acceleration;
+        }
+        let model = identify(&csv);
+        let gain = model.gains[0].gain.value;
+        let codes = model.quality.codes().to_string();
+        println!("{noise}: gain {gain:.3}, {codes}");
+        if is_found {
+            assert!((gain / GAIN - 1.0).abs() < 0.05, "{noise}: {gain}");
+            assert_eq!(model.quality.grade, Grade::Pass, "{:?}", model.quality);
+        } else {
+            assert!((gain / GAIN - 1.0).abs() > 0.1, "{noise}: {gain}");
+            assert!(codes.contains("uncertain-gain"), "{:?}", model.quality);
+            assert!(model.quality.advice[0].contains("name the command"), "{:?}", model.quality);
+        }
+    }
 }
 
 /// Every row, or every one of a number of rows, of a log.

@@ -22,6 +22,8 @@ struct Window {
     speeds: Vec<f64>,
     /// Sums of the squared errors, and of the squared changes of the measured speed.
     sums: [f64; 2],
+    /// Sums of the products of the changes of the measured and the simulated speed, and of the squares of the latter.
+    products: [f64; 2],
 }
 
 impl Windows {
@@ -80,17 +82,9 @@ impl Windows {
         (self.sums()[1] / samples.max(1) as f64).sqrt()
     }
 
-    /// Standard error of the fit, percent, by the delta method for a ratio of sums.
+    /// Standard error of the fit, percent.
     pub(super) fn standard_error(&self) -> Option<f64> {
-        let n = self.0.len();
-        let [error, change] = self.sums();
-        if n < LEAST_WINDOWS || change <= 0.0 {
-            return None;
-        }
-        let ratio = error / change;
-        let deviation = |Window { sums: [e, c], .. }: &Window| (e - ratio * c).powi(2);
-        let squares: f64 = self.0.iter().map(deviation).sum();
-        let deviation = (squares * n as f64 / (n - 1) as f64).sqrt() / change;
+        let (ratio, deviation) = ratio(self.0.iter().map(|window| window.sums))?;
         Some(100.0 * 0.5 * deviation / ratio.sqrt().max(1e-9))
     }
 
@@ -106,6 +100,24 @@ impl Windows {
             .iter()
             .fold([0.0; 2], |[a, b], Window { sums: [error, change], .. }| [a + error, b + change])
     }
+}
+
+/// By how much the measured speed changes where the simulated one changes by 1, with its standard error.
+pub(super) fn slope(windows: [&Windows; 2]) -> Option<(f64, f64)> {
+    ratio(windows.into_iter().flat_map(|windows| &windows.0).map(|window| window.products))
+}
+
+/// A ratio of sums over windows with its standard error by the delta method.
+fn ratio(sums: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
+    let all: Vec<[f64; 2]> = sums.collect();
+    let n = all.len();
+    let [above, below] = all.iter().fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+    if n < LEAST_WINDOWS || below <= 0.0 {
+        return None;
+    }
+    let ratio = above / below;
+    let squares: f64 = all.iter().map(|[a, b]| (a - ratio * b).powi(2)).sum();
+    Some((ratio, (squares * n as f64 / (n - 1) as f64).sqrt() / below))
 }
 
 fn one_window(
@@ -136,7 +148,11 @@ fn one_window(
         squares = own;
     }
     let sums = [squares, measured.iter().map(|y| (y - mean).powi(2)).sum()];
-    Window { start, speeds, sums }
+    let own_mean = speeds.iter().sum::<f64>() / count;
+    let changes = || measured.iter().zip(&speeds).map(|(y, own)| [y - mean, own - own_mean]);
+    let products =
+        [changes().map(|[y, own]| y * own).sum(), changes().map(|[_, own]| own * own).sum()];
+    Window { start, speeds, sums, products }
 }
 
 /// Tests of prediction errors: their standard deviation, the largest autocorrelation at lags up to 1 s, the largest
