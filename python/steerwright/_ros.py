@@ -92,10 +92,27 @@ def _opened(file: FilePath, scratch: FilePath) -> sqlite3.Connection:
         shutil.copy(log, own.with_name(log.name))
         database = sqlite3.connect(own)
     else:
-        database = sqlite3.connect(f"{file.resolve().as_uri()}?immutable=1", uri=True)
+        whole = _whole_pages(file, scratch)
+        database = sqlite3.connect(f"{whole.resolve().as_uri()}?immutable=1", uri=True)
     # Without it SQLite refuses a file that is shorter than its first page states.
     database.execute("PRAGMA writable_schema=ON")
     return database
+
+
+def _whole_pages(file: FilePath, scratch: FilePath) -> FilePath:
+    """The file, or of one that is cut within a page a copy without it: SQLite would read zeros behind its end."""
+    with open(file, "rb") as opened:
+        head = opened.read(18)
+    size = int.from_bytes(head[16:18], "big")
+    # 65536 has no place in two bytes.
+    size = 65536 if size == 1 else size
+    if size < 512 or file.stat().st_size % size == 0 or file.stat().st_size < size:
+        return file
+    own = scratch / file.name
+    with open(file, "rb") as source, open(own, "wb") as target:
+        for _ in range(file.stat().st_size // size):
+            target.write(source.read(size))
+    return own
 
 
 def _messages(file: FilePath, database: sqlite3.Connection) -> Iterator[tuple[int, int, bytes]]:
