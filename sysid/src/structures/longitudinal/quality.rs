@@ -17,7 +17,7 @@ const TOO_UNCERTAIN: f64 = 0.5;
 /// The same of one gain of the table.
 const UNCERTAIN_ROW: f64 = 0.5;
 /// Relative variation of the gain at one speed up to which a log without a gear is one of a single gear: the upper end of
-/// its band. Of 24 simulated vehicles, those of one gear have at most 0.052 and those of several 0.108 and more.
+/// its band. Of 24 simulated vehicles, those of one gear have at most 0.064 and those of several 0.112 and more.
 const VARYING_GAIN: f64 = 0.08;
 /// Logarithm of a ratio of likelihoods from which a variation is not by chance: the deviation is no less than 0, so this is
 /// half of the 90 % quantile of χ² with a degree of freedom.
