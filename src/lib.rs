@@ -11,6 +11,7 @@ mod failure;
 mod options;
 mod output;
 mod pipeline;
+mod presentation;
 mod process;
 pub mod stages;
 mod terminal;

@@ -15,11 +15,10 @@ use steerwright_formats::{
     AccumulatedDrives, Document, Manoeuvre, Model, Path as PathFile, Pid, Provenance, SourceFile,
     SpeedController, Structure, sha256_hex,
 };
-use steerwright_report::figures;
-use steerwright_report::{Block, Controller, Report, WIDTH, controller_section, notebook_html};
-use steerwright_sysid::{Accumulated, IdentifiedModel, Traces};
+use steerwright_sysid::{Accumulated, IdentifiedModel};
 
 pub use crate::failure::Failure;
+pub use crate::presentation::{figures_of_controller, figures_of_model, notebook, page_of_model};
 pub use crate::terminal::progress::Observer;
 /// A temporary folder that a killed process does not leave for good.
 pub use steerwright_host::Scratch;
@@ -306,68 +305,6 @@ pub fn save(path: &Path, document: &str, force: bool) -> Result<(), Failure> {
     Outputs::new(force, inputs).file(path, kind)?.write(document.as_bytes())
 }
 
-/// The figures of an identified model as SVG, by name.
-///
-/// # Errors
-/// A document that is no model.
-pub fn figures_of_model(document: &str, traces: &Traces) -> Result<Vec<(String, String)>, Failure> {
-    let model = Model::from_json(document, "the model")?;
-    let drawn = figures::of_identification(&model, &drawn_traces(traces), None);
-    let figures = drawn.into_iter().filter_map(|(name, height, figure)| {
-        // A short log leaves some of them empty.
-        Some((name.to_owned(), figure.to_svg(WIDTH, height).ok()?))
-    });
-    Ok(figures.collect())
-}
-
-/// The figures of a controller on its model as SVG, by name.
-///
-/// # Errors
-/// Documents that are none, or a loop that cannot be evaluated.
-pub fn figures_of_controller(
-    document: &str,
-    controller: &str,
-) -> Result<Vec<(String, String)>, Failure> {
-    let plant = DesignPlant::from_model(&Model::from_json(document, "the model")?)?;
-    let pid = Pid::from_json(controller, "pid.json")?;
-    let drawn = design_command::figures(&plant, &pid)?;
-    let figures = drawn.into_iter().filter_map(|(name, figure, height)| {
-        Some((name.trim_end_matches(".svg").to_owned(), figure.to_svg(WIDTH, height).ok()?))
-    });
-    Ok(figures.collect())
-}
-
-/// A controller for a notebook, HTML; with its figures where its model is there.
-///
-/// # Errors
-/// Documents that are none, or a loop that cannot be evaluated.
-pub fn notebook_of_controller(controller: &str, model: Option<&str>) -> Result<String, Failure> {
-    let pid = Pid::from_json(controller, "pid.json")?;
-    let mut section = controller_section(&Controller { name: &pid.name, pid: &pid, in_loop: None });
-    if let Some(model) = model {
-        let plant = DesignPlant::from_model(&Model::from_json(model, "the model")?)?;
-        let figures = design_command::figures(&plant, &pid)?.into_iter();
-        section.blocks.extend(figures.map(|(_, figure, height)| Block::figure(figure, height, "")));
-    }
-    Ok(notebook_html(&[section]))
-}
-
-/// The page of an identified model, as `identify --report` writes it.
-///
-/// # Errors
-/// A document that is no model.
-pub fn page_of_model(document: &str, traces: &Traces) -> Result<String, Failure> {
-    let model = Model::from_json(document, "the model")?;
-    let traces = drawn_traces(traces);
-    let page = Report {
-        title: format!("{}: the identified model", model.name()),
-        model: Some(&model),
-        traces: Some(&traces),
-        ..Report::default()
-    };
-    Ok(page.to_html())
-}
-
 /// The yaw step of a controller on its model: times (s), yaw (rad) and steering angle (rad).
 ///
 /// # Errors
@@ -378,26 +315,4 @@ pub fn yaw_step(document: &str, controller: &str, until_s: f64) -> Result<[Vec<f
     let plant = plant.behind(pid.designed_for.actuator);
     let trace = steerwright_control::step_response(&plant, &pid, false, until_s)?;
     Ok([trace.time, trace.yaw, trace.steering])
-}
-
-fn drawn_traces(traces: &Traces) -> steerwright_report::Traces {
-    let Traces {
-        time_s,
-        steering_rad,
-        yaw_rate_radps,
-        simulated_yaw_rate_radps,
-        is_validation,
-        yaw_rad,
-        simulated_yaw_rad,
-    } = traces.clone();
-    steerwright_report::Traces {
-        time_s,
-        steering_rad,
-        yaw_rate_radps,
-        simulated_yaw_rate_radps,
-        is_validation,
-        yaw_rad,
-        simulated_yaw_rad,
-        bicycle_yaw_rate_radps: None,
-    }
 }

@@ -38,7 +38,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(figures_of_model, module)?,
         wrap_pyfunction!(figures_of_controller, module)?,
         wrap_pyfunction!(page_of_model, module)?,
-        wrap_pyfunction!(notebook_of_controller, module)?,
+        wrap_pyfunction!(notebook, module)?,
     ] {
         module.add_function(function)?;
     }
@@ -208,12 +208,15 @@ fn page_of_model(py: Python<'_>, document: String, traces: &Bound<'_, Traces>) -
     work::done(py, None, move || stages::page_of_model(&document, &traces))
 }
 
-/// A controller for a notebook, HTML; with figures where its model is there.
+/// A document for a notebook, HTML; with figures of a controller where its model is there, and of a model with signals.
 #[pyfunction]
-fn notebook_of_controller(
+#[pyo3(signature = (document, model=None, traces=None))]
+fn notebook(
     py: Python<'_>,
-    controller: String,
+    document: String,
     model: Option<String>,
+    traces: Option<&Bound<'_, Traces>>,
 ) -> PyResult<String> {
-    work::done(py, None, move || stages::notebook_of_controller(&controller, model.as_deref()))
+    let traces = traces.map(|traces| traces.get().shared());
+    work::done(py, None, move || stages::notebook(&document, model.as_deref(), traces.as_deref()))
 }

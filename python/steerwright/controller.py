@@ -12,7 +12,7 @@ from ._errors import Error
 from ._libraries import library
 from ._options import documented, refuse_outputs
 from ._record import Array
-from .plant import Bicycle, Document, LateralModel, Longitudinal, Plant, Vehicle, html, load_document
+from .plant import Bicycle, Document, LateralModel, Longitudinal, Plant, Vehicle, load_document
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -97,7 +97,7 @@ class Controller(Document, documents.Pid):
         return model
 
     def _repr_html_(self) -> str:
-        return _native.notebook_of_controller(self._text, None if self._model is None else self._model.to_json())
+        return _native.notebook(self._text, None if self._model is None else self._model.to_json())
 
     def __repr__(self) -> str:
         met = "met" if self.met else "not met"
@@ -113,18 +113,6 @@ class SpeedController(Document, documents.SpeedController):
     def met(self) -> bool:
         """Whether the specification is met on the model that the controller was designed for."""
         return bool(self.evidence.met)
-
-    def _repr_html_(self) -> str:
-        s = self.specification
-        rows = [
-            ("gains", f"kp {self.gains.kp_per_s:.4g} 1/s, ki {self.gains.ki_per_s2:.4g} 1/s²"),
-            ("speeds", f"{s.speeds_mps[0]:.1f} to {s.speeds_mps[1]:.1f} m/s"),
-            ("specification", "met" if self.met else "not met"),
-        ]
-        for row in self.evidence.speeds:
-            overshoot = max(row.up.overshoot_percent, row.down.overshoot_percent)
-            rows.append((f"overshoot at {row.speed_mps:.1f} m/s", f"{overshoot:.2f} %"))
-        return html(f"Speed controller of {self.name}", rows, ())
 
     def __repr__(self) -> str:
         met = "met" if self.met else "not met"

@@ -73,6 +73,9 @@ class Document:
         with ``force``; never what the document was computed from."""
         _native.save(os.fspath(path), self._text, force)
 
+    def _repr_html_(self) -> str:
+        return _native.notebook(self._text)
+
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Any:
         """Reads a document."""
@@ -109,6 +112,9 @@ class SimulatedModel(Document):
     def report(self) -> str:
         """The page that ``steerwright identify --report`` writes, HTML."""
         return _native.page_of_model(self._text, self._signals())
+
+    def _repr_html_(self) -> str:
+        return _native.notebook(self._text, None, self._traces)
 
     def _signals(self) -> Traces:
         if self._traces is None:
@@ -331,19 +337,6 @@ class Plant(SimulatedModel, documents.Plant):
             start = end
         return Model(*matrices)
 
-    def _repr_html_(self) -> str:
-        quality = getattr(self, "quality", None)
-        rows = [
-            ("order", str(self.order)),
-            ("fit on validation data", f"{self.fit:.2f} %"),
-            ("speed", f"{self.operating_point.speed_mps:.1f} m/s"),
-            ("sample time", f"{self.sample_time} s"),
-            ("delay", f"{self.delay:.3f} s"),
-            ("quality", "–" if quality is None else f"{quality.grade}: {quality.summary}"),
-        ]
-        drawn = () if self._traces is None else self.figures().values()
-        return html(self.name, rows, drawn)
-
     def __repr__(self) -> str:
         quality = getattr(self, "quality", None)
         grade = "" if quality is None else f", quality {quality.grade}"
@@ -383,22 +376,6 @@ class Bicycle(SimulatedModel, documents.Bicycle):
         outputs = ["yaw_rate", "lateral_velocity"]
         return control.ss(*self.at_speed(speed), inputs="steering", outputs=outputs)
 
-    def _repr_html_(self) -> str:
-        v = self.vehicle
-        rows = [
-            ("mass", f"{v.mass_kg:.0f} kg"),
-            ("yaw inertia", f"{v.yaw_inertia_kgm2:.0f} kg·m²"),
-            ("distances to the axles", f"{v.distance_front_m:.3f} m, {v.distance_rear_m:.3f} m"),
-            (
-                "cornering stiffness",
-                f"{v.cornering_stiffness_front_npr:.0f}, {v.cornering_stiffness_rear_npr:.0f} N/rad",
-            ),
-            ("steering ratio", f"{v.steering_ratio:.3f}"),
-        ]
-        if self.fit is not None:
-            rows.append(("fit on validation data", f"{self.fit:.2f} %"))
-        return html("Two-wheel bicycle model", rows, ())
-
     def __repr__(self) -> str:
         v = self.vehicle
         length = v.distance_front_m + v.distance_rear_m
@@ -427,23 +404,6 @@ class Vehicle(SimulatedModel, documents.Vehicle):
                 return parameter
         names = ", ".join(parameter.name for parameter in parameters)
         raise Error(f"{name}: the vehicle has no such parameter", f"it has: {names or 'none, since it was stated'}")
-
-    def _repr_html_(self) -> str:
-        b, t = self.body, self.tyres
-        rows = [
-            ("mass", f"{b.mass_kg:.0f} kg"),
-            ("yaw inertia", f"{b.yaw_inertia_kgm2:.0f} kg·m²"),
-            ("distances to the axles", f"{b.distance_front_m:.3f} m, {b.distance_rear_m:.3f} m"),
-            (
-                "cornering stiffness",
-                f"{t.cornering_stiffness_front_npr:.0f}, {t.cornering_stiffness_rear_npr:.0f} N/rad",
-            ),
-            ("friction coefficient", f"{t.friction_coefficient:.3f}"),
-            ("steering ratio", f"{self.actuator.steering_ratio:.3f}"),
-        ]
-        if self.fit is not None:
-            rows.append(("fit on validation data", f"{self.fit:.2f} %"))
-        return html("Vehicle up to the limit of its grip", rows, ())
 
     def __repr__(self) -> str:
         length = self.body.distance_front_m + self.body.distance_rear_m
@@ -496,20 +456,6 @@ class Torque(WithSignals, documents.Torque):
         command: Array = needed / self.acceleration_per_command.value + self.friction.value * friction
         return command
 
-    def _repr_html_(self) -> str:
-        rows = [(name, f"{value.value:.4f} ± {1.96 * value.standard_error:.4f}") for name, value in self._estimates()]
-        rows.append(("fit on validation data", f"{self.fit:.2f} %"))
-        return html("Response to a steering torque", rows, ())
-
-    def _estimates(self) -> list[tuple[str, documents.Estimate]]:
-        estimates = [
-            (f"lateral acceleration per command, m/s² per {self.command_unit}", self.acceleration_per_command),
-            (f"friction, {self.command_unit}", self.friction),
-            ("offset, m/s²", self.offset_mps2),
-            ("delay, s", self.delay_s),
-        ]
-        return estimates + ([("roll coefficient", self.roll_coefficient)] if self.roll_coefficient else [])
-
     def __repr__(self) -> str:
         factor = self.acceleration_per_command.value
         return f"<Torque: {factor:.3f} m/s² per {self.command_unit}, fit {self.fit:.2f} % on validation data>"
@@ -531,18 +477,6 @@ class Longitudinal(WithSignals, documents.Longitudinal):
         speeds = [row.speed_mps for row in self.gains]
         gains = [row.gain.value for row in self.gains]
         return np.asarray(np.interp(np.asarray(speed, dtype=float), speeds, gains), dtype=float)
-
-    def _repr_html_(self) -> str:
-        rows = [(name, f"{value.value:.4f} ± {1.96 * value.standard_error:.4f}") for name, value in self._estimates()]
-        rows.append(("fit on validation data", f"{self.fit:.2f} %"))
-        return html("Response of the speed", rows, ())
-
-    def _estimates(self) -> list[tuple[str, documents.Estimate]]:
-        estimates = [(f"gain at {row.speed_mps:.1f} m/s", row.gain) for row in self.gains]
-        estimates += [("lag, s", self.time_constant_s), ("delay, s", self.delay_s)]
-        if self.brake is not None:
-            estimates.append(("deceleration at full brake, m/s²", self.brake.gain_mps2))
-        return estimates
 
     def __repr__(self) -> str:
         return f"<Longitudinal {self.name!r}: fit {self.fit:.2f} % on validation data>"
@@ -763,12 +697,6 @@ class MultivariablePlant(WithSignals, documents.MultivariablePlant):
             "identify from a log with more excitation, which determines the poles",
         )
 
-    def _repr_html_(self) -> str:
-        rows = [("order", str(self.order)), ("sample time", f"{self.sample_time} s")]
-        rows += [(f"fit of {name} on validation data", f"{fit:.2f} %") for name, fit in self.fits.items()]
-        rows.append(("quality", f"{self.quality.grade}: {self.quality.summary}"))
-        return html(self.name, rows, ())
-
     def __repr__(self) -> str:
         fits = ", ".join(f"{name} {fit:.2f} %" for name, fit in self.fits.items())
         shape = f"{len(self.inputs)} inputs, {len(self.outputs)} outputs"
@@ -845,16 +773,3 @@ def _frequencies(omega: ArrayLike | None, sample_time: float) -> Array:
 def _response(a: Array, b: Array, c: Array, d: Array, angle: Array) -> Any:
     """The same of one input and one output."""
     return _responses(a, b, c, d, angle)[:, 0, 0]
-
-
-def html(title: str, rows: list[tuple[str, str]], figures: Any) -> str:
-    """A heading, a table and figures, for notebooks."""
-    from html import escape
-
-    cells = "".join(
-        f"<tr><th style='text-align:left'>{escape(name)}</th>"
-        f"<td style='text-align:left'>{escape(value)}</td></tr>"
-        for name, value in rows
-    )
-    drawn = "".join(f"<div style='max-width:900px'>{svg}</div>" for svg in figures)
-    return f"<h3>{escape(title)}</h3><table>{cells}</table>{drawn}"

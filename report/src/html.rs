@@ -48,7 +48,7 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
             (heading, "")
         };
         push!(out, "<section aria-labelledby=\"s{k}\">\n{before}\n");
-        section.shown(true).into_iter().for_each(|b| push_block(&mut out, b, &mut figures));
+        section.shown(true, true).into_iter().for_each(|b| push_block(&mut out, b, &mut figures));
         push!(out, "{after}</section>\n");
     }
     out.push_str("</main>\n");
@@ -63,9 +63,9 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
 #[must_use]
 pub fn notebook_html(sections: &[Section]) -> String {
     let mut out = String::new();
-    for section in sections {
+    for section in sections.iter().filter(|section| !section.shown(false, true).is_empty()) {
         push!(out, "<h3>{}</h3>\n", escape(&section.heading));
-        for block in section.shown(false) {
+        for block in section.shown(false, true) {
             match block {
                 // One that a short log leaves empty is left out.
                 Block::Figure { figure, height, caption } => {
@@ -103,7 +103,7 @@ impl Drawn {
             _ => None,
         };
         let all: Vec<(&Figure, u32)> =
-            sections.iter().flat_map(|s| s.shown(true)).filter_map(figure).collect();
+            sections.iter().flat_map(|s| s.shown(true, true)).filter_map(figure).collect();
         let svgs: Vec<_> = all.iter().map(|(f, height)| f.to_svg(crate::WIDTH, *height)).collect();
         let drawable: Vec<(&Figure, u32)> =
             all.iter().zip(&svgs).filter(|(_, svg)| svg.is_ok()).map(|(f, _)| *f).collect();

@@ -40,9 +40,8 @@ pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
 pub use section::{Block, Section, Tone};
 pub use sections::{
-    controller_section, factor_in_words, goal_error, goal_in_words, manoeuvre_limits,
-    manoeuvre_page, manoeuvre_parameters, not_negative, parameter_tables, shortfalls,
-    sideslip_in_words, signal_in_words, start_in_words,
+    channel_table, controller_section, manoeuvre_page, manoeuvre_sections, shortfalls,
+    speed_controller_section,
 };
 pub use table::{COLUMNS, Table};
 

@@ -20,19 +20,12 @@ pub struct TextStyle {
 pub fn page_text(sections: &[Section], style: &TextStyle) -> String {
     let mut out = String::new();
     for (number, section) in sections.iter().enumerate() {
-        let mut blocks = section.shown(style.details);
-        blocks.retain(|block| !matches!(block, Block::Figure { .. }));
+        let blocks = section.shown(style.details, false);
         if number > 0 && !blocks.is_empty() {
             push!(out, "\n{}\n", printable(&section.heading));
         }
         let mut above: Option<&Block> = None;
-        for (k, block) in blocks.iter().enumerate() {
-            if matches!(block, Block::Heading(_))
-                && matches!(blocks.get(k + 1), None | Some(Block::Heading(_)))
-            {
-                // Of figures and details alone.
-                continue;
-            }
+        for block in blocks {
             let is_apart = matches!(block, Block::Heading(_) | Block::Table(_))
                 || matches!(above, Some(Block::Table(_)));
             if is_apart && above.is_some_and(|above| !matches!(above, Block::Heading(_))) {

@@ -21,8 +21,8 @@ impl Section {
         Self { heading: heading.into(), blocks, folded: false }
     }
 
-    /// The blocks that are shown, with or without the details, and without empty ones.
-    pub(crate) fn shown(&self, details: bool) -> Vec<&Block> {
+    /// The blocks that are shown, with or without details and figures, and without empty ones and headings of nothing.
+    pub(crate) fn shown(&self, details: bool, figures: bool) -> Vec<&Block> {
         let mut all = Vec::new();
         for block in &self.blocks {
             match block {
@@ -31,8 +31,18 @@ impl Section {
                 other => all.push(other),
             }
         }
-        all.retain(|block| !block.is_empty());
-        all
+        all.retain(|block| {
+            !block.is_empty() && (figures || !matches!(block, Block::Figure { .. }))
+        });
+        let mut shown: Vec<&Block> = Vec::new();
+        for block in all.into_iter().rev() {
+            let is_heading = |block: &Block| matches!(block, Block::Heading(_));
+            if !is_heading(block) || shown.last().is_some_and(|below| !is_heading(below)) {
+                shown.push(block);
+            }
+        }
+        shown.reverse();
+        shown
     }
 }
 

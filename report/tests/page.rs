@@ -295,7 +295,7 @@ fn a_bicycle_has_its_parameters_with_their_bands() {
     let page = Report { model: Some(&model), traces: Some(&traces), ..Report::default() }.to_html();
     parse(&page);
     for text in
-        ["identified bicycle", "2.60000 to 2.80000", "91.3\u{a0}%", "Measured and identified"]
+        ["identified bicycle", "2.60000 to 2.80000", "91.28\u{a0}%", "Measured and identified"]
     {
         assert!(page.contains(text), "{text}");
     }

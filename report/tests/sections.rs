@@ -4,8 +4,8 @@ use crate::common;
 use common::*;
 use std::collections::BTreeSet;
 use steerwright_report::{
-    Block, Controller, Figure, Section, Table, TextStyle, Tone, controller_section, notebook_html,
-    page_text, report_html,
+    Block, Controller, Figure, Report, Section, Table, TextStyle, Tone, controller_section,
+    notebook_html, page_text, report_html,
 };
 
 fn text(sections: &[Section], details: bool) -> String {
@@ -33,7 +33,7 @@ fn read(page: &str) -> String {
 fn controller(met: bool) -> Section {
     let (mut pid, step) = (pid(met), step(1.0));
     pid.evidence.steps = vec![steerwright_formats::HeightStep {
-        height_rad: 0.5236,
+        height_rad: 0.5,
         step: pid.evidence.step_with_offset,
     }];
     let in_loop = steerwright_report::LoopStep {
@@ -46,8 +46,9 @@ fn controller(met: bool) -> Section {
 
 #[test]
 fn a_terminal_and_a_page_show_the_same_numbers() {
-    for met in [true, false] {
-        let sections = [controller(met)];
+    let model = model();
+    let of_model = Report { model: Some(&model), ..Report::default() }.sections();
+    for sections in [vec![controller(true)], vec![controller(false)], of_model] {
         let (terminal, page) = (text(&sections, true), read(&report_html("", "", &sections)));
         let (printed, shown) = (numbers(&terminal), numbers(&page));
         assert!(printed.len() > 40, "{printed:?}");
@@ -57,7 +58,14 @@ fn a_terminal_and_a_page_show_the_same_numbers() {
 
 #[test]
 fn the_first_line_is_the_verdict_with_its_reason() {
-    let first = |met| text(&[controller(met)], false).lines().next().unwrap().to_owned();
+    let first_of = |sections: &[Section]| text(sections, false).lines().next().unwrap().to_owned();
+    let first = |met| first_of(&[controller(met)]);
+    let model = model();
+    let quality = model.quality();
+    let title =
+        format!("<Neutral quality {} ({})>: {}", quality.grade, quality.codes(), quality.summary);
+    let of_model = first_of(&Report { model: Some(&model), ..Report::default() }.sections());
+    assert!(of_model.starts_with(&title), "{of_model}");
     assert_eq!(
         first(true),
         "<Neutral every requirement is met on the model, which has reservations>"

@@ -7,11 +7,11 @@ use crate::options::Global;
 use crate::options::log::{LogArguments, log_file};
 use crate::output::{OutputKind, Outputs};
 use crate::terminal::console;
-use crate::terminal::evidence::channel_table;
 use crate::terminal::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::Response;
 use steerwright_formats::AccumulatedDrives;
+use steerwright_report::channel_table;
 use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
 /// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs
@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     out.document(&file)?;
     let (estimation, validation) = all.samples();
     let text = format!(
-        "{}values in rad, rad/s and m/s\n\n{estimation} estimation samples and {validation} validation samples of {} s, windows of {} samples\n",
+        "{}\n{estimation} estimation samples and {validation} validation samples of {} s, windows of {} samples\n",
         console::table(&channel_table(all.channels())),
         file.sample_time_s,
         2 * file.horizon

@@ -1,6 +1,5 @@
 //! `steerwright build`: everything for one drive.
 
-use crate::commands::identify;
 use crate::commands::identify::StructureArguments;
 use crate::documents::files;
 use crate::documents::gate::GateArguments;
@@ -81,12 +80,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     for controller in &built.controllers {
         controller.warnings().iter().for_each(console::warning);
     }
-    let mut text = identify::evidence_text(&built.model);
-    for controller in &built.controllers {
-        let section = steerwright_report::controller_section(&controller.shown());
-        text.push_str(&format!("\n{}\n", section.heading));
-        text.push_str(&console::page(&[section], None));
-    }
+    let mut text = console::page(&built.report().sections(), None);
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
     console::result(&text, &overview::overview(&built))?;
     let identified = built.controllers.iter().find(|c| c.basis == pipeline::Basis::Identified);

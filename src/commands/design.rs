@@ -9,12 +9,13 @@ use crate::options::specification::{SpecificationArguments, Specified};
 use crate::output::{Files, OutputKind, Outputs};
 use crate::terminal::console;
 use crate::terminal::progress::Progress;
-use crate::terminal::speed_controller_summary;
 use std::path::{Path, PathBuf};
 use steerwright_control::{DesignPlant, SpeedDesignOptions};
 use steerwright_formats::{Longitudinal, Pid, SourceFile, SpeedController};
 use steerwright_report::figures::{self, OpenLoop, SpeedResponse};
-use steerwright_report::{Controller, Figure, StepResponse, WIDTH, controller_section};
+use steerwright_report::{
+    Controller, Figure, StepResponse, WIDTH, controller_section, speed_controller_section,
+};
 
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
@@ -106,7 +107,13 @@ fn speed(
     let controller = speed_controller(model, source, &specified.design, |what| progress.now(what))?;
     drop(progress);
     out.document(&controller)?;
-    console::result(&speed_controller_summary::summary(&controller), &controller)?;
+    let next = if controller.quality.allows_design() {
+        Some(format!("steerwright package {} {out}", arguments.plant.display()))
+    } else {
+        None
+    };
+    let section = speed_controller_section(&controller);
+    console::result(&console::page(&[section], next.as_deref()), &controller)?;
     console::note(format!("written to {out}"));
     if let Some(files) = &files {
         let figure = speed_figure(&controller)?.to_svg(WIDTH, SPEED_HEIGHT)?;

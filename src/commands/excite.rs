@@ -5,13 +5,13 @@ use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::quantity::{self, FrequencyRange, SpeedRange};
 use crate::output::{OutputKind, Outputs};
-use crate::terminal::{console, manoeuvre_summary};
+use crate::terminal::console;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{
     Bicycle, Manoeuvre, ManoeuvreGoal, ManoeuvreLimits, Model, SourceFile, Vehicle,
 };
-use steerwright_report::manoeuvre_page;
+use steerwright_report::{manoeuvre_page, manoeuvre_sections};
 use steerwright_sysid::{ExcitationOptions, excite, excite_vehicle};
 
 /// Standard deviation of a gyro where no model states its noise, rad/s: 0.1 °/s.
@@ -165,17 +165,18 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             arguments.uncertainty
         ));
     }
-    console::result(&manoeuvre_summary::summary(&manoeuvre), &manoeuvre)?;
-    console::note(format!("written to {}", arguments.out.display()));
     let structure = match arguments.goal {
         ManoeuvreGoal::TyreLimit => "single-track",
         ManoeuvreGoal::Response | ManoeuvreGoal::Understeer => "bicycle",
     };
     // Blocks that are shared by excitation would put a speed into one part only.
     let place = if options.speeds_mps.len() > 1 { " --validation-place end" } else { "" };
-    console::note(format!(
-        "drive it, record steering angle, yaw rate and speed, then: steerwright identify LOG --structure {structure}{place}"
-    ));
+    let next = format!(
+        "drive it, record steering angle, yaw rate and speed, then steerwright identify LOG --structure {structure}{place}"
+    );
+    let page = console::page(&manoeuvre_sections(&manoeuvre), Some(&next));
+    console::result(&page, &manoeuvre)?;
+    console::note(format!("written to {}", arguments.out.display()));
     Ok(Outcome::when(manoeuvre.expected.met))
 }
 

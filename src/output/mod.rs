@@ -6,6 +6,7 @@ mod identity;
 mod kind;
 mod lock;
 mod manifest;
+pub(crate) mod traces;
 
 use crate::failure::Failure;
 use crate::terminal::console;

@@ -8,7 +8,7 @@ use crate::commands::identify::Wanted;
 use crate::documents::feasibility::Feasibility;
 use crate::documents::gate::GateArguments;
 use crate::failure::Failure;
-use crate::terminal::evidence;
+use crate::output::traces::traces_csv;
 use crate::terminal::progress::Progress;
 use std::path::{Path, PathBuf};
 use steerwright_comparison::Loop;
@@ -163,7 +163,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
         .map(|b| steerwright_sysid::bicycle::validate_bicycle(&job.log, &job.validation, b))
         .transpose()?;
     let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
-    let traces = evidence::traces_csv(&signals, bicycle_trace);
+    let traces = traces_csv(&signals, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
     let controllers = if job.gate.allows(model.quality()) {

@@ -38,26 +38,31 @@ pub(super) fn write(
         }
     }
 
-    let page = Report {
-        title: format!("{}: from drive to controller", model.name()),
-        model: Some(model),
-        traces: Some(traces),
-        channels: None,
-        bicycle,
-        bicycle_fit: built.bicycle_fit,
-        controllers: built.controllers.iter().map(super::Controller::shown).collect(),
-        path: built
-            .controllers
-            .iter()
-            .flat_map(|c| &c.runs)
-            .find(|r| r.road == STANDARD_ROAD)
-            .map(|r| &r.path),
-        tracks: tracks(built, STANDARD_ROAD),
-        remarks: built.remarks.clone(),
-        files: out.written().to_vec(),
-    };
+    let mut page = built.report();
+    (page.traces, page.bicycle, page.files) = (Some(traces), bicycle, out.written().to_vec());
     out.bytes(PAGE, page.to_html().as_bytes())?;
     Ok(())
+}
+
+impl Built {
+    /// What is shown, but for the drive's signals and what is only in files.
+    pub(crate) fn report(&self) -> Report<'_> {
+        Report {
+            title: format!("{}: from drive to controller", self.model.name()),
+            model: Some(&self.model),
+            bicycle_fit: self.bicycle_fit,
+            controllers: self.controllers.iter().map(super::Controller::shown).collect(),
+            path: self
+                .controllers
+                .iter()
+                .flat_map(|c| &c.runs)
+                .find(|r| r.road == STANDARD_ROAD)
+                .map(|r| &r.path),
+            tracks: tracks(self, STANDARD_ROAD),
+            remarks: self.remarks.clone(),
+            ..Report::default()
+        }
+    }
 }
 
 impl super::Controller {

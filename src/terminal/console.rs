@@ -11,7 +11,6 @@ use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use steerwright_formats::Grade;
 use steerwright_report::{Section, TextStyle, Tone, page_text};
 
 /// Whether `--json` is set; errors are also printed where the arguments are not available.
@@ -51,15 +50,6 @@ pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
-pub(crate) fn grade(grade: Grade) -> String {
-    let style = match grade {
-        Grade::Pass => GOOD,
-        Grade::Warn => WARN,
-        Grade::Fail => BAD,
-    };
-    styled(style, grade)
-}
-
 fn toned(tone: Tone, title: &str) -> String {
     let style = match tone {
         Tone::Good => GOOD,
@@ -74,7 +64,9 @@ pub(crate) fn page(sections: &[Section], next: Option<&str>) -> String {
     let details = DETAILS.load(Ordering::Relaxed);
     let text = page_text(sections, &TextStyle { columns: columns(), details, paint: toned });
     match (next, text.split_once('\n')) {
-        (Some(next), Some((verdict, rest))) => format!("{verdict}; next: {next}\n{rest}"),
+        (Some(next), Some((verdict, rest))) => {
+            format!("{}; next: {next}\n{rest}", verdict.trim_end_matches('.'))
+        }
         _ => text,
     }
 }

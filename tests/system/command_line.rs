@@ -111,7 +111,7 @@ fn colour_is_for_terminals_and_no_color_takes_it_away() {
     };
     let forced = [("CLICOLOR_FORCE", "1")];
     let text = String::from_utf8(coloured(line, &forced).stdout).unwrap();
-    let quality = text.lines().find(|l| l.starts_with("quality ")).unwrap();
+    let quality = text.lines().find(|l| l.contains("quality pass")).unwrap();
     assert!(quality.contains("\u{1b}["), "{quality}");
     let text = String::from_utf8(coloured("identify missing.csv", &forced).stderr).unwrap();
     assert!(text.contains("\u{1b}[") && text.contains("error"), "{text}");
@@ -207,6 +207,35 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
     let path = json(folder.path(), "path {data}/comma2k19/gnss_pose.csv --pid pid.json");
     let last = path["points"].as_array().unwrap().last().unwrap();
     assert!((1000.0..1030.0).contains(&last[0].as_f64().unwrap()), "{last}");
+}
+
+/// A specialist's details are printed with `--verbose` in addition to everything else.
+#[test]
+#[ignore = "slow: cargo xtask test"]
+fn a_page_begins_with_the_verdict_and_the_next_command() {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, verdict, next, detail) in [
+        (
+            "identify {data}/multibody/drive.csv --input-channel steering_command_rad -o plant.json",
+            "quality pass: The fit on validation data is",
+            "fit to design on; next: steerwright design plant.json",
+            "singular value",
+        ),
+        (
+            "design plant.json --robust off -o pid.json",
+            "every requirement is met",
+            "; next: steerwright package plant.json pid.json",
+            "Steps of other heights",
+        ),
+    ] {
+        let page = |line: &str| String::from_utf8(run(folder.path(), line).stdout).expect("text");
+        let (brief, full) = (page(line), page(&format!("{line} --verbose")));
+        let first = brief.lines().next().unwrap_or_default();
+        assert!(first.starts_with(verdict) && first.ends_with(next), "{brief}");
+        assert!(full.contains(detail) && !brief.contains(detail), "{full}");
+        let full: Vec<&str> = full.lines().collect();
+        assert!(brief.lines().all(|line| full.contains(&line)), "{brief}");
+    }
 }
 
 #[test]

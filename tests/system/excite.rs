@@ -83,9 +83,9 @@ fn a_weak_log_leads_to_a_manoeuvre_whose_recording_passes() {
     let identify = "--steering-ratio 16.9 --structure bicycle";
     let weak = run(folder.path(), &format!("identify city.csv {identify} -o weak.json"));
     assert_eq!(weak.status.code(), Some(1), "{}", text_of(&weak));
-    let stderr = String::from_utf8_lossy(&weak.stderr);
-    let last = stderr.lines().last().unwrap();
-    assert!(last.ends_with("steerwright excite weak.json"), "{stderr}");
+    let page = String::from_utf8_lossy(&weak.stdout);
+    let verdict = page.lines().next().unwrap();
+    assert!(verdict.ends_with("; next: steerwright excite weak.json"), "{page}");
 
     let options = "--speed 15m/s --time 120s --max-lateral-acceleration 3m/s2 --max-rate 400deg/s --road-width 7m";
     let designed = run(folder.path(), &format!("excite weak.json {options} -o drive"));

@@ -56,7 +56,7 @@ fn the_recording_of_a_tyre_limit_determines_the_friction_of_another_car() {
     let manoeuvre: Manoeuvre = document(&at("drive/excitation.json"));
     assert_eq!(manoeuvre.purpose.goal, ManoeuvreGoal::TyreLimit);
     let page = std::fs::read_to_string(at("drive/excitation.html")).unwrap();
-    assert!(page.contains("friction coefficients of"), "no friction on the page");
+    assert!(page.contains("Friction coefficients of"), "no friction on the page");
     std::fs::write(at("log.csv"), record(&car, &at("drive/excitation.csv"), 1)).unwrap();
     let ratio = car.actuator.steering_ratio;
     let found = run(

@@ -95,7 +95,11 @@ fn a_build_on_a_failed_model_ends_with_the_evidence() {
     assert!(out.join("plant.json").is_file() && !out.join("pid.json").exists());
     assert!(!out.join("fmu").exists() && !out.join("pid-from-bicycle.json").exists());
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("failed validation") && page.contains("slalom"));
+    assert!(
+        page.contains("failed validation")
+            && page.contains("Quality fail (")
+            && page.contains("slalom")
+    );
     let summary = page.split("<h2 id=\"s0\">").nth(1).unwrap().split("<h2").next().unwrap();
     assert_eq!(summary.matches("(standard deviation) only").count(), 1, "{summary}");
     assert!(!page.contains("Every requirement is met"));

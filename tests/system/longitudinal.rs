@@ -89,7 +89,7 @@ fn pedals_and_acceleration_commands_are_identified() {
     });
     // No log has a gear: that of the pedals' vehicle shows that it has one.
     for (log, gain, quality) in
-        [("pedals", 3.2, "quality  pass"), ("command", 1.0, "quality  pass")]
+        [("pedals", 3.2, "quality pass: "), ("command", 1.0, "quality pass: ")]
     {
         let line = format!("identify {log}.csv --structure longitudinal -o {log}.json");
         let output = run(folder, &line);

@@ -23,7 +23,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
     if let Some(fit) = fit {
         blocks.push(Block::Text(format!(
             "Driven by the recorded steering it fits the measured yaw rate by {}.",
-            value(fit, 1, "%")
+            value(fit, 2, "%")
         )));
     }
     Section::new("The bicycle model", blocks)

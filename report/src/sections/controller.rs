@@ -6,8 +6,8 @@ use crate::report::Controller;
 use crate::section::{Block, Section, Tone};
 use crate::table::Table;
 use steerwright_formats::{
-    DesignEvidence, DesignedFor, Engagement, EngagementRow, Grade, LoopCoupling, OnACurve, Pid,
-    Requirement, Specification, StepMetrics,
+    DesignEvidence, DesignedFor, Grade, LoopCoupling, OnACurve, Pid, Requirement, Specification,
+    StepMetrics,
 };
 
 /// The verdict, gains, required and reached figures, and how robust they are.
@@ -40,9 +40,9 @@ pub fn controller_section(controller: &Controller<'_>) -> Section {
         blocks.push(Block::figure(figure, 680, caption));
     }
     blocks.extend(e.robustness.iter().flat_map(|r| robustness::robustness(pid, r)));
-    blocks.extend(trade_off(e).map(Block::Text));
+    blocks.extend(robustness::trade_off(e).map(Block::Text));
     blocks.extend(e.over_speed.iter().flat_map(over_speed::over_speed));
-    blocks.extend(e.engagement.iter().flat_map(engagement));
+    blocks.extend(e.engagement.iter().flat_map(robustness::engagement));
     let read = format!("the steady-state error is read {} s after the step", s.steady_state_time_s);
     let mut details = vec![
         Block::Heading("The step in detail".into()),
@@ -318,50 +318,6 @@ fn heights(e: &DesignEvidence) -> Table {
         ]);
     }
     table
-}
-
-/// Lateral offsets from which the loop returns to a path: a row for each heading error, a column for each speed.
-fn engagement(engagement: &Engagement) -> Vec<Block> {
-    let mut speeds: Vec<f64> = engagement.rows.iter().map(|r| r.speed_mps).collect();
-    speeds.dedup();
-    let headers = speeds.iter().map(|v| format!("{v:.1} m/s"));
-    let mut table = Table::new(std::iter::once("heading error".to_owned()).chain(headers));
-    let first = speeds.first().copied();
-    for row in engagement.rows.iter().filter(|r| Some(r.speed_mps) == first) {
-        let mut cells = vec![format!("{:.0}°", DEG * row.heading_error_rad)];
-        cells.extend(speeds.iter().map(|v| {
-            let is_same = |r: &&EngagementRow| {
-                r.speed_mps == *v && r.heading_error_rad == row.heading_error_rad
-            };
-            let offset = engagement.rows.iter().find(is_same).and_then(|r| r.largest_offset_m);
-            optional(offset, 0, "m", "none")
-        }));
-        table.push(cells);
-    }
-    let heading = format!(
-        "Largest lateral offset, of up to {:.0} m, from which the loop returns to a straight path ({})",
-        engagement.offsets_m.last().copied().unwrap_or_default(),
-        engagement.plant
-    );
-    vec![Block::Heading(heading), Block::Table(table)]
-}
-
-fn trade_off(e: &DesignEvidence) -> Option<String> {
-    let settling = |time: Option<f64>, absent: &str| optional(time, 2, "s", absent);
-    let rows: Vec<String> = e
-        .trade_off
-        .iter()
-        .map(|t| format!("{} at {}", settling(t.settling_time_s, "none"), t.modulus_margin))
-        .collect();
-    if rows.is_empty() {
-        return None;
-    }
-    Some(format!(
-        "shortest settling on the nominal plant by modulus margin: {} (here {} at {:.2})",
-        rows.join(", "),
-        settling(e.step.settling_time_s, "never"),
-        e.margins.modulus_margin
-    ))
 }
 
 fn parameters(pid: &Pid) -> Table {

@@ -5,7 +5,7 @@ use crate::figures::{self, text};
 use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{
-    Excitation, FrequencyResponse, HeldOut, Information, Plant, PoleZeroMap, ResidualCorrelation,
+    Evidence, FrequencyResponse, HeldOut, Information, Plant, PoleZeroMap, ResidualCorrelation,
 };
 
 /// The evidence behind the model; `None` where a file holds none.
@@ -33,13 +33,13 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
             _ => "never (simulation)".into(),
         };
         let uncertainty = match (p.steps, h.fit_standard_error) {
-            (None, Some(error)) => format!(" ± {}", text(2.0 * error, 1)),
+            (None, Some(error)) => format!(" ± {}", text(2.0 * error, 2)),
             _ => String::new(),
         };
         table.push([
             ahead,
-            format!("{}{uncertainty}\u{a0}%", text(p.fit, 1)),
-            value(p.variance_accounted_for, 1, "%"),
+            format!("{}{uncertainty}\u{a0}%", text(p.fit, 2)),
+            value(p.variance_accounted_for, 2, "%"),
         ]);
     }
     let uncertainty = match h.fit_standard_error {
@@ -55,29 +55,14 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
     );
     vec![
         Block::Heading("Prediction of the validation data".into()),
-        Block::Table(table),
+        Block::Details(vec![Block::Table(table)]),
         Block::figure(figures::prediction(h), 280, caption),
     ]
 }
 
 fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
-    let e = &plant.evidence;
-    let mut table = Table::new(["test of the one-step residuals", "statistic", "99 % bound", ""]);
-    for (name, test) in [
-        ("white (Ljung–Box)", &e.whiteness),
-        ("independent of past steering", &e.independence),
-        ("no feedback: steering independent of past residuals", &r.feedback),
-    ] {
-        table.push([
-            name.to_owned(),
-            significant(test.statistic),
-            significant(test.bound),
-            if test.pass { "passed" } else { "failed" }.into(),
-        ]);
-    }
     vec![
         Block::Heading("Residuals".into()),
-        Block::Table(table),
         Block::figure(
             figures::residuals(r, plant.discrete.sample_time_s),
             320,
@@ -92,22 +77,16 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
 fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
     let mut blocks = vec![Block::Heading("Frequency response".into())];
     if !r.bands.is_empty() {
-        let mut table = Table::new(["band", "model's gain over measured", "model's phase", "±"]);
+        let mut table = Table::new(["band", "± model's gain", "± model's phase"]);
         for b in &r.bands {
-            let (gain, phase) = (200.0 * b.standard_error, 2.0 * figures::DEG * b.standard_error);
             table.push([
-                format!("{} to {}\u{a0}Hz", b.from_hz, b.to_hz),
-                text(b.gain_ratio, 3),
-                value(figures::DEG * b.phase_ahead_rad, 1, "deg"),
-                format!("{}, {}", value(gain, 1, "%"), value(phase, 1, "deg")),
+                band_name(b.from_hz, b.to_hz),
+                value(200.0 * b.standard_error, 1, "%"),
+                value(2.0 * figures::DEG * b.standard_error, 1, "deg"),
             ]);
         }
-        blocks.push(Block::Table(table));
-        blocks.push(Block::Text(
-            "Each band as a whole, where steering explains most of the yaw rate; phase is positive \
-             where the model is ahead; ± two standard errors."
-                .into(),
-        ));
+        let text = "Each band as a whole, where steering explains most of the yaw rate; two standard errors.";
+        blocks.push(Block::Details(vec![Block::Table(table), Block::Text(text.into())]));
     }
     let caption = format!(
         "Measured by Welch's method from {} independent averages, {} Hz apart; shown where the \
@@ -144,7 +123,7 @@ fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
     }
     vec![
         Block::Heading("Poles and zeros".into()),
-        Block::Table(table),
+        Block::Details(vec![Block::Table(table)]),
         Block::figure(
             figures::poles_and_zeros(map),
             440,
@@ -164,36 +143,57 @@ fn complex([re, im]: [f64; 2], digits: usize, unit: &str) -> String {
     format!("{}\u{a0}±\u{a0}{}j{space}{unit}", text(re, digits), text(im.abs(), digits))
 }
 
-/// The frequencies at which the log is informative.
-pub(super) fn bands(x: &Excitation) -> Vec<Block> {
+/// The frequencies at which the log is informative, and the model there compared with the measured response.
+pub(super) fn bands(e: &Evidence) -> Vec<Block> {
+    let x = &e.excitation;
     if x.bands.is_empty() {
         return Vec::new();
     }
-    let headers =
-        ["band", "road wheel", "yaw rate", "explained by steering", "gain known to", "information"];
+    let headers = [
+        "band",
+        "road wheel",
+        "yaw rate",
+        "explained",
+        "gain known to",
+        "",
+        "model's gain",
+        "phase",
+    ];
+    let compared = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
     let mut table = Table::new(headers);
     for b in &x.bands {
+        let of_model = compared.iter().find(|d| d.from_hz == b.from_hz && d.to_hz == b.to_hz);
+        let [gain, phase] = match of_model {
+            Some(d) => [
+                format!("×{:.3}", d.gain_ratio),
+                // Without the sign of a value that is rounded to −0.
+                format!("{:+.1}°", (10.0 * figures::DEG * d.phase_ahead_rad).round() / 10.0 + 0.0),
+            ],
+            None => ["–".into(), "–".into()],
+        };
         table.push([
-            format!("{} to {}\u{a0}Hz", b.from_hz, b.to_hz),
-            value(figures::DEG * b.road_wheel_std_rad, 3, "deg"),
-            value(figures::DEG * b.yaw_rate_std_radps, 3, "deg/s"),
+            band_name(b.from_hz, b.to_hz),
+            format!("{:.3}°", figures::DEG * b.road_wheel_std_rad),
+            format!("{:.3}\u{a0}°/s", figures::DEG * b.yaw_rate_std_radps),
             value(100.0 * b.coherence, 0, "%"),
             if b.information == Information::None {
                 "–".into()
             } else {
                 known_to(b.relative_error)
             },
-            information(b.information).into(),
+            match b.information {
+                Information::Good => "good",
+                Information::Weak => "weak",
+                Information::None => "no information",
+            }
+            .into(),
+            gain,
+            phase,
         ]);
     }
     let mut sentence = match x.silent_from_hz() {
-        Some(f) => {
-            if f > 0.0 {
-                format!("Above {f} Hz there is no information in this log")
-            } else {
-                "There is no information in this log".to_owned()
-            }
-        }
+        Some(f) if f > 0.0 => format!("Above {f} Hz there is no information in this log"),
+        Some(_) => "There is no information in this log".to_owned(),
         None => "The log has information in all bands".to_owned(),
     };
     if let Some(p) = x.persistence {
@@ -203,20 +203,17 @@ pub(super) fn bands(x: &Excitation) -> Vec<Block> {
     vec![
         Block::Table(table),
         Block::Text(format!(
-            "{sentence}. Angles and rates are standard deviations; the gain's ± is twice its standard error, about 95 %."
+            "{sentence}. Angles and rates are standard deviations; the gain's ± is twice its standard error, about \
+             95 %; the model's gain is relative to the measured one, its phase positive where the model is ahead."
         )),
     ]
+}
+
+fn band_name(from_hz: f64, to_hz: f64) -> String {
+    format!("{from_hz} to {to_hz}\u{a0}Hz")
 }
 
 fn known_to(relative_error: f64) -> String {
     let twice = 200.0 * relative_error;
     format!("±{}", value(twice, if twice < 10.0 { 1 } else { 0 }, "%"))
-}
-
-fn information(information: Information) -> &'static str {
-    match information {
-        Information::Good => "good",
-        Information::Weak => "weak",
-        Information::None => "none",
-    }
 }

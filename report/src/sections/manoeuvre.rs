@@ -1,4 +1,4 @@
-//! The page of a manoeuvre: what to drive, for a driver or the operator of a robot, and what it determines.
+//! A manoeuvre: what it determines, and what to drive, for a driver or the operator of a robot.
 
 use super::{length, value};
 use crate::figure::{Figure, Mark, MarkPlace, Panel, Series, Style};
@@ -13,8 +13,7 @@ use steerwright_formats::{Manoeuvre, ManoeuvreGoal, ManoeuvreKind, SteeringSigna
 const DEGREES_PER_G: f64 = DEG * 9.806_65;
 
 /// An error of a goal, in the unit that is usual for it.
-#[must_use]
-pub fn goal_error(goal: ManoeuvreGoal, error: f64) -> String {
+fn goal_error(goal: ManoeuvreGoal, error: f64) -> String {
     match goal {
         ManoeuvreGoal::Response | ManoeuvreGoal::TyreLimit => format!("±{:.2} %", 100.0 * error),
         ManoeuvreGoal::Understeer => {
@@ -24,8 +23,7 @@ pub fn goal_error(goal: ManoeuvreGoal, error: f64) -> String {
 }
 
 /// What a manoeuvre determines, with the value of the model where it is one number.
-#[must_use]
-pub fn goal_in_words(manoeuvre: &Manoeuvre) -> String {
+fn goal_in_words(manoeuvre: &Manoeuvre) -> String {
     let of = |name: &str| {
         let parameters = &manoeuvre.expected.parameters;
         parameters.iter().find(|p| p.name == name).map_or(f64::NAN, |p| p.value)
@@ -48,7 +46,7 @@ pub fn goal_in_words(manoeuvre: &Manoeuvre) -> String {
 }
 
 /// The quantities that a manoeuvre determines, with two standard errors.
-pub fn manoeuvre_parameters(manoeuvre: &Manoeuvre) -> Table {
+fn parameters(manoeuvre: &Manoeuvre) -> Table {
     let mut table = Table::new(["quantity", "value", "± two standard errors"]);
     for parameter in &manoeuvre.expected.parameters {
         let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
@@ -68,8 +66,7 @@ fn cone_distance_m(signal: &SteeringSignal) -> Option<f64> {
 }
 
 /// The rhythm, the amplitude and the cones of a signal in a sentence.
-#[must_use]
-pub fn signal_in_words(kind: ManoeuvreKind, signal: &SteeringSignal) -> String {
+fn signal_in_words(kind: ManoeuvreKind, signal: &SteeringSignal) -> String {
     let angle = signal.peaks.angle_rad.to_degrees();
     let speed = signal.speed_mps;
     match (kind, signal.frequency_hz, signal.hold_s) {
@@ -109,7 +106,7 @@ pub fn signal_in_words(kind: ManoeuvreKind, signal: &SteeringSignal) -> String {
 }
 
 /// What the signals use of the limits.
-pub fn manoeuvre_limits(manoeuvre: &Manoeuvre) -> Table {
+fn limits(manoeuvre: &Manoeuvre) -> Table {
     let mut table =
         Table::new(["speed", "quantity", "of the model", "bound by its uncertainty", "limit"]);
     let l = &manoeuvre.limits;
@@ -150,7 +147,13 @@ pub fn manoeuvre_page(manoeuvre: &Manoeuvre) -> String {
     let lead = "Angles are those of the log that the model is from, in degrees, positive to the left (ISO 8855); \
                 errors are two standard errors.";
     let title = format!("{}: the drive to record", manoeuvre.name);
-    report_html(&title, lead, &[drive(manoeuvre), signals(manoeuvre), errors(manoeuvre)])
+    report_html(&title, lead, &manoeuvre_sections(manoeuvre))
+}
+
+/// What a manoeuvre determines, what to drive, and what it uses of the limits.
+#[must_use]
+pub fn manoeuvre_sections(manoeuvre: &Manoeuvre) -> Vec<Section> {
+    vec![errors(manoeuvre), drive(manoeuvre), signals(manoeuvre)]
 }
 
 fn drive(manoeuvre: &Manoeuvre) -> Section {
@@ -199,7 +202,22 @@ fn drive(manoeuvre: &Manoeuvre) -> Section {
             signal_in_words(manoeuvre.kind, signal),
         ]);
     }
-    Section::new("What to drive", vec![Block::List(list), Block::Table(table)])
+    let kind = format!(
+        "{} of {:.0} s, {} blocks of {:.0} s, for {}",
+        manoeuvre.kind,
+        manoeuvre.time_s(),
+        manoeuvre.schedule.len(),
+        manoeuvre.block_s,
+        manoeuvre.name
+    );
+    let mut facts = vec![Block::fact("manoeuvre", kind)];
+    let signals = manoeuvre.signals.iter();
+    facts.extend(
+        signals.map(|signal| Block::fact("signal", signal_in_words(manoeuvre.kind, signal))),
+    );
+    let blocks =
+        vec![Block::Facts(facts), Block::List(list), Block::Details(vec![Block::Table(table)])];
+    Section::new("What to drive", blocks)
 }
 
 fn signals(manoeuvre: &Manoeuvre) -> Section {
@@ -221,7 +239,7 @@ fn signals(manoeuvre: &Manoeuvre) -> Section {
         "Signals and limits",
         vec![
             Block::figure(figure, 320, caption),
-            Block::Table(manoeuvre_limits(manoeuvre)),
+            Block::Table(limits(manoeuvre)),
             Block::Text(
                 "The bound is kept with a probability of 97.5 % by the stated uncertainty of the model.".into(),
             ),
@@ -231,35 +249,65 @@ fn signals(manoeuvre: &Manoeuvre) -> Section {
 
 fn errors(manoeuvre: &Manoeuvre) -> Section {
     let e = &manoeuvre.expected;
-    let mut blocks = Vec::new();
-    if let Some(wanted) = manoeuvre.purpose.max_error {
-        let (tone, met) = if e.met { (Tone::Good, "met") } else { (Tone::Bad, "not met") };
-        let needed = match e.needed_time_s {
-            Some(time) => format!("{time:.0} s of this manoeuvre reach it."),
-            None => "No time reaches it.".into(),
-        };
-        let title = match manoeuvre.purpose.goal {
-            ManoeuvreGoal::Response => {
-                format!("required ±{} %: {met}", super::significant(100.0 * wanted))
-            }
-            goal => format!("required {}: {met}", goal_error(goal, wanted)),
-        };
-        blocks.push(Block::Note { tone, title, text: needed });
-    }
+    let mut blocks = vec![verdict(manoeuvre)];
     if !e.response.is_empty() {
         blocks.push(response_figure(manoeuvre));
+        blocks.push(Block::Details(vec![Block::Table(response(manoeuvre))]));
     }
-    if manoeuvre.purpose.goal != ManoeuvreGoal::Response {
-        let error = goal_error(manoeuvre.purpose.goal, 2.0 * e.largest_error);
-        blocks.push(Block::Text(format!("{}: {error}.", goal_in_words(manoeuvre))));
-    }
-    blocks.push(Block::Table(manoeuvre_parameters(manoeuvre)));
-    blocks.push(Block::Table(manoeuvre_alternatives(manoeuvre)));
+    let parameters = Block::Table(parameters(manoeuvre));
+    blocks.push(match manoeuvre.purpose.goal {
+        ManoeuvreGoal::Response => Block::Details(vec![parameters]),
+        ManoeuvreGoal::Understeer | ManoeuvreGoal::TyreLimit => parameters,
+    });
+    blocks.push(Block::Table(alternatives(manoeuvre)));
     Section::new("Errors to expect", blocks)
 }
 
-/// The best manoeuvre of each kind.
-fn manoeuvre_alternatives(manoeuvre: &Manoeuvre) -> Table {
+/// What will be known, and whether that is what is required.
+fn verdict(manoeuvre: &Manoeuvre) -> Block {
+    let (e, goal) = (&manoeuvre.expected, manoeuvre.purpose.goal);
+    let detail = match goal {
+        ManoeuvreGoal::Response => "two standard errors of gain and phase, the largest in the band",
+        ManoeuvreGoal::Understeer => "two standard errors",
+        ManoeuvreGoal::TyreLimit => "two standard errors, the larger of both",
+    };
+    let error = goal_error(goal, 2.0 * e.largest_error);
+    let known = format!("{} known to {error}", goal_in_words(manoeuvre));
+    let mut text = detail.to_owned();
+    if let Some(bound) = e.bound {
+        let bound = goal_error(goal, 2.0 * bound);
+        text += &format!("; no tones within the limits know it better than to {bound}");
+    }
+    let Some(wanted) = manoeuvre.purpose.max_error else {
+        return Block::Note { tone: Tone::Good, title: known, text };
+    };
+    let needed = match e.needed_time_s {
+        Some(time) => format!("{time:.0} s would do"),
+        None => "no time would do".into(),
+    };
+    let (tone, met) = if e.met { (Tone::Good, "met") } else { (Tone::Bad, "not met") };
+    let title = format!("required {}: {met}; {needed}", goal_error(goal, wanted));
+    Block::Note { tone, title, text: format!("{known} ({text})") }
+}
+
+/// The response and its errors at each speed and frequency.
+fn response(manoeuvre: &Manoeuvre) -> Table {
+    let mut table =
+        Table::new(["speed (m/s)", "frequency (Hz)", "gain (1/s)", "± gain", "± phase"]);
+    for row in &manoeuvre.expected.response {
+        table.push([
+            format!("{:.1}", row.speed_mps),
+            format!("{:.2}", row.frequency_hz),
+            format!("{:.3}", row.gain),
+            format!("{:.2} %", 200.0 * row.gain_error),
+            format!("{:.2}°", 2.0 * DEG * row.phase_error_rad),
+        ]);
+    }
+    table
+}
+
+/// The best manoeuvre of each kind, and who steers it.
+fn alternatives(manoeuvre: &Manoeuvre) -> Table {
     let goal = manoeuvre.purpose.goal;
     let heading = match goal {
         ManoeuvreGoal::Response => "largest error in the band",
@@ -268,13 +316,13 @@ fn manoeuvre_alternatives(manoeuvre: &Manoeuvre) -> Table {
     };
     let mut table = Table::new(["manoeuvre", heading]);
     for other in &manoeuvre.alternatives {
-        let error = match goal {
-            ManoeuvreGoal::Response => {
-                format!("±{} %", super::significant(200.0 * other.largest_error))
-            }
-            _ => goal_error(goal, 2.0 * other.largest_error),
+        let who = match other.kind {
+            _ if goal == ManoeuvreGoal::TyreLimit => "robot or driver",
+            ManoeuvreKind::Multisine => "robot",
+            _ => "driver",
         };
-        table.push([other.kind.name().to_owned(), error]);
+        table
+            .push([format!("{} ({who})", other.kind), goal_error(goal, 2.0 * other.largest_error)]);
     }
     table
 }

@@ -3,20 +3,21 @@
 mod bicycle;
 mod controller;
 mod evidence;
+mod facts;
 mod identification;
 mod manoeuvre;
 mod model;
 mod outcome;
 mod over_speed;
 mod robustness;
+mod speed_controller;
+mod vehicle_facts;
+mod words;
 
 pub use controller::{controller_section, shortfalls};
-pub use identification::{factor_in_words, start_in_words};
-pub use manoeuvre::{
-    goal_error, goal_in_words, manoeuvre_limits, manoeuvre_page, manoeuvre_parameters,
-    signal_in_words,
-};
-pub use model::{not_negative, parameter_tables, sideslip_in_words};
+pub use identification::channel_table;
+pub use manoeuvre::{manoeuvre_page, manoeuvre_sections};
+pub use speed_controller::speed_controller_section;
 
 use crate::figures::text;
 use crate::html::report_html;
@@ -25,7 +26,9 @@ use crate::section::{Block, Section, Tone};
 use steerwright_formats::{Grade, Quality};
 
 impl Report<'_> {
-    fn sections(&self) -> Vec<Section> {
+    /// What is shown of everything that is known: the verdict first.
+    #[must_use]
+    pub fn sections(&self) -> Vec<Section> {
         let mut out = vec![outcome::summary(self)];
         if let Some(model) = self.model {
             out.extend(model::sections(model, self.traces, self.bicycle_fit));
@@ -59,19 +62,21 @@ impl Report<'_> {
     }
 }
 
-/// The quality of a model as a note; `what` begins the title.
-fn quality(quality: &Quality, what: &str) -> Block {
-    let (tone, outcome) = match quality.grade {
-        Grade::Pass => (Tone::Good, "passed validation"),
-        Grade::Warn => (Tone::Neutral, "can be designed on with reservations"),
-        Grade::Fail => (Tone::Bad, "failed validation"),
+/// The quality of a model, or of what was designed on it, as the verdict.
+pub(crate) fn quality_note(quality: &Quality) -> Block {
+    let tone = match quality.grade {
+        Grade::Pass => Tone::Good,
+        Grade::Warn => Tone::Neutral,
+        Grade::Fail => Tone::Bad,
     };
     let codes =
         if quality.reasons.is_empty() { String::new() } else { format!(" ({})", quality.codes()) };
-    let reasons = quality.unstated_reasons().map(|r| format!(" {}: {}.", r.grade, r.message));
+    let reasons = quality
+        .unstated_reasons()
+        .map(|r| format!(" {} ({}): {}.", r.grade, r.code.name(), r.message));
     Block::Note {
         tone,
-        title: format!("{what} {outcome}{codes}"),
+        title: format!("quality {}{codes}", quality.grade),
         text: quality.summary.clone() + &reasons.collect::<String>(),
     }
 }

@@ -1,13 +1,18 @@
 //! The sections and tables of an identified model, by its structure.
 
+use super::facts::{actuator_in_words, of_channels, of_plant};
+use super::vehicle_facts::{
+    bicycle_data, of_bicycle, of_longitudinal, of_torque, of_vehicle, vehicle_data,
+};
+use super::words::{Facts, percent, sideslip_in_words};
 use super::{evidence, identification};
 use crate::figures;
 use crate::read::Traces;
 use crate::section::{Block, Section};
 use crate::table::Table;
 use steerwright_formats::{
-    BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Sideslip, SideslipTerm,
-    Torque, VehicleEvidence, VehicleParameter,
+    BicycleEvidence, Longitudinal, Model, MultivariablePlant, NORMAL_95, Torque, VehicleEvidence,
+    VehicleParameter,
 };
 
 /// What was recorded, the model and the evidence for it.
@@ -17,38 +22,71 @@ pub(crate) fn sections(
     bicycle_fit: Option<f64>,
 ) -> Vec<Section> {
     let mut log = identification::log(model, traces);
-    if let Some(plant) = model.plant() {
-        log.blocks.extend(identification::information(&plant.evidence.excitation));
-        let mut all = vec![log, identification::model(plant, traces, bicycle_fit)];
-        all[1].blocks.extend(sideslip(model));
-        all[1].blocks.extend(actuator(model));
-        all.extend(evidence::evidence(plant));
-        return all;
-    }
-    let [estimation, validation] = model.fits().map(|fit| super::optional(fit, 1, "%", "–"));
-    let mut blocks = vec![Block::Text(format!(
-        "The {} of {}: its simulation fits the {} of the estimation data by {estimation}, of the validation data by {validation}.",
-        name(model),
-        model.name(),
-        output(model)
-    ))];
+    let mut blocks = vec![Block::Facts(facts(model))];
     blocks.extend(parameter_tables(model).into_iter().map(Block::Table));
-    blocks.extend(sideslip(model));
-    blocks.extend(actuator(model));
     if let Some(traces) = traces {
-        let caption = "Simulation from steering and speed alone: the measured yaw rate is no input of \
-                       the model. The shaded part is validation data.";
+        let caption = "Simulation from what the driver does alone: the measured yaw rate is no input of the model. \
+                       The shaded part is validation data.";
         let figure = figures::comparison(traces, model.fits(), bicycle_fit);
         blocks.push(Block::figure(figure, 720, caption));
     }
-    vec![log, Section::new("The identified model", blocks)]
+    let heading = format!("The {}", name(model));
+    if let Some(plant) = model.plant() {
+        log.blocks.extend(identification::information(&plant.evidence));
+        blocks.extend(identification::orders(&plant.evidence.order_table, plant.order()));
+        blocks.push(Block::Details(identification::details(plant)));
+        let mut all = vec![log, Section::new(heading, blocks)];
+        all.extend(evidence::evidence(plant));
+        return all;
+    }
+    if let Some(plant) = model.multivariable() {
+        blocks.push(Block::Details(vec![Block::Table(orders_of_channels(plant))]));
+    }
+    vec![log, Section::new(heading, blocks)]
 }
 
-/// The sideslip that fixes determined.
-fn sideslip(model: &Model) -> Option<Block> {
-    let stated = model.stated_sideslip()?;
-    let lines = sideslip_in_words(stated, model.speed_mps().unwrap_or_default());
-    Some(Block::Text(format!("Sideslip: {}.", lines.join("; "))))
+/// The facts of a model.
+fn facts(model: &Model) -> Facts {
+    let mut facts = match model {
+        Model::StateSpace(plant) => of_plant(plant),
+        Model::Bicycle(bicycle) => {
+            bicycle.evidence.as_ref().map(|e| of_bicycle(e, bicycle)).unwrap_or_default()
+        }
+        Model::SingleTrack(vehicle) => {
+            vehicle.evidence.as_ref().map(of_vehicle).unwrap_or_default()
+        }
+        Model::Torque(torque) => of_torque(torque),
+        Model::Longitudinal(longitudinal) => of_longitudinal(longitudinal),
+        Model::Multivariable(plant) => of_channels(plant),
+    };
+    if let Some(actuator) = model.identified_actuator() {
+        facts.push(Block::fact("actuator", actuator_in_words(&actuator)));
+    }
+    if let Some(sideslip) = model.stated_sideslip() {
+        let lines = sideslip_in_words(sideslip, model.speed_mps().unwrap_or_default());
+        facts.push(Block::fact("sideslip", lines.join("; ")));
+    }
+    match model {
+        Model::Bicycle(bicycle) => facts.push(Block::fact("vehicle", bicycle_data(bicycle))),
+        Model::SingleTrack(vehicle) => facts.push(Block::fact("vehicle", vehicle_data(vehicle))),
+        _ => {}
+    }
+    facts
+}
+
+/// The orders of a plant of several channels.
+fn orders_of_channels(plant: &MultivariablePlant) -> Table {
+    let mut table = Table::new(["order", "estimation fit", "validation fit", "as estimated", ""]);
+    for row in &plant.evidence.order_table {
+        table.push([
+            row.order.to_string(),
+            percent(row.estimation_fit),
+            percent(row.validation_fit),
+            if row.stable { "stable" } else { "unstable" }.into(),
+            if row.order == plant.order() { "chosen" } else { "" }.into(),
+        ]);
+    }
+    table
 }
 
 /// Outputs over time, where the signals are there, and gains over frequency.
@@ -68,32 +106,6 @@ pub(crate) fn figures_of_channels(
     Section::new("Outputs and responses", blocks)
 }
 
-/// The actuator between the steering command and the measured angle.
-fn actuator(model: &Model) -> Option<Block> {
-    let a = model.identified_actuator()?;
-    let lag_error = NORMAL_95 * a.time_constant_standard_error_s;
-    let delay_error = NORMAL_95 * a.delay_standard_error_s;
-    let mut table = Table::new(["actuator", "value", "95 % band", "unit"])
-        .row([
-            "time constant".into(),
-            format!("{:.4}", a.time_constant_s),
-            band(a.time_constant_s, lag_error, true),
-            "s".into(),
-        ])
-        .row([
-            "delay".into(),
-            format!("{:.4}", a.delay_s),
-            band(a.delay_s, delay_error, true),
-            "s".into(),
-        ])
-        .row(["angle over command".into(), format!("{:.3}", a.gain), "–".into(), "1".into()])
-        .row(["fit of the measured angle".into(), format!("{:.1}", a.fit), "–".into(), "%".into()]);
-    if let Some(rate) = a.max_rate_radps {
-        table.push(["largest rate".into(), format!("{rate:.3}"), "–".into(), "rad/s".into()]);
-    }
-    Some(Block::Table(table))
-}
-
 /// The model in a table of results.
 pub(crate) fn name(model: &Model) -> String {
     match model {
@@ -103,27 +115,17 @@ pub(crate) fn name(model: &Model) -> String {
         Model::Torque(_) => "identified response to the steering torque".into(),
         Model::Longitudinal(_) => "identified response of the speed".into(),
         Model::Multivariable(plant) => format!(
-            "identified model of order {} with {} inputs",
+            "identified model of order {}, inputs: {}, outputs: {}",
             plant.order(),
-            plant.inputs.len()
+            plant.inputs.len(),
+            plant.outputs.len()
         ),
-    }
-}
-
-/// What the fits of a model are of.
-fn output(model: &Model) -> &'static str {
-    match model {
-        Model::StateSpace(_) | Model::Bicycle(_) | Model::SingleTrack(_) => "yaw rate",
-        Model::Torque(_) => "lateral acceleration",
-        Model::Longitudinal(_) => "change of the speed",
-        Model::Multivariable(_) => "outputs",
     }
 }
 
 /// The identified parameters with their uncertainty, and those that the drive does not determine; none of a plant in
 /// state space, or of a model that was not identified.
-#[must_use]
-pub fn parameter_tables(model: &Model) -> Vec<Table> {
+fn parameter_tables(model: &Model) -> Vec<Table> {
     match model {
         Model::StateSpace(_) => Vec::new(),
         Model::Bicycle(bicycle) => match bicycle.evidence.as_ref() {
@@ -321,42 +323,4 @@ fn prior_range(p: &VehicleParameter) -> [f64; 2] {
         value.clamp(prior.min, prior.max)
     };
     [end(-1.0), end(1.0)]
-}
-
-/// The sideslip that fixes determine, in lines; `speed_mps` is that of the model, for a sideslip that states none.
-#[must_use]
-pub fn sideslip_in_words(s: &Sideslip, speed_mps: f64) -> Vec<String> {
-    let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
-    let latency = match s.gnss_latency_standard_error_s {
-        Some(e) => not_negative(s.gnss_latency_s, 2.0 * e, 3, ""),
-        None => s.gnss_latency_s.to_string(),
-    };
-    let mut lines =
-        vec![format!("{value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old")];
-    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
-        let (value, error) = (1e3 * value, 2e3 * standard_error);
-        lines
-            .push(format!("{value:+.2} ± {error:.2} ms of it per (m/s²)² of lateral acceleration"));
-    }
-    if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
-        let error = 2.0 * standard_error;
-        lines.push(format!("{value:.4} ± {error:.4} s2 per yaw acceleration"));
-    }
-    if let Some(SideslipTerm { value, standard_error }) = s.distance_rear_m {
-        let (speed, error) = (s.speed_mps.unwrap_or(speed_mps), 2.0 * standard_error);
-        lines.push(format!(
-            "all at {speed:.1} m/s; {value:.2} ± {error:.2} m from centre of gravity to rear axle"
-        ));
-    }
-    lines
-}
-
-/// A quantity that should not be negative with its error; where the error reaches zero, the upper end alone.
-#[must_use]
-pub fn not_negative(value: f64, error: f64, digits: usize, unit: &str) -> String {
-    if value.abs() > error {
-        format!("{value:.digits$} ± {error:.digits$}{unit}")
-    } else {
-        format!("at most {:.digits$}{unit}", value + error)
-    }
 }

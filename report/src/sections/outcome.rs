@@ -13,7 +13,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
     let mut blocks = Vec::new();
     if let Some(model) = report.model {
         let quality = model.quality();
-        blocks.push(super::quality(quality, "The model"));
+        blocks.push(super::quality_note(quality));
         for (heading, list) in
             [("Limits of the model", &quality.remarks), ("What to do next", &quality.advice)]
         {
@@ -34,17 +34,14 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         blocks.push(Block::Heading("Warnings".into()));
         blocks.push(Block::List(warnings));
     }
-    if !blocks.is_empty() {
-        blocks.push(Block::Heading("At a glance".into()));
-    }
     let mut table = Table::new(["what", "result", "requirements"]);
     if let Some(model) = report.model {
         let [_, validated] = model.fits();
-        let fit = super::optional(validated, 1, "%", "–");
+        let fit = super::optional(validated, 2, "%", "–");
         table.push([super::model::name(model), format!("validation fit {fit}"), String::new()]);
     }
     if let Some(fit) = report.bicycle_fit {
-        table.push(["bicycle model".into(), format!("fit {}", value(fit, 1, "%")), String::new()]);
+        table.push(["bicycle model".into(), format!("fit {}", value(fit, 2, "%")), String::new()]);
     }
     for c in &report.controllers {
         let step = c.in_loop.map_or(&c.pid.evidence.step, |l| l.metrics);
@@ -57,7 +54,9 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         let rms = super::length(track.errors().cross_track_rms_m);
         table.push([format!("track: {name}"), format!("cross-track RMS {rms}"), String::new()]);
     }
-    if !table.is_empty() {
+    // A model alone has its fits below.
+    if table.rows().len() > 1 || report.model.is_none() {
+        blocks.push(Block::Heading("At a glance".into()));
         blocks.push(Block::Table(table));
     }
     Section::new("Summary", blocks)
@@ -121,7 +120,7 @@ pub(crate) fn provenance(report: &Report<'_>) -> Section {
     for (name, p) in identified.into_iter().chain(bicycle).chain(pids).chain(path) {
         push_provenance(&mut blocks, name, p);
     }
-    Section { folded: true, ..Section::new("Provenance", blocks) }
+    Section { folded: true, ..Section::new("Provenance", vec![Block::Details(blocks)]) }
 }
 
 fn push_provenance(blocks: &mut Vec<Block>, name: String, p: &Provenance) {

@@ -1,8 +1,12 @@
-//! The plants of the ensemble of a design, and the limits of each requirement.
+//! The plants of the ensemble of a design, the limits of each requirement, and from where the loop returns to a path.
 
+use super::optional;
+use crate::figures::DEG;
 use crate::section::Block;
 use crate::table::Table;
-use steerwright_formats::{Breaking, Pid, Requirement, Robustness};
+use steerwright_formats::{
+    Breaking, DesignEvidence, Engagement, EngagementRow, Pid, Requirement, Robustness,
+};
 
 /// What was varied, and where each requirement breaks.
 pub(super) fn robustness(pid: &Pid, r: &Robustness) -> [Block; 2] {
@@ -73,4 +77,49 @@ fn where_it_breaks(b: &Breaking, value: &dyn Fn(f64) -> String) -> String {
 
 fn ms(seconds: f64) -> String {
     format!("{:.0}", 1e3 * seconds)
+}
+
+/// Lateral offsets from which the loop returns to a path: a row for each heading error, a column for each speed.
+pub(super) fn engagement(engagement: &Engagement) -> Vec<Block> {
+    let mut speeds: Vec<f64> = engagement.rows.iter().map(|r| r.speed_mps).collect();
+    speeds.dedup();
+    let headers = speeds.iter().map(|v| format!("{v:.1} m/s"));
+    let mut table = Table::new(std::iter::once("heading error".to_owned()).chain(headers));
+    let first = speeds.first().copied();
+    for row in engagement.rows.iter().filter(|r| Some(r.speed_mps) == first) {
+        let mut cells = vec![format!("{:.0}°", DEG * row.heading_error_rad)];
+        cells.extend(speeds.iter().map(|v| {
+            let is_same = |r: &&EngagementRow| {
+                r.speed_mps == *v && r.heading_error_rad == row.heading_error_rad
+            };
+            let offset = engagement.rows.iter().find(is_same).and_then(|r| r.largest_offset_m);
+            optional(offset, 0, "m", "none")
+        }));
+        table.push(cells);
+    }
+    let heading = format!(
+        "Largest lateral offset, of up to {:.0} m, from which the loop returns to a straight path ({})",
+        engagement.offsets_m.last().copied().unwrap_or_default(),
+        engagement.plant
+    );
+    vec![Block::Heading(heading), Block::Table(table)]
+}
+
+/// The shortest settling time that each modulus margin allows.
+pub(super) fn trade_off(e: &DesignEvidence) -> Option<String> {
+    let settling = |time: Option<f64>, absent: &str| optional(time, 2, "s", absent);
+    let rows: Vec<String> = e
+        .trade_off
+        .iter()
+        .map(|t| format!("{} at {}", settling(t.settling_time_s, "none"), t.modulus_margin))
+        .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    Some(format!(
+        "shortest settling on the nominal plant by modulus margin: {} (here {} at {:.2})",
+        rows.join(", "),
+        settling(e.step.settling_time_s, "never"),
+        e.margins.modulus_margin
+    ))
 }

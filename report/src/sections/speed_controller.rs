@@ -22,8 +22,7 @@ pub fn speed_controller_section(controller: &SpeedController) -> Section {
 fn facts(controller: &SpeedController) -> Vec<(String, String)> {
     let (g, l, s) = (&controller.gains, &controller.limits, &controller.specification);
     let [low, high] = s.speeds_mps;
-    let model =
-        format!("longitudinal {} from {low:.1} to {high:.1} m/s", controller.model.name);
+    let model = format!("longitudinal {} from {low:.1} to {high:.1} m/s", controller.model.name);
     let gains = format!(
         "kp {:.4} 1/s, ki {:.4} 1/s², reference rate {:.4} 1/s",
         g.kp_per_s, g.ki_per_s2, g.reference_rate_per_s

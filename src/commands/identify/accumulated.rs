@@ -1,16 +1,17 @@
 //! `steerwright identify` from R factors of accumulated drives, merged.
 
+use crate::commands::identify::present::design_of;
 use crate::documents::files;
 use crate::failure::{Failure, Outcome};
 use crate::options::log::{IdentifyArguments, LogArguments};
 use crate::output::Output;
 use crate::terminal::console;
-use crate::terminal::evidence::evidence;
 use crate::terminal::progress::Progress;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::{LogOptions, Response};
-use steerwright_formats::AccumulatedDrives;
+use steerwright_formats::{AccumulatedDrives, Model};
+use steerwright_report::Report;
 use steerwright_sysid::{Accumulated, IdentifyOptions};
 
 /// Whether all files are R factors instead of logs.
@@ -96,10 +97,11 @@ pub(crate) fn run(
     let options = check_factor_options(log, Some(identify))?;
     let progress = Progress::start("identifying");
     let all = merged(paths.iter().map(|path| factor(path)))?;
-    let plant = all.identify(&options)?;
+    let model = Model::StateSpace(Box::new(all.identify(&options)?));
     drop(progress);
-    out.document(&plant)?;
-    console::result(&evidence(&plant), &plant)?;
+    out.model(&model)?;
+    let sections = Report { model: Some(&model), ..Report::default() }.sections();
+    console::result(&console::page(&sections, design_of(&model, out).as_deref()), &model)?;
     console::note(format!("written to {out}"));
-    Ok(Outcome::from_quality(&plant.quality))
+    Ok(Outcome::from_quality(model.quality()))
 }

@@ -5,18 +5,16 @@ mod auto;
 mod present;
 mod structure;
 
-use crate::commands::identify::present::{Shown, next_drive, present};
+use crate::commands::identify::present::{Shown, present};
 use crate::failure::{Failure, Outcome};
 use crate::options::Global;
 use crate::options::log::{IdentifyArguments, LogArguments};
 use crate::output::{OutputKind, Outputs};
-use crate::terminal::console;
 use crate::terminal::progress::Progress;
 use std::path::PathBuf;
 use steerwright_drivelog::{LOG_FORMATS, Response};
 use steerwright_formats::{Structure, alternatives};
 
-pub(crate) use present::evidence_text;
 pub(crate) use structure::{StructureArguments, Wanted};
 
 /// Identify a model from drive logs: the lateral dynamics from steering angle to yaw rate, the response to a
@@ -112,11 +110,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         Some(out) => out,
         None => outputs.file(structure.file_name(), OutputKind::of_model(structure))?,
     };
-    let outcome = present(&identified, table.as_deref(), &out, traces.as_ref(), &shown)?;
-    if let Some(command) = next_drive(&identified.model, &out, &arguments.logs) {
-        console::note(command);
-    }
-    Ok(outcome)
+    present(&identified, table.as_deref(), &arguments.logs, &out, traces.as_ref(), &shown)
 }
 
 /// Rejects what a plant of named channels has not.
