@@ -10,7 +10,6 @@ use steerwright_formats::{Document, Grade, Longitudinal, Reason, ReasonCode};
 use steerwright_host::{Archive, Instance};
 use steerwright_sysid::longitudinal::simulate_longitudinal;
 
-const STEP_S: f64 = 0.02;
 const SECONDS: f64 = 150.0;
 
 /// A car that is driven with both pedals over hills, as a CSV file.
@@ -109,13 +108,14 @@ fn the_packed_model_has_the_speeds_of_the_validation() {
     let mut drive = String::from("time,accelerator,brake,grade\n");
     for k in 0..expected.len() {
         let [accelerator, braking, grade] = inputs(k).map(|(_, value)| value);
-        let time = STEP_S * k as f64;
+        let time = log.sample_time_s * k as f64;
         writeln!(drive, "{time:.2},{accelerator:?},{braking:?},{grade:?}").unwrap();
     }
     std::fs::write(at("pedals.csv"), drive).unwrap();
-    let stop = STEP_S * (expected.len() - 1) as f64;
+    let step = log.sample_time_s;
+    let stop = step * (expected.len() - 1) as f64;
     let line = format!(
-        "simulate fmu/LongitudinalPlant.fmu --input pedals.csv --step 20ms --stop {stop:.2}s \
+        "simulate fmu/LongitudinalPlant.fmu --input pedals.csv --step {step}s --stop {stop:.2}s \
          --set LongitudinalPlant.initial_speed={:?} -o simulated.csv",
         expected[0]
     );
