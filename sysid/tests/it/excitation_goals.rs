@@ -165,11 +165,11 @@ fn the_friction_needs_lateral_acceleration() {
         let options = ExcitationOptions { max_error: Some(0.1), ..options };
         excite_vehicle(&vehicle(), &options).unwrap().expected
     };
-    let errors: Vec<f64> = [2.0, 5.0, 7.5].into_iter().map(|a| of(a).largest_error).collect();
+    let [gentle, brisk, hard] = [2.0, 5.0, 7.5].map(of);
+    let errors = [&gentle, &brisk, &hard].map(|expected| expected.largest_error);
     println!("{errors:?}");
     assert!(errors[0] > 0.1 && errors[2] < 0.03, "{errors:?}");
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
-    let (gentle, hard) = (of(2.0), of(7.5));
     assert!(!gentle.met && gentle.needed_time_s.is_none_or(|time| time > 80.0), "{gentle:?}");
     assert!(hard.met && hard.needed_time_s.unwrap() <= 80.0, "{hard:?}");
     for name in ["friction_coefficient_front", "friction_coefficient_rear"] {
