@@ -49,9 +49,12 @@ impl<'a> Estimates<'a> {
         }
         // A limit may stand for a delay, too.
         found.retain(|found| is_better(&found.delayed, &judged, &found.with_delay));
+        // By the errors of the better one: with those of a model without a limit the priors would weigh too much.
+        let own = |found: &Self| found.delayed.with_own_variance(found.with_delay.clone());
+        let least =
+            found.iter().map(|found| own(found).long_run_variance).fold(f64::INFINITY, f64::min);
         let cost = |found: &Self| {
-            let own = found.with_delay.clone();
-            let judged = Estimate { long_run_variance: judged.long_run_variance, ..own };
+            let judged = Estimate { long_run_variance: least, ..found.with_delay.clone() };
             found.delayed.weighed(judged).map_or(f64::INFINITY, |estimate| estimate.cost)
         };
         let best = found.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
