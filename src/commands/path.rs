@@ -177,6 +177,8 @@ fn vehicle(
         Some("a plant of named channels follows no path")
     } else if model.longitudinal().is_some() {
         Some("a model of the speed has no steering to follow a path with")
+    } else if !model.structure().is_lateral() {
+        Some("the model's input is no steering angle, which follows a path")
     } else {
         None
     };

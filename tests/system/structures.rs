@@ -101,5 +101,8 @@ fn every_structure_is_identified_and_other_commands_take_it_or_report_why_not() 
         ] {
             ends(&command);
         }
+        // Without steering there is no sideslip on a path, which is not the same as none.
+        let refused = run(folder.path(), &format!("path --plant {name} --force"));
+        assert_eq!(refused.status.code(), Some(2), "{structure}: {}", text_of(&refused));
     }
 }

@@ -79,10 +79,11 @@ fn rate_limited<'a>(
     let fastest = without.parameters[STEERING_FACTOR].exp() * fastest(steering, sample_time);
     let rates = rates(fastest);
     // A delay may stand for the limit as a lag may.
-    let delays = [1.0, 0.6].map(|share| share * without.parameters[DELAY]);
+    let delay = without.parameters[DELAY];
+    let delays = if delay > 0.0 { vec![delay, 0.6 * delay] } else { vec![0.0] };
     let mut best: Option<Estimate> = None;
     for over in LAGS {
-        let tried = rates.clone().flat_map(|rate| delays.map(|delay| (rate, delay)));
+        let tried = rates.clone().flat_map(|rate| delays.iter().map(move |delay| (rate, *delay)));
         let tried = tried.filter_map(|(rate, delay)| {
             let mut from = without.clone();
             from.parameters[RATE] = rate.ln();

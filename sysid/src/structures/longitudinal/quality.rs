@@ -43,8 +43,8 @@ const LARGEST_BRAKING: f64 = 15.0;
 const RARE: f64 = 0.01;
 /// Acceleration at a command of 0 on a level road, m/s², that is no slope, idling or wind.
 const LARGEST_FREE_ACCELERATION: f64 = 1.0;
-/// A measured change of the speed over the simulated one from which the command hides a part of its gain: noise in the place of
-/// a command moves no vehicle, and the faster of its samples decide the estimate.
+/// A measured change of the speed over the simulated one from which the command hides a part of its gain, where it is above 1 by
+/// more than chance: noise in the place of a command moves no vehicle, and the faster of its samples decide the estimate.
 const HIDDEN_GAIN: f64 = 1.1;
 /// Root mean square change of the speed within windows of the validation data below which they show little, m/s.
 const LEAST_CHANGE_MPS: f64 = 0.15;
@@ -191,11 +191,11 @@ fn unknown_gear(model: &Longitudinal, has_single_gear: bool) -> Option<Reason> {
 /// An acceleration that was measured, in the place of a command, has vibrations that move no vehicle.
 fn hidden_gain(changes: Changes) -> Option<Reason> {
     let (slope, error) = changes.slope?;
-    if slope - 2.0 * error <= HIDDEN_GAIN {
+    if slope <= HIDDEN_GAIN || slope - 2.0 * error <= 1.0 {
         return None;
     }
     let message = format!(
-        "the speed changes by {slope:.2} ± {:.2} of what is simulated: noise in the command hides a part of the gain",
+        "the speed changes by {slope:.2} ± {:.2} times what is simulated: noise in the command hides a part of the gain",
         2.0 * error
     );
     let reason = Reason::new(ReasonCode::UncertainGain, Grade::Warn, message);
